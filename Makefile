@@ -1,0 +1,47 @@
+# make demo: the whole loop on shipped data; make test: the tests; make check: style, types, import rules.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+OUT := demo_out
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo test check bench clean
+
+help:
+	@echo "make demo    install, then run the whole loop on shipped data; ends with the path of a report"
+	@echo "make test    install, then run the tests"
+	@echo "make check   style, types and import rules"
+	@echo "make bench   timings (tests/benchmarks)"
+	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
+
+install: $(STAMP)
+
+# Editable: the kernels' compiled code is cached beside their sources and serves the demo and the tests alike.
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "birdstrike needs Python 3.11 or newer, but $(PYTHON) is" \
+	    "$$($(PYTHON) --version 2>&1); try: make $(MAKECMDGOALS) PYTHON=/path/to/python3.11"; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
+	@touch $@
+
+demo: install
+	$(BIN)/birdstrike close-the-loop demo --measured table7_group5 --out $(OUT)
+
+test: install
+	$(BIN)/python -m pytest -n 2 --dist loadscope
+
+check: install
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/basedpyright
+	$(BIN)/lint-imports
+
+bench: install
+	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
+
+clean:
+	rm -rf $(OUT) .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -1,0 +1,51 @@
+"""birdstrike: constitutive parameters of a bird from one instrumented strike, with honest intervals.
+
+The verbs of the command line are functions here, imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+COMPANIONS = ("data", "solver", "doe", "surrogate", "inversion", "reports")
+
+_PUBLIC = {
+    "load_case": ("solver.case", "load_case"),
+    "check": ("birdstrike.cli.check", "check"),
+    "simulate": ("solver.simulate", "simulate"),
+}
+
+__all__ = ["check", "load_case", "simulate"]
+
+
+def _refuse_foreign_companions(root: Path = ROOT) -> None:
+    """Raise ImportError where another package called `solver`, `data`, ... hides one of birdstrike's own."""
+    for name in COMPANIONS:
+        spec = find_spec(name)
+        found_in = [] if spec is None else spec.submodule_search_locations or [spec.origin or ""]
+        places = [Path(place).resolve() for place in found_in]
+        if root / name not in places:
+            found = f"{places[0]} hides it" if places else "it is missing"
+            raise ImportError(
+                f"birdstrike needs its own package `{name}` in {root}, but {found}; "
+                f"start Python elsewhere, rename that one, or install birdstrike in an environment of its own"
+            )
+
+
+_refuse_foreign_companions()
+
+
+def __getattr__(name: str) -> Any:
+    """Public verbs, imported late: asking for help must not load torch."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"birdstrike has no {name}; it has {', '.join(__all__)}")
+    module, attribute = _PUBLIC[name]
+    return getattr(import_module(module), attribute)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,45 @@
+"""The `birdstrike` command: its sub-commands in the order in which they are used."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version as installed_version
+from importlib.util import find_spec
+from typing import Annotated
+
+import typer
+
+COMMANDS = ("check", "simulate", "run-doe", "train-and-invert", "report", "close-the-loop")
+
+app = typer.Typer(
+    name="birdstrike",
+    help="Bird parameters from one instrumented shot, with honest intervals.",
+    epilog="Start with: birdstrike check reference_strike",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+
+for _name in COMMANDS:
+    _module = f"birdstrike.cli.{_name.replace('-', '_')}"
+    if find_spec(_module):
+        app.command(_name)(import_module(_module).command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"birdstrike {installed_version('birdstrike')}")
+        raise typer.Exit
+
+
+Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")]
+
+
+@app.callback()
+def _root(version: Version = False) -> None:
+    """Bird parameters from one instrumented shot, with honest intervals."""
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()

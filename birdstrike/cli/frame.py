@@ -1,0 +1,114 @@
+"""What every command has in common: exit codes, error lines, the --json line, the progress bar."""
+
+from __future__ import annotations
+
+import functools
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from data.errors import RunFailed, UserError
+
+console = Console(highlight=False, soft_wrap=True)
+errors = Console(stderr=True, highlight=False, soft_wrap=True)
+
+INTERRUPTED = 130
+LONG_S = 2.0
+SETTLING_S = 0.3
+PLAIN_EVERY_S = 15.0
+
+Json = Annotated[bool, typer.Option("--json", help="End with one machine-readable JSON line.")]
+Settings = Annotated[
+    list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
+]
+
+
+def say(text: str = "") -> None:
+    """One line of plain text for the user; square brackets stay what they are."""
+    console.print(escape(text))
+
+
+def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., None]:
+    """A command with the common ending: its return is the --json line; UserError, RunFailed, Ctrl-C exit 1, 2, 130."""
+
+    @functools.wraps(command)
+    def run(*args: Any, **kwargs: Any) -> None:
+        ended = functools.partial(_fail, as_json=bool(kwargs.get("json")))
+        try:
+            outcome = command(*args, **kwargs)
+        except UserError as error:
+            ended(error.errors, error.exit_code, error.heading)
+        except RunFailed as error:
+            ended([error.reason], error.exit_code, remedy=error.remedy)
+        except OSError as error:
+            if error.filename is None:
+                raise
+            ended([f"{error.filename}: {error.strerror}"], UserError.exit_code)
+        except KeyboardInterrupt:
+            ended(["interrupted; run the same command again to resume"], INTERRUPTED)
+        else:
+            if kwargs.get("json"):
+                _print_json(outcome or {})
+
+    return run
+
+
+def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", *, as_json: bool) -> None:
+    """Print why, and leave with the exit code."""
+    if heading:
+        errors.print(f"[bold red]{escape(heading)}[/]")
+    for line in lines:
+        errors.print(f"[red]{escape(line)}[/]")
+    if remedy:
+        errors.print(escape(remedy))
+    if as_json:
+        _print_json({"exit_code": code, "errors": list(lines), "remedy": remedy or None})
+    raise typer.Exit(code)
+
+
+def _print_json(content: Mapping[str, Any]) -> None:
+    typer.echo(json.dumps({"schema_version": 1, **content}, allow_nan=False, default=str))
+
+
+def overrides(settings: Iterable[str]) -> dict[str, str]:
+    """Dotted keys and texts of `--set key=value` options; raises UserError."""
+    pairs = [setting.partition("=") for setting in settings]
+    unread = [key for key, sign, _ in pairs if not sign]
+    if unread:
+        raise UserError(f'--set {key}: write --set key=value, such as --set plate.thickness="8 mm"' for key in unread)
+    return {key.strip(): value.strip() for key, _, value in pairs}
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
+    """A bar with the time left, fed with fractions 0..1; it appears once the work promises to last over 2 s.
+
+    Off a terminal: one plain line now and then.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=errors, transient=True)
+    task = bar.add_task(label, total=1.0)
+    begun = spoken = time.monotonic()
+
+    def advance(fraction: float) -> None:
+        nonlocal spoken
+        now = time.monotonic()
+        bar.update(task, completed=fraction)
+        if errors.is_terminal:
+            if not bar.live.is_started and now - begun > max(SETTLING_S, LONG_S * fraction):
+                bar.start()
+        elif now - spoken > PLAIN_EVERY_S:
+            spoken = now
+            errors.print(f"{escape(label)}: {fraction:.0%}")
+
+    try:
+        yield advance
+    finally:
+        bar.stop()

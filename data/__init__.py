@@ -1,0 +1,1 @@
+"""Units, curves, run store, and the cases, measured and reference data that ship with birdstrike."""

@@ -1,0 +1,135 @@
+"""Curves in CSV files: a user's measured data, read strictly, and simulated histories, written byte for byte alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from data.csv_table import Column, read_table
+from data.errors import MeasuredError
+from data.files import write_atomically
+from data.histories import Array, Histories
+from data.units import ACCEPTED, DISPLAY, in_unit
+
+FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured record on one clock.
+
+    time: (n,) [s], increasing, negative before the trigger; channels: sensor -> (n,) SI, NaN where the record has a
+    gap; sigma: sensor -> (n,) SI standard deviations, only where given; units: sensor -> SI unit;
+    provenance: the file's # lines, without the sign.
+    """
+
+    time: Array
+    channels: Mapping[str, Array]
+    sigma: Mapping[str, Array]
+    units: Mapping[str, str]
+    provenance: tuple[str, ...] = field(default=())
+    path: str = ""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the provenance says that no instrument took this record."""
+        return any("SIMULATED" in line for line in self.provenance)
+
+    def points(self, channel: str) -> tuple[Array, Array]:
+        """Times [s] and values of one channel, gaps left out."""
+        given = np.isfinite(self.channels[channel])
+        return self.time[given], self.channels[channel][given]
+
+
+def read_measured(path: str | Path) -> Measured:
+    """A measured-data CSV; raises MeasuredError with every error and its line number."""
+    table = read_table(Path(path))
+    time, *others = table.columns
+    sigma = {c.name.removesuffix("_sigma"): c.values for c in others if c.name.endswith("_sigma")}
+    channels = {c.name: c for c in others if not c.name.endswith("_sigma")}
+    errors = [*_clock_errors(time), *_channel_errors(channels, others), *_sigma_errors(channels, sigma, time)]
+    if errors:
+        raise MeasuredError([f"{path}, {error}" for error in errors])
+    values = {name: column.values for name, column in channels.items()}
+    units = {name: column.unit for name, column in channels.items()}
+    return Measured(time.values, values, sigma, units, table.provenance, str(path))
+
+
+def _clock_errors(time: Column) -> Iterable[str]:
+    if time.name != "time" or time.unit != "s":
+        yield f'line {time.header_line}: the first column is "{time.header}" and must be "time [ms]"'
+        return
+    for i in np.flatnonzero(np.isnan(time.values)):
+        yield f"line {time.lines[i]}: the time is missing; a gap is an empty cell of a sensor's column"
+    for i in np.flatnonzero(np.diff(time.values) <= 0.0) + 1:
+        yield f"line {time.lines[i]}: the time {time.texts[i]} does not increase; sort the rows, one for each instant"
+    if len(time.values) < 2:
+        yield f"line {time.header_line}: {len(time.values)} rows follow; a record needs at least 2"
+
+
+def _channel_errors(channels: Mapping[str, Column], columns: Iterable[Column]) -> Iterable[str]:
+    if not channels:
+        yield 'line 1: no sensor\'s column; the header is "time [ms],displacement_centre [mm]"'
+    for column in columns:
+        sensor = column.name.removesuffix("_sigma")
+        base = channels.get(sensor)
+        if base is None:
+            yield f'line {column.header_line}: "{column.header}" has no column "{sensor}" beside it'
+        elif base.unit != column.unit:
+            yield f'line {column.header_line}: "{column.header}" is not in a unit of "{base.header}"'
+        elif np.isfinite(column.values).sum() < 2 <= len(column.values):
+            yield f'line {column.header_line}: "{column.header}" has fewer than 2 values'
+
+
+def _sigma_errors(channels: Mapping[str, Column], sigma: Mapping[str, Array], time: Column) -> Iterable[str]:
+    for name, values in sigma.items():
+        if name not in channels:
+            continue
+        for i in np.flatnonzero(values <= 0.0):
+            yield f"line {time.lines[i]}: {name}_sigma must be greater than 0"
+        for i in np.flatnonzero(np.isnan(values) & np.isfinite(channels[name].values)):
+            yield f"line {time.lines[i]}: {name} has a value here and {name}_sigma has none"
+
+
+def write_measured(path: str | Path, measured: Measured) -> None:
+    """Write a record in the format that `read_measured` reads, in engineers' units, losing no bit."""
+    columns = [("time", "s", measured.time)]
+    for name, values in measured.channels.items():
+        columns.append((name, measured.units[name], values))
+        if name in measured.sigma:
+            columns.append((f"{name}_sigma", measured.units[name], measured.sigma[name]))
+    header = ",".join(f"{name} [{DISPLAY.get(unit, unit)}]" for name, unit, _ in columns)
+    texts = [[_cell(value, unit) for value in values] for _, unit, values in columns]
+    notes = [f"# {line}" for line in measured.provenance]
+    lines = [*notes, header, *(",".join(row) for row in zip(*texts, strict=True))]
+    write_atomically(Path(path), "\n".join(lines) + "\n")
+
+
+def _cell(value: float, unit: str) -> str:
+    return "" if np.isnan(value) else str(in_unit(value, DISPLAY.get(unit, unit)))
+
+
+def write_histories(path: str | Path, histories: Histories) -> None:
+    """`histories.csv`: time_s, then a column per sensor with its SI unit in the name; same curves, same bytes."""
+    names = [f"{name}_{histories.units[name]}".rstrip("_") for name in histories.channels]
+    rows = np.column_stack([histories.time, *histories.channels.values()])
+    lines = [",".join(["time_s", *names]), *(",".join(FORMAT % (value + 0.0) for value in row) for row in rows)]
+    write_atomically(Path(path), "\n".join(lines) + "\n")
+
+
+def read_histories(path: str | Path) -> Histories:
+    """Time, channels and units of a `histories.csv`; its books stand in `summary.json`."""
+    header = Path(path).read_text(encoding="utf-8").split("\n", 1)[0].split(",")
+    values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
+    named = [split_unit(column) for column in header[1:]]
+    channels = {name: values[:, i + 1] for i, (name, _) in enumerate(named)}
+    return Histories(values[:, 0], channels, dict(named))
+
+
+def split_unit(column: str) -> tuple[str, str]:
+    """Sensor and SI unit of a column's name: "contact_force_N" -> ("contact_force", "N"); no unit: dimensionless."""
+    name, _, unit = column.rpartition("_")
+    return (name, unit) if name and unit in ACCEPTED else (column, "")

@@ -1,0 +1,46 @@
+"""The two ways a command can end badly: the user's input (exit code 1) or a run that failed (exit code 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class UserError(Exception):
+    """Something in the user's input: each of `errors` is one line that names the field, its value and the remedy."""
+
+    exit_code = 1
+
+    def __init__(self, errors: str | Iterable[str], heading: str = "") -> None:
+        self.errors = [errors] if isinstance(errors, str) else list(errors)
+        self.heading = heading
+        super().__init__("\n".join([heading, *self.errors] if heading else self.errors))
+
+    def __reduce__(self) -> tuple[type[UserError], tuple[list[str], str]]:
+        """Errors cross process borders whole (a campaign's workers raise them)."""
+        return type(self), (self.errors, self.heading)
+
+
+class UnitError(UserError, ValueError):
+    """A quantity without a unit, or with one of another dimension."""
+
+
+class CaseError(UserError):
+    """A case file that cannot be used; all its errors at once."""
+
+
+class MeasuredError(UserError):
+    """A measured-data file that cannot be used; every error with its line number."""
+
+
+class RunFailed(Exception):
+    """A run of the solver that cannot be believed: why, and what to change."""
+
+    exit_code = 2
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        self.reason = reason
+        self.remedy = remedy
+        super().__init__(f"{reason}; {remedy}" if remedy else reason)
+
+    def __reduce__(self) -> tuple[type[RunFailed], tuple[str, str]]:
+        return type(self), (self.reason, self.remedy)

@@ -1,0 +1,49 @@
+"""What one strike leaves behind: sensor histories on a common clock, its books, and a few snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The strike at one instant, for pictures and ParaView.
+
+    time: [s]; particles: (n, 3) positions [m]; pressure: (n,) [Pa]; velocity: (n, 3) [m/s]; eroded: (n,) bool;
+    nodes: (m, 3) current positions of the shell nodes [m]; quads: (e, 4) node numbers;
+    plate_stress: (e,) largest von Mises stress through the thickness [Pa].
+    """
+
+    time: float
+    particles: Array
+    pressure: Array
+    velocity: Array
+    eroded: NDArray[np.bool_]
+    nodes: Array
+    quads: NDArray[np.int64]
+    plate_stress: Array
+
+
+@dataclass(frozen=True)
+class Histories:
+    """Histories of one strike.
+
+    time: (n,) [s], uniform; channels: sensor name -> (n,) in SI; units: sensor name -> SI unit ("m", "N", "");
+    summary: the run's books and figures, the content of `summary.json`; snapshots: in order of time.
+    """
+
+    time: Array
+    channels: Mapping[str, Array]
+    units: Mapping[str, str]
+    summary: Mapping[str, object] = field(default_factory=dict)
+    snapshots: tuple[Snapshot, ...] = ()
+
+    def at(self, channel: str, times: Array) -> Array:
+        """Linear interpolation of one channel at `times` [s]; before the first and after the last sample: NaN."""
+        return np.interp(times, self.time, self.channels[channel], left=np.nan, right=np.nan)

@@ -1,0 +1,37 @@
+"""Where the shipped cases and measured curves are, and what a bare name means."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from data.errors import UserError
+
+DATA = Path(__file__).resolve().parent
+CASES = DATA / "cases"
+MEASURED = DATA / "measured"
+REFERENCE = DATA / "reference"
+
+
+def resolve_case(name: str | Path, beside: Path | None = None) -> Path:
+    """A case file by path (relative to `beside` first, where given) or by a shipped case's bare name."""
+    return _resolve(name, CASES, ".toml", "case", beside)
+
+
+def resolve_measured(name: str | Path) -> Path:
+    """A measured-data file by path or by a shipped curve's bare name."""
+    return _resolve(name, MEASURED, ".csv", "measured-data file", None)
+
+
+def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Path | None) -> Path:
+    given = Path(name).expanduser()
+    candidates = [given if beside is None else beside / given]
+    if given.parent == Path():
+        candidates.append(folder / (given.name.removesuffix(suffix) + suffix))
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate.resolve()
+    shipped = sorted(path.stem for path in folder.glob(f"*{suffix}"))
+    close = difflib.get_close_matches(given.stem, shipped, n=1)
+    hint = f'did you mean "{close[0]}"?' if close else f"shipped: {', '.join(shipped)}"
+    raise UserError(f'"{name}" is no {what} here and no shipped one; {hint}')

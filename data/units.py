@@ -1,0 +1,145 @@
+"""Units: engineers' text to SI numbers and back; the only place where a unit is converted.
+
+Factors are decimal, not binary: "8.57 mm" and "0.00857 m" are the same double, so that one case has one hash.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING
+
+from data.errors import UnitError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+    from pint.util import UnitsContainer
+
+ACCEPTED = {
+    "m": "m, cm, mm, um, in",
+    "s": "s, ms, us",
+    "Pa": "Pa, kPa, MPa, GPa, N/mm^2, psi",
+    "N": "N, kN",
+    "Pa s": "Pa s, MPa ms, N*ms/mm^2",
+    "kg": "kg, g, t, lb",
+    "kg/m^3": "kg/m^3, g/cm^3, t/mm^3",
+    "m/s": "m/s, mm/ms, km/h, kn",
+    "rad": "deg, rad",
+    "1/s": "1/s, 1/ms",
+    "N s": "N s, kN ms",
+    "J": "J, kJ",
+    "": "a bare number",
+}
+"""SI units the project uses -> what a user may write instead."""
+
+DISPLAY = {"m": "mm", "s": "ms", "Pa": "MPa", "N": "kN", "Pa s": "Pa s", "kg": "kg", "m/s": "m/s", "rad": "deg", "": ""}
+"""SI unit -> the unit in which engineers read it."""
+
+PLURALS = {
+    "mm": "millimetres",
+    "ms": "milliseconds",
+    "us": "microseconds",
+    "MPa": "megapascals",
+    "GPa": "gigapascals",
+    "deg": "degrees",
+    "g": "grams",
+}
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
+
+
+@cache
+def _registry() -> UnitRegistry:
+    """Pint's units; read late, because a command's --help has no use for them."""
+    from pint import UnitRegistry
+
+    return UnitRegistry(non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
+
+
+@cache
+def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
+    """Factor to SI and the base units of a unit's text; "kg/m3" and "N.ms/mm2" are read as engineers mean them."""
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", unit)
+    text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u")
+    try:
+        quantity = _registry().Quantity(Decimal(1), text or "dimensionless").to_base_units()
+    except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
+        raise UnitError(f'"{unit}" is not a unit') from error
+    return Decimal(quantity.magnitude), quantity._units
+
+
+def factor(unit: str) -> Decimal:
+    """Size of one `unit` in SI; raises UnitError when `unit` is not a unit."""
+    return _base(unit)[0]
+
+
+def si_unit(unit: str) -> str:
+    """SI name of a unit's dimension ("mm" -> "m"); raises UnitError for a dimension the project does not use."""
+    base = _base(unit)[1]
+    for si in ACCEPTED:
+        if _base(si)[1] == base:
+            return si
+    raise UnitError(f'"{unit}" measures nothing used here; known: {"; ".join(filter(None, ACCEPTED.values()))}')
+
+
+def scaled(number: str, unit: str) -> float:
+    """SI value of a number's text given in `unit`; finite decimals only ("nan", "inf", "1_000" are refused)."""
+    if not re.fullmatch(_NUMBER, number.strip()):
+        raise UnitError(f'"{number}" is not a finite number')
+    value = float(Decimal(number.strip()) * factor(unit))
+    if math.isinf(value):
+        raise UnitError(f'"{number}" is too large')
+    return value
+
+
+def parts(text: str) -> tuple[str, str]:
+    """Number and unit of a quantity's text, both still text: parts("10 mm") is ("10", "mm")."""
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise UnitError(f'"{text}" is not a number with a unit')
+    return match[1], match[2]
+
+
+def to_si(text: str, unit: str) -> float:
+    """SI value of a quantity's text: to_si("10 mm", "m") is 0.01; raises UnitError naming the accepted units."""
+    try:
+        number, given = parts(text)
+    except UnitError as error:
+        raise UnitError(f"{error}; accepted units: {ACCEPTED.get(unit, unit)}") from error
+    if unit and not given:
+        raise UnitError(f'"{text}" has no unit; accepted units: {ACCEPTED.get(unit, unit)}')
+    try:
+        fits = _base(given)[1] == _base(unit)[1]
+    except UnitError:
+        fits = False
+    if not fits:
+        raise UnitError(f'"{text}" is not in a unit of this dimension; accepted units: {ACCEPTED.get(unit, unit)}')
+    return scaled(number, given)
+
+
+def in_unit(value: float, unit: str) -> Decimal:
+    """An SI value in `unit`, exact in decimal, so that writing and reading a file changes no bit."""
+    return Decimal(repr(float(value))) / factor(unit)
+
+
+def from_si(value: float, unit: str) -> float:
+    """An SI value in `unit`: from_si(0.01, "mm") is 10.0."""
+    return float(in_unit(value, unit))
+
+
+def to_display(value: float, si: str) -> float:
+    """An SI value in the engineers' unit of its dimension."""
+    return from_si(value, DISPLAY.get(si, si))
+
+
+def display(value: float, si: str) -> tuple[float, str]:
+    """An SI value and the engineers' unit it is given in: display(0.01, "m") is (10.0, "mm")."""
+    return to_display(value, si), DISPLAY.get(si, si)
+
+
+def quantity_text(value: float, si: str) -> str:
+    """Text that to_si reads back to the same double, in SI: quantity_text(0.01, "m") is "0.01 m"."""
+    return f"{float(value)!r} {si}".strip()

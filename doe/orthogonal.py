@@ -1,0 +1,90 @@
+"""Orthogonal arrays of strength 2 (Rao-Hamming) with their levels permuted for a low discrepancy."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from data.errors import UserError
+from data.histories import Array
+
+Levels = NDArray[np.int64]
+
+ODD_PRIMES = (3, 5, 7, 11, 13)
+LARGEST = 1000
+RESTARTS = 30
+
+
+def orthogonal_design(runs: int, columns: int, seed: int) -> Array:
+    """(runs, columns) in 0..1 at q levels (2i - 1)/(2q); every two columns hold every pair of levels equally often.
+
+    UserError names the run counts that exist for so many columns.
+    """
+    allowed = sizes(columns)
+    if runs not in allowed:
+        counts = ", ".join(str(n) for n in allowed)
+        raise UserError(
+            f"--runs = {runs} has no orthogonal array of {columns} factors here; allowed: {counts} "
+            f"(or --design uniform, which takes any number)"
+        )
+    q, power = allowed[runs]
+    return (2.0 * _permuted(rao_hamming(q, power), columns, q, np.random.default_rng(seed)) + 1.0) / (2.0 * q)
+
+
+def sizes(columns: int) -> dict[int, tuple[int, int]]:
+    """Runs q^m of the arrays that have room for `columns` factors -> (levels q, power m); q an odd prime."""
+    found = {
+        q**m: (q, m) for q in ODD_PRIMES for m in range(2, 7) if q**m <= LARGEST and (q**m - 1) // (q - 1) >= columns
+    }
+    return dict(sorted(found.items()))
+
+
+def rao_hamming(q: int, power: int) -> Levels:
+    """The array with q^m runs and (q^m - 1)/(q - 1) columns: run x in GF(q)^m, column c.x mod q.
+
+    The c are all vectors whose first non-zero entry is 1: no two are proportional, so that any two columns take
+    every pair of levels q^(m-2) times (A. S. Hedayat, N. J. A. Sloane, J. Stufken, Orthogonal Arrays, 1999,
+    theorem 3.20).
+    """
+    points = np.array(list(itertools.product(range(q), repeat=power)))
+    first = np.array([point[np.flatnonzero(point)[0]] if point.any() else 0 for point in points])
+    return points @ points[first == 1].T % q
+
+
+def _permuted(array: Levels, columns: int, q: int, rng: np.random.Generator) -> Levels:
+    """Choose columns and rename their levels: the best of `RESTARTS` descents; strength 2 is kept by any renaming."""
+    best, lowest = array[:, :columns], np.inf
+    for _ in range(RESTARTS):
+        chosen = array[:, np.sort(rng.permutation(array.shape[1])[:columns])]
+        found, value = _descent(chosen, q, rng)
+        if value < lowest - 1e-12:
+            best, lowest = found, value
+    return best
+
+
+def _descent(array: Levels, q: int, rng: np.random.Generator) -> tuple[Levels, float]:
+    """Exchange two levels' names in one column as long as that lowers the centred discrepancy."""
+    names = [rng.permutation(q) for _ in range(array.shape[1])]
+    value = _discrepancy(array, names, q)
+    improved = True
+    while improved:
+        improved = False
+        for column, (u, v) in itertools.product(range(len(names)), itertools.combinations(range(q), 2)):
+            names[column][[u, v]] = names[column][[v, u]]
+            trial = _discrepancy(array, names, q)
+            if trial < value - 1e-12:
+                value, improved = trial, True
+            else:
+                names[column][[u, v]] = names[column][[v, u]]
+    return _renamed(array, names), value
+
+
+def _renamed(array: Levels, names: list[Levels]) -> Levels:
+    return np.stack([name[column] for name, column in zip(names, array.T, strict=True)], axis=1)
+
+
+def _discrepancy(array: Levels, names: list[Levels], q: int) -> float:
+    return float(qmc.discrepancy((2.0 * _renamed(array, names) + 1.0) / (2.0 * q), method="CD"))

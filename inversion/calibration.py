@@ -1,0 +1,140 @@
+"""Calibration: parameters and time origin that fit the measurement best, by least squares on the emulator.
+
+Minimises |W (y - f(theta, t0))|^2 + |(z - mean) / sd|^2 + (t0 / sigma)^2: measurement, prior, nuisance. Several starts in
+every box, because an activity limit or a time shift makes several minima; all that the data cannot tell apart are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
+
+from inversion.coordinates import Coordinates
+from inversion.curve_model import CurveModel
+from inversion.whitening import Whitening
+from surrogate.features import Region
+
+Array = NDArray[np.float64]
+
+CANDIDATES = 128
+STARTS = 3
+FARTHEST_OFFSET = 4.0  # in sigmas of the time origin
+INDISTINGUISHABLE = 3.84  # chi-square with one degree of freedom, 95 %
+WORTH_REFINING = 30.0
+STEP = 1e-4  # of a range, for derivatives of the emulator
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One minimum: z (r,), time origin t0 [s], covariance (r + 1, r + 1) of (z, t0) [SI], the misfit it reaches.
+
+    cost: minus twice the log posterior up to a constant; residual: (n,) whitened y - f; box: where z was sought.
+    """
+
+    z: Array
+    t0: float
+    covariance: Array
+    cost: float
+    residual: Array
+    box: Region
+
+
+@dataclass(frozen=True)
+class Calibrator:
+    """The fitting problem; sigma: standard deviation of the time origin [s], 0 where it is known."""
+
+    model: CurveModel
+    coordinates: Coordinates
+    sigma: float
+
+    def fit(self, seed: int = 0) -> tuple[Mode, ...]:
+        """The best minimum first, then those whose cost is within 3.84 of it."""
+        with threadpool_limits(limits=1, user_api="blas"):
+            rough = [mode for box in self.coordinates.boxes for mode in self._search(box, seed)]
+            best = min(mode.cost for mode in rough)
+            modes = [self._refine(mode, self._whitening(mode)) for mode in rough if mode.cost < best + WORTH_REFINING]
+        modes.sort(key=lambda mode: mode.cost)
+        return tuple(mode for mode in modes if mode.cost < modes[0].cost + INDISTINGUISHABLE)
+
+    @property
+    def offsets(self) -> tuple[float, float]:
+        """Time origins allowed, in sigmas: no measured point may leave the simulated record at its end."""
+        if not self.sigma:
+            return 0.0, 0.0
+        earliest = (self.model.observations.last - self.model.end) / self.sigma
+        return max(-FARTHEST_OFFSET, min(earliest, 0.0)), FARTHEST_OFFSET
+
+    def _search(self, box: Region, seed: int) -> list[Mode]:
+        """Fits from the best few of many candidates in a box."""
+        draws = qmc.Sobol(len(box.lows), seed=seed).random(CANDIDATES)
+        z = np.vstack([(box.lows + box.highs) / 2.0, box.lows + draws * (box.highs - box.lows)])
+        taus = np.unique(np.clip(np.linspace(-2.0, 2.0, 9), *self.offsets))
+        middle = Mode(z[0], 0.0, np.empty(0), np.inf, np.empty(0), box)
+        whitening = self._whitening(middle)
+        scores = self.model.scores(self.coordinates.theta(z))
+        costs = np.stack([self._candidate_costs(whitening, scores, z, tau) for tau in taus])
+        order = np.argsort(costs.min(axis=0))[:STARTS]
+        starts = [replace(middle, z=z[i], t0=float(taus[costs[:, i].argmin()]) * self.sigma) for i in order]
+        return [self._refine(start, whitening) for start in starts]
+
+    def _candidate_costs(self, whitening: Whitening, scores: list[Array], z: Array, tau: float) -> Array:
+        residual = whitening.apply(self.model.observations.values - self.model.curves(scores, tau * self.sigma))
+        prior = (z - self.coordinates.mean) / self.coordinates.sd
+        return (residual**2).sum(axis=1) + (prior**2).sum(axis=1) + tau**2
+
+    def _whitening(self, mode: Mode) -> Whitening:
+        """Noise and the emulator's own error where the fit stands."""
+        factor = self.model.error_factor(self.coordinates.theta(mode.z), mode.t0)
+        return Whitening.of(self.model.observations.noise, factor)
+
+    def _refine(self, start: Mode, whitening: Whitening) -> Mode:
+        """Least squares from a start, with the emulator's error as it is in `whitening`."""
+        box, r = start.box, len(start.z)
+        low, high = np.append(box.lows, self.offsets[0]), np.append(box.highs, self.offsets[1])
+        room = np.maximum(high - low, 1e-9)
+        low, high = low - 1e-9 * room, low + room * (1.0 + 1e-9)
+        tau = start.t0 / self.sigma if self.sigma else 0.0
+        p = np.clip(np.append(start.z, tau), low + 1e-6 * room, high - 1e-6 * room)
+        found = least_squares(
+            lambda q: self._rows(q, whitening), p, lambda q: self._derivatives(q, whitening, box), (low, high), xtol=1e-7
+        )
+        z = np.clip(found.x[:r], box.lows, box.highs)
+        units = np.append(np.ones(r), self.sigma)
+        covariance = np.linalg.inv(found.jac.T @ found.jac) * np.outer(units, units)
+        n = len(self.model.observations.values)
+        t0 = float(np.clip(found.x[r], *self.offsets)) * self.sigma
+        return Mode(z, t0, covariance, 2.0 * found.cost + whitening.log_determinant, found.fun[:n], box)
+
+    def _rows(self, p: Array, whitening: Whitening) -> Array:
+        """Whitened data residuals, then prior, then time origin."""
+        z, tau = p[:-1], p[-1]
+        curve = self.model.curves(self.model.scores(self.coordinates.theta(z[None])), tau * self.sigma)[0]
+        prior = (z - self.coordinates.mean) / self.coordinates.sd
+        return np.concatenate([whitening.apply(self.model.observations.values - curve), prior, [tau]])
+
+    def _derivatives(self, p: Array, whitening: Whitening, box: Region) -> Array:
+        """d rows / d p by differences inside the box, so that none is taken across an activity limit."""
+        z, tau = p[:-1], p[-1]
+        r = len(z)
+        up, down = np.minimum(z + STEP, box.highs), np.maximum(z - STEP, box.lows)
+        places = np.vstack([z, z + np.diag(up - z), z + np.diag(down - z)])
+        scores = self.model.scores(self.coordinates.theta(places))
+        curves = self.model.curves(scores, tau * self.sigma)
+        width = np.maximum(up - down, 1e-300)
+        slopes = (curves[1 : r + 1] - curves[r + 1 :]) / width[:, None]
+        shift = self._time_slope([s[:1] for s in scores], tau)
+        data = -whitening.apply(np.vstack([slopes, shift]))
+        return np.vstack([data.T, np.diag(np.append(1.0 / self.coordinates.sd, 1.0))])
+
+    def _time_slope(self, scores: list[Array], tau: float) -> Array:
+        """d curve / d tau (1, n)."""
+        if not self.sigma:
+            return np.zeros((1, len(self.model.observations.values)))
+        low, high = self.offsets
+        up, down = min(tau + 1e-2, high), max(tau - 1e-2, low)
+        return (self.model.curves(scores, up * self.sigma) - self.model.curves(scores, down * self.sigma)) / (up - down)

@@ -1,0 +1,68 @@
+"""Is the measured curve one that the campaign's model can produce?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from data.dataset import Dataset
+from inversion.calibration import Mode
+from inversion.misfit import rmse
+from inversion.observations import Observations
+from inversion.words import plain, quantity
+from surrogate.inverse_network import sampled
+
+Array = NDArray[np.float64]
+
+REJECT = 1e-3
+NOISE_MAY_BE_WRONG_BY = 1.5
+ENVELOPE_SIGMAS = 3.0
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Where the measurement stands relative to the runs, at the estimated time origin.
+
+    inside: False when the best fit misses by more than noise and emulator error allow (chi-square at 0.1 %, and by more
+    than 1.5 of their standard deviations, since a stated noise is rarely better known), or when most points lie outside
+    the runs' envelope; fit: root mean square of the best fit's whitened residual (1 = noise); outside_envelope: share of
+    points beyond the envelope by more than 3 standard deviations of the noise; nearest_run: run number;
+    nearest_distance: channel -> its RMS distance from the measurement, SI.
+    """
+
+    inside: bool
+    fit: float
+    outside_envelope: float
+    nearest_run: int
+    nearest_distance: dict[str, float]
+
+
+def cloud(dataset: Dataset, observations: Observations, best: Mode) -> Cloud:
+    """Judge the measurement against the best fit of the emulator and against the runs themselves."""
+    runs = sampled(dataset, {c.name: c.times - best.t0 for c in observations.channels})
+    values, noise = observations.values, observations.noise
+    margin = ENVELOPE_SIGMAS * noise
+    beyond = (values < runs.min(axis=0) - margin) | (values > runs.max(axis=0) + margin)
+    nearest = int(np.argmin((((runs - values) / noise) ** 2).sum(axis=1)))
+    model, measured = observations.split(runs[nearest]), observations.split(values)
+    distance = {channel: rmse(model[channel], measured[channel]) for channel in measured}
+    square = float(best.residual @ best.residual)
+    fit = float(np.sqrt(square / len(values)))
+    missed = chi2.sf(square, len(values)) < REJECT and fit > NOISE_MAY_BE_WRONG_BY
+    inside = not missed and float(beyond.mean()) <= 0.5
+    return Cloud(bool(inside), fit, float(beyond.mean()), int(dataset.runs[nearest]), distance)
+
+
+def warning(found: Cloud, observations: Observations) -> str:
+    """What a user must know about a measurement outside the cloud."""
+    units = {c.name: c.unit for c in observations.channels}
+    near = found.nearest_distance.items()
+    where = ", ".join(f"{quantity(value, units[name])} RMS in {plain(name)}" for name, value in near)
+    return (
+        f"the model cannot produce this curve: nearest is run {found.nearest_run} at {where}; the best fit misses by "
+        f"{found.fit:.1f} times noise and emulator error, and {found.outside_envelope:.0%} of the points lie outside all runs. "
+        "No parameter is identified: something else than these parameters differs"
+    )

@@ -1,0 +1,66 @@
+"""The coordinates in which an answer is sought: the parameters themselves, or the combinations that a design carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import truncnorm
+
+from data.dataset import Dataset
+from surrogate.features import Region
+
+Array = NDArray[np.float64]
+
+UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """theta = base + z basis, with z (r,) about 0..1 in boxes, and a normal prior on z truncated to the boxes.
+
+    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; mean, sd: (r,) of the prior.
+    """
+
+    names: tuple[str, ...]
+    base: Array
+    basis: Array
+    boxes: tuple[Region, ...]
+    mean: Array
+    sd: Array
+
+    def theta(self, z: Array) -> Array:
+        """Parameters (..., k) SI at z (..., r)."""
+        return self.base + z @ self.basis
+
+    def prior_width(self) -> Array:
+        """(r,) width of the prior's central 95 % interval on 0..1."""
+        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
+        return np.asarray(truncnorm.ppf(0.975, low, high) - truncnorm.ppf(0.025, low, high)) * self.sd
+
+
+def parameter_coordinates(dataset: Dataset, regions: tuple[Region, ...]) -> Coordinates:
+    """One coordinate a parameter, 0..1 over its range; prior: midpoint and range/sqrt(12)."""
+    span = dataset.highs - dataset.lows
+    boxes = tuple(Region((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat) for r in regions)
+    k = len(dataset.names)
+    return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, np.full(k, 0.5), np.full(k, UNIFORM_SD))
+
+
+def carried_coordinates(dataset: Dataset, rank: int) -> Coordinates:
+    """The `rank` combinations that a rank-deficient design varies, each 0..1 over the smooth runs.
+
+    The singular directions of the centred, scaled design; every z in the box is a blend of runs, so no range is left.
+    """
+    unit = dataset.scaled()[dataset.smooth]
+    centre = unit.mean(axis=0)
+    directions = np.linalg.svd(unit - centre, full_matrices=False)[2][:rank]
+    directions *= np.sign(directions[np.arange(rank), np.abs(directions).argmax(axis=1)])[:, None]
+    place = (unit - centre) @ directions.T
+    low, high = place.min(axis=0), place.max(axis=0)
+    span = dataset.highs - dataset.lows
+    base = dataset.lows + (centre + low @ directions) * span
+    box = Region(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool))
+    basis = (high - low)[:, None] * directions * span
+    return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD))

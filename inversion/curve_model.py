@@ -1,0 +1,47 @@
+"""The emulator on the measured instants: stacked curves and their error for parameters and a time origin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from inversion.observations import Observations
+from surrogate.emulator import Emulator
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CurveModel:
+    """f(theta, t0): the model at (measured instant - t0), all channels one after the other."""
+
+    emulator: Emulator
+    observations: Observations
+
+    @property
+    def end(self) -> float:
+        """End of the simulated record [s]."""
+        return float(next(iter(self.emulator.channels.values())).time[-1])
+
+    def scores(self, theta: Array) -> list[Array]:
+        """Component scores of every channel at theta (q, k) SI; the costly part, the same for every time origin."""
+        u = self.emulator.inputs(theta)
+        return [self.emulator.channels[c.name].scores(u) for c in self.observations.channels]
+
+    def curves(self, scores: list[Array], t0: float) -> Array:
+        """Stacked curves (q, n) SI for time origin t0 [s]."""
+        parts: list[Array] = []
+        for channel, score in zip(self.observations.channels, scores, strict=True):
+            mean, basis = self.emulator.channels[channel.name].at(channel.times - t0)
+            parts.append(mean + score @ basis[: score.shape[1]])
+        return np.concatenate(parts, axis=1)
+
+    def error_factor(self, theta: Array, t0: float) -> Array:
+        """F (n, c): F F^T is the covariance of the emulator's error at theta (k,); channels are independent."""
+        u = self.emulator.inputs(theta[None])[0]
+        return block_diag(
+            *(self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
+        )

@@ -1,0 +1,104 @@
+"""What the curve tells of each parameter: its interval, whether that is news, and why, in one line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inversion.calibration import Calibrator, Mode
+from inversion.time_origin import NORMAL_95
+from inversion.words import plain, quantity
+
+Array = NDArray[np.float64]
+
+NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
+LOOKS_ALIKE = 0.8  # correlation from which another parameter is named
+GRID = 21
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Largest change of the curve over one coordinate's whole range, in the channel where it stands out most, SI."""
+
+    channel: str
+    unit: str
+    change: float
+    noise: float
+
+    @property
+    def sentence(self) -> str:
+        """The change against the noise, in the engineers' unit."""
+        change, noise = quantity(self.change, self.unit, 2), quantity(self.noise, self.unit, 2)
+        against = f"less than the noise ({noise})" if self.change < self.noise else f"noise {noise}"
+        return f"the {plain(self.channel)} changes by at most {change} over its whole range, {against}"
+
+
+def intervals(modes: tuple[Mode, ...]) -> Array:
+    """(r, 2) the 95 % intervals of z: each mode's linearised one inside its box, and the hull of all modes.
+
+    Where a parameter is off the whole box is possible.
+    """
+    low, high = [], []
+    for mode in modes:
+        spread = NORMAL_95 * np.sqrt(np.diag(mode.covariance)[:-1])
+        low.append(np.where(mode.box.flat, mode.box.lows, np.maximum(mode.z - spread, mode.box.lows)))
+        high.append(np.where(mode.box.flat, mode.box.highs, np.minimum(mode.z + spread, mode.box.highs)))
+    return np.stack([np.min(low, axis=0), np.max(high, axis=0)], axis=1)
+
+
+def sensitivity(calibrator: Calibrator, mode: Mode, i: int) -> Sensitivity:
+    """How much the emulated curve moves when coordinate i runs through every box, the others held at the fit."""
+    others = np.arange(len(mode.z)) != i
+    rows: list[Array] = []
+    for box in calibrator.coordinates.boxes:
+        if np.all((mode.z >= box.lows - 1e-6) & (mode.z <= box.highs + 1e-6) | ~others):
+            z = np.tile(mode.z, (GRID, 1))
+            z[:, i] = np.linspace(box.lows[i], box.highs[i], GRID)
+            rows.append(z)
+    model = calibrator.model
+    curves = model.curves(model.scores(calibrator.coordinates.theta(np.vstack(rows))), mode.t0)
+    spans = model.observations.split(np.ptp(curves, axis=0))
+    found = [
+        Sensitivity(c.name, c.unit, float(spans[c.name].max()), float(np.sqrt(np.mean(c.noise**2))))
+        for c in model.observations.channels
+    ]
+    return max(found, key=lambda s: s.change / s.noise)
+
+
+def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float, identified: bool) -> str:
+    """Why coordinate i is identified or not; width: of its interval, as a share of the prior's."""
+    felt = sensitivity(calibrator, modes[0], i)
+    if felt.change < felt.noise:
+        return felt.sentence
+    share = f"the interval is {width:.0%} of what was known before; {felt.sentence}"
+    if identified:
+        return share + _at_bound(modes[0], i)
+    if modes[0].box.flat[i]:
+        return "best where the parameter is off, and no value changes the curve there" + _several(modes)
+    return share + _look_alike(calibrator, modes[0], i) + _several(modes)
+
+
+def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
+    """The other unknown that makes up for this one, if one does."""
+    sd = np.sqrt(np.diag(mode.covariance))
+    known = sd > 0.0
+    correlation = np.where(known, mode.covariance[i] / (sd[i] * np.where(known, sd, 1.0)), 0.0)
+    correlation[i] = 0.0
+    j = int(np.argmax(np.abs(correlation)))
+    if abs(correlation[j]) < LOOKS_ALIKE:
+        return ""
+    other = "the time origin" if j == len(mode.z) else plain(calibrator.coordinates.names[j])
+    return f", but {other} can make up for it (correlation {correlation[j]:+.2f})"
+
+
+def _at_bound(mode: Mode, i: int) -> str:
+    if min(mode.z[i], 1.0 - mode.z[i]) > 1e-3:
+        return ""
+    return f"; the best fit is at the {'lower' if mode.z[i] < 0.5 else 'upper'} end of the range"
+
+
+def _several(modes: tuple[Mode, ...]) -> str:
+    extra = len({(*mode.box.lows, *mode.box.highs) for mode in modes}) - 1
+    return "; values on the other side of an activity limit fit as well" if extra else ""

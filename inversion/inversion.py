@@ -1,0 +1,149 @@
+"""What an inversion found: the content of `inversion.json`. SI units; None where a thing does not exist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from data.files import write_atomically
+from inversion.cloud import Cloud
+from inversion.design_gate import DesignFigures
+from inversion.time_origin import TimeOrigin
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter by one method.
+
+    value: SI; of a parameter that is not identified it is only the point at which the verification ran; None where the
+    design carries no separate value. reason: one line that says why it is identified or not.
+    """
+
+    value: float | None
+    interval_95: tuple[float, float] | None
+    unit: str
+    identified: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class ChannelScore:
+    """Errors of one channel, SI `unit`.
+
+    predicted_rmse: by the emulator at the method's answer; verified_rmse: by the solver, at the estimated time origin;
+    verified_rmse_at_zero_offset: by the solver on its own clock; verified_relative: verified_rmse over the measured peak.
+    """
+
+    unit: str
+    predicted_rmse: float | None
+    verified_rmse: float | None
+    verified_relative: float | None
+    verified_rmse_at_zero_offset: float | None
+
+
+@dataclass(frozen=True)
+class Combination:
+    """What a rank-deficient design does carry: coordinates 0..1 over the runs, and a line in the user's words.
+
+    directions: for each coordinate, name -> change of the parameter from 0 to 1, SI; point: where the verification ran.
+    """
+
+    directions: tuple[dict[str, float], ...]
+    coordinates: tuple[float, ...]
+    interval_95: tuple[tuple[float, float] | None, ...]
+    point: dict[str, float]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One method's answer.
+
+    predicted_rmse, verified_rmse: of the first measured channel, SI; verified_relative: root mean square of the channels'
+    errors relative to their peaks; run: key of the verification run in the run store; failure: why it did not finish.
+    """
+
+    parameters: Mapping[str, Estimate]
+    predicted_rmse: float | None
+    verified_rmse: float | None
+    verified_relative: float | None
+    channels: Mapping[str, ChannelScore]
+    combination: Combination | None
+    run: str | None
+    failure: str | None
+
+
+@dataclass(frozen=True)
+class TrainingFigures:
+    """How the network was trained; inputs: channel -> instants read, on the record's clock [s]; held_out: run numbers."""
+
+    trainer: str
+    shape: str
+    epochs: int
+    goal: float
+    mse: float
+    test_mse: float | None
+    history: str
+    status: str
+    holdout: str
+    held_out: tuple[int, ...]
+    inputs: Mapping[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class EmulatorFigures:
+    """Components that are predicted, and leave-one-out figures of each channel (loo_rmse in SI)."""
+
+    components: Mapping[str, int]
+    q2: Mapping[str, float | None]
+    loo_rmse: Mapping[str, float]
+    standardised_rms: Mapping[str, float | None]
+    runs_left_out: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class MeasuredFigures:
+    """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel)."""
+
+    path: str
+    provenance: tuple[str, ...]
+    simulated: bool
+    points: Mapping[str, int]
+    noise: Mapping[str, float]
+    noise_source: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """The whole result; `methods` holds those that were run, `best` the one with the smallest verified error."""
+
+    methods: Mapping[str, Answer]
+    best: str | None
+    design: DesignFigures
+    runs_used: int
+    time_offset: TimeOrigin
+    warnings: tuple[str, ...]
+    training: TrainingFigures | None
+    emulator: EmulatorFigures
+    cloud: Cloud
+    measured: MeasuredFigures
+    case_hash: str
+    seed: int
+    schema_version: int = SCHEMA_VERSION
+
+    def save(self, path: Path) -> None:
+        """Write JSON; what is not finite becomes null."""
+        write_atomically(path, _ADAPTER.dump_json(self, indent=2).decode() + "\n")
+
+    @classmethod
+    def load(cls, path: Path) -> Inversion:
+        """Read what `save` wrote."""
+        return _ADAPTER.validate_json(path.read_bytes())
+
+
+_ADAPTER = TypeAdapter(Inversion)

@@ -1,0 +1,186 @@
+"""The inversion of one measurement from a finished campaign: gate, emulator, time origin, both methods, verification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data.curves import Measured
+from data.dataset import Dataset
+from data.errors import RunFailed, UserError
+from inversion import cloud as clouds
+from inversion.calibration import Calibrator
+from inversion.coordinates import carried_coordinates, parameter_coordinates
+from inversion.curve_model import CurveModel
+from inversion.design_gate import design_figures, refuse_deficient
+from inversion.figures import emulator_figures, emulator_warnings, measured_figures, training_figures
+from inversion.forward import Forward
+from inversion.inversion import Answer, Inversion
+from inversion.network_inversion import network_answer
+from inversion.observations import Observations, observe
+from inversion.proposal import Ground, Proposal, by_emulator, by_network
+from inversion.time_origin import TimeOrigin, time_origin
+from inversion.verification import Verification, channel_scores, overall, verify
+from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
+from surrogate.holdout import input_times
+from surrogate.inverse_network import NetworkFit, fit_network
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network", "emulator")}
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to invert. noise: sensor -> standard deviation, SI; time_offset: that of the time origin [s], 0 = same clock."""
+
+    trainer: str = "lm"
+    method: str = "both"
+    seed: int = 0
+    noise: Mapping[str, float] = field(default_factory=dict)
+    time_offset: float = 0.0
+    allow_rank_deficient: bool = False
+
+    def methods(self) -> tuple[str, ...]:
+        """The methods asked for; raises UserError."""
+        if self.method not in METHODS:
+            raise UserError(f'method = "{self.method}" is unknown; use one of: {", ".join(METHODS)}')
+        return METHODS[self.method]
+
+
+@dataclass(frozen=True)
+class Located:
+    """The measurement laid over the campaign: time origin found, cloud judged."""
+
+    ground: Ground
+    observations: Observations
+    origin: TimeOrigin
+    cloud: clouds.Cloud
+    warnings: tuple[str, ...]
+
+    @property
+    def emulator(self) -> Emulator:
+        """The forward emulator."""
+        return self.ground.calibrator.model.emulator
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The inversion and what it was made with, for whoever writes or draws it."""
+
+    inversion: Inversion
+    observations: Observations
+    emulator: Emulator
+    network: NetworkFit | None
+    verified: Mapping[str, Verification]
+
+
+def invert(
+    dataset: Dataset, measured: Measured, forward: Forward, options: Options | None = None, progress: Progress | None = None
+) -> Outcome:
+    """Invert `measured` with a campaign's runs and verify every answer with `forward`.
+
+    Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
+    """
+    choice, report = options or Options(), progress or (lambda fraction: None)
+    methods = choice.methods()
+    located = locate(dataset, measured, choice, lambda f: report(0.2 * f))
+    warnings, proposals, network, training = list(located.warnings), {}, None, None
+    if "network" in methods:
+        read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
+        network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
+        answer = network_answer(dataset, network, located.observations, read)
+        proposals["network"], training = by_network(located.ground, network, answer), training_figures(network, dataset, read)
+        warnings += answer.warnings
+    if "emulator" in methods:
+        proposals["emulator"] = by_emulator(located.ground)
+    verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
+    warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
+    inversion = Inversion(
+        methods=answers,
+        best=best(answers),
+        design=located.ground.design,
+        runs_used=len(dataset.runs),
+        time_offset=located.origin,
+        warnings=tuple(warnings),
+        training=training,
+        emulator=emulator_figures(located.emulator, dataset),
+        cloud=located.cloud,
+        measured=measured_figures(measured, located.observations),
+        case_hash=dataset.case_hash,
+        seed=choice.seed,
+    )
+    return Outcome(inversion, located.observations, located.emulator, network, verified)
+
+
+def locate(dataset: Dataset, measured: Measured, choice: Options, progress: Progress) -> Located:
+    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud."""
+    observations = observe(measured, dataset, choice.noise)
+    design = design_figures(dataset)
+    refuse_deficient(design, choice.allow_rank_deficient)
+    emulator = fit_emulator(dataset, [c.name for c in observations.channels], choice.seed, lambda f: progress(0.8 * f))
+    carried = carried_coordinates(dataset, design.rank) if design.deficient else None
+    coordinates = carried or parameter_coordinates(dataset, emulator.regions)
+    calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    modes = calibrator.fit(choice.seed)
+    origin, held = time_origin(calibrator, modes)
+    found = clouds.cloud(dataset, observations, modes[0])
+    progress(1.0)
+    first = [] if found.inside else [clouds.warning(found, observations)]
+    first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
+    warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
+    return Located(Ground(dataset, design, calibrator, modes, found.inside), observations, origin, found, warnings)
+
+
+def train_network(located: Located, read: Mapping[str, Array], choice: Options, progress: Progress) -> NetworkFit:
+    """Train on the runs at the measured instants `read`, moved to the model's clock."""
+    on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
+    return fit_network(located.ground.dataset, on_model_clock, choice.trainer, seed=choice.seed, progress=progress)
+
+
+def verify_all(
+    names: tuple[str, ...], proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
+) -> dict[str, Verification]:
+    """Run the forward model at every answer; raises RunFailed when none finishes."""
+    verified: dict[str, Verification] = {}
+    for method, proposal in proposals.items():
+        theta = {name: float(value) for name, value in zip(names, proposal.theta, strict=True)}
+        verified[method] = verify(forward, theta)
+        progress(len(verified) / len(proposals))
+    if all(v.histories is None for v in verified.values()):
+        raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
+    return verified
+
+
+def answered(located: Located, proposal: Proposal, verification: Verification) -> Answer:
+    """A proposal with the errors of its verification run."""
+    model, t0 = located.ground.calibrator.model, located.origin.value
+    try:
+        located.emulator.check(proposal.theta[None])
+        predicted = located.observations.split(model.curves(model.scores(proposal.theta[None]), t0)[0])
+    except ExtrapolationError:
+        predicted = None
+    scores = channel_scores(verification, predicted, located.observations, t0)
+    first = scores[located.observations.channels[0].name]
+    key = verification.histories.summary.get("run_key") if verification.histories is not None else None
+    return Answer(
+        parameters=proposal.estimates,
+        predicted_rmse=first.predicted_rmse,
+        verified_rmse=first.verified_rmse,
+        verified_relative=overall(scores),
+        channels=scores,
+        combination=proposal.combination,
+        run=str(key) if key is not None else None,
+        failure=verification.failure,
+    )
+
+
+def best(answers: Mapping[str, Answer]) -> str | None:
+    """The method with the smallest verified error."""
+    verified = {m: a.verified_relative for m, a in answers.items() if a.verified_relative is not None}
+    return min(verified, key=lambda m: verified[m]) if verified else None

@@ -1,0 +1,85 @@
+"""Verification: the forward model is run at each answer and laid over the measurement. Only this error counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from data.curves import Measured
+from data.errors import RunFailed
+from data.files import write_atomically
+from data.histories import Histories
+from inversion.forward import Forward
+from inversion.inversion import ChannelScore
+from inversion.misfit import relative, rmse
+from inversion.observations import Observations
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """A run at an answer: its histories, or why there are none."""
+
+    histories: Histories | None
+    failure: str | None
+
+    def at(self, channel: str, times: Array) -> Array:
+        """The channel at `times` [s] of the model's clock: at rest before the record, NaN after it or without a run."""
+        if self.histories is None:
+            return np.full(len(times), np.nan)
+        return self.histories.at(channel, np.maximum(times, self.histories.time[0]))
+
+
+def verify(forward: Forward, theta: Mapping[str, float]) -> Verification:
+    """Run the forward model at theta; a failed run is recorded, not raised: the other method may still finish."""
+    try:
+        return Verification(forward(theta), None)
+    except RunFailed as error:
+        return Verification(None, str(error))
+
+
+def channel_scores(
+    verification: Verification, predicted: Mapping[str, Array] | None, observations: Observations, t0: float
+) -> dict[str, ChannelScore]:
+    """Errors of every channel; predicted: the emulator's curves at the measured instants, None where it has none."""
+    scores: dict[str, ChannelScore] = {}
+    for c in observations.channels:
+        shifted, unshifted = (verification.at(c.name, c.times - shift) for shift in (t0, 0.0))
+        scores[c.name] = ChannelScore(
+            unit=c.unit,
+            predicted_rmse=rmse(predicted[c.name], c.values) if predicted is not None else None,
+            verified_rmse=_known(rmse(shifted, c.values)),
+            verified_relative=_known(relative(shifted, c.values)),
+            verified_rmse_at_zero_offset=_known(rmse(unshifted, c.values)),
+        )
+    return scores
+
+
+def overall(scores: Mapping[str, ChannelScore]) -> float | None:
+    """Root mean square of the channels' relative errors."""
+    parts = [s.verified_relative for s in scores.values()]
+    known = [p for p in parts if p is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+def write_verification(
+    path: Path, measured: Measured, observations: Observations, verified: Mapping[str, Verification], t0: float
+) -> None:
+    """CSV: time_s of the record, then for each channel measured_..., and one column a method, on the record's clock."""
+    table = {"time_s": measured.time}
+    for c in observations.channels:
+        label = f"{c.name}_{c.unit}".rstrip("_")
+        table[f"measured_{label}"] = measured.channels[c.name]
+        for method, verification in verified.items():
+            table[f"{method}_{label}"] = verification.at(c.name, measured.time - t0)
+    write_atomically(path, pd.DataFrame(table).to_csv(index=False, lineterminator="\n"))
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None

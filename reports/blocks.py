@@ -1,0 +1,85 @@
+"""What a page is made of: paragraphs, warnings, tables and pictures, gathered in sections."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from matplotlib.figure import Figure
+
+from reports.figures.style import inline_svg, png
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Plain words."""
+
+    text: str
+    kind: Literal["paragraph"] = "paragraph"
+
+
+@dataclass(frozen=True)
+class Warnings:
+    """What the reader must know before believing the rest."""
+
+    lines: tuple[str, ...]
+    kind: Literal["warnings"] = "warnings"
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A numbered list of sentences."""
+
+    lines: tuple[str, ...]
+    kind: Literal["lines"] = "lines"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells are text already in the engineer's units; `numeric` columns are set flush right."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str
+    numeric: frozenset[int] = frozenset()
+    kind: Literal["table"] = "table"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure as markup for the page, with a caption that says what to see."""
+
+    name: str
+    markup: str
+    caption: str
+    kind: Literal["picture"] = "picture"
+
+
+Block = Paragraph | Warnings | Lines | Table | Picture
+
+
+@dataclass(frozen=True)
+class Section:
+    """One numbered part of the page."""
+
+    name: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+def drawing(name: str, figure: Figure, caption: str) -> Picture:
+    """A figure of lines: SVG inside the page."""
+    return Picture(name, inline_svg(figure, name), caption)
+
+
+def photograph(name: str, figure: Figure, caption: str, alternative: str) -> Picture:
+    """A figure of thousands of marks: PNG inside the page; `alternative` says in words what it shows."""
+    data = base64.b64encode(png(figure)).decode("ascii")
+    return Picture(name, f'<img alt="{alternative}" src="data:image/png;base64,{data}">', caption)
+
+
+def key_table(rows: Sequence[tuple[str, str]], caption: str) -> Table:
+    """Two columns: what, and how much."""
+    return Table(("what", "value"), tuple(rows), caption)

@@ -1,0 +1,113 @@
+"""Measured against verified: the curves with their peaks, and below them the residuals with the noise band."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from data.histories import Array
+from reports.figures.quantities import labelled, milliseconds, shown
+from reports.figures.style import BLACK, METHOD_COLOURS, METHOD_DASHES, METHOD_MARKERS, WIDE, legend_above, styled
+
+
+@dataclass(frozen=True)
+class VerifiedCurve:
+    """One method's verification run: `time` (n,) s on the record's clock, `values` (n,) SI, `at_record` (m,) SI."""
+
+    time: Array
+    values: Array
+    at_record: Array
+
+
+@styled
+def comparison_figure(
+    channel: str,
+    si_unit: str,
+    time: Array,
+    record: Array,
+    sigma: Array | None,
+    record_label: str,
+    verified: Mapping[str, VerifiedCurve],
+) -> Figure:
+    """Record `time` (m,) s, `record` (m,) SI, `sigma` (m,) SI or None; `verified`: method -> its verification run."""
+    figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
+    _record(above, time, record, sigma, si_unit, record_label)
+    for method, curve in verified.items():
+        _simulated(above, method, curve, si_unit)
+        _residual(below, method, time, curve.at_record - record, si_unit)
+    _noise_band(below, time, sigma, si_unit)
+    _frame(above, below, channel, si_unit, time)
+    return figure
+
+
+def _record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit: str, label: str) -> None:
+    """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known."""
+    values, unit = shown(record, si_unit)
+    dense = time.size > 80
+    style = {"linestyle": "-", "linewidth": 1.1} if dense else {"linestyle": "none", "marker": "o", "mfc": "white"}
+    axes.plot(milliseconds(time), values, color=BLACK, markersize=5.5, zorder=5, label=label, **style)
+    if sigma is not None and not dense:
+        axes.errorbar(milliseconds(time), values, 2 * shown(sigma, si_unit)[0], fmt="none", ecolor=BLACK, elinewidth=0.8)
+    _mark_peak(axes, milliseconds(time), values, unit, BLACK, above=True)
+
+
+def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str) -> None:
+    values, _ = shown(curve.values, si_unit)
+    label = f"simulated: verification of the {method}"
+    colour, dashes = METHOD_COLOURS[method], METHOD_DASHES[method]
+    axes.plot(milliseconds(curve.time), values, color=colour, linestyle=dashes, label=label)
+    top = int(np.nanargmax(np.abs(values)))
+    axes.plot(milliseconds(curve.time)[top], values[top], marker="v", color=colour, markersize=6, zorder=6)
+
+
+def _mark_peak(axes: Axes, time: Array, values: Array, unit: str, colour: str, above: bool) -> None:
+    """A drop line to the time axis and the peak's value beside it, clear of the curve."""
+    top = int(np.nanargmax(np.abs(values)))
+    axes.vlines(time[top], 0.0, values[top], color=colour, linewidth=0.7, linestyle=":")
+    axes.annotate(
+        f"peak {values[top]:.2f} {unit} at {time[top]:.2f} ms",
+        xy=(time[top], 0.0),
+        xytext=(5, 5 if above else -5),
+        textcoords="offset points",
+        color=colour,
+        fontsize=8,
+    )
+
+
+def _residual(axes: Axes, method: str, time: Array, residual: Array, si_unit: str) -> None:
+    marker = METHOD_MARKERS[method] if time.size <= 80 else ""
+    axes.plot(
+        milliseconds(time),
+        shown(residual, si_unit)[0],
+        color=METHOD_COLOURS[method],
+        linestyle=METHOD_DASHES[method],
+        linewidth=1.1,
+        marker=marker,
+        markersize=4,
+    )
+
+
+def _noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> None:
+    """Two standard deviations of the record's noise: residuals inside it say nothing."""
+    axes.axhline(0.0, color=BLACK, linewidth=0.7)
+    if sigma is None:
+        return
+    band = 2 * shown(sigma, si_unit)[0]
+    axes.fill_between(milliseconds(time), -band, band, color="#CFCFCF", linewidth=0, zorder=0)
+    axes.text(1.0, 1.02, "grey: ±2σ of the noise", transform=axes.transAxes, ha="right", va="bottom", fontsize=8)
+
+
+def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) -> None:
+    unit = shown(np.zeros(1), si_unit)[1]
+    above.set_ylabel(labelled(channel, unit))
+    below.set_ylabel(labelled("residual", unit))
+    below.set_xlabel("Time on the record's clock [ms]")
+    last = milliseconds(time)[-1]
+    below.set_xlim(min(0.0, milliseconds(time)[0]), last * 1.04)
+    above.margins(y=0.08)
+    legend_above(above, columns=2)

@@ -1,0 +1,77 @@
+"""The design seen two parameters at a time: do the strikes fill the box, or lie on a line?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from data.histories import Array
+from reports.figures.quantities import labelled, shown
+from reports.figures.style import BLUE, GREY, VERMILION, styled
+
+
+@styled
+def design_figure(
+    names: Sequence[str],
+    units: Sequence[str],
+    values: Array,
+    lows: Array,
+    highs: Array,
+    held_out: NDArray[np.bool_],
+    limits: Mapping[int, float],
+) -> Figure:
+    """`values` (n, k) SI with box `lows`..`highs` (k,); `held_out` (n,) bool; `limits`: column -> activity limit SI."""
+    k = len(names)
+    figure = Figure(figsize=(7.0, 1.9 * max(k - 1, 1) + 0.7), layout="constrained")
+    grid = figure.subplots(max(k - 1, 1), max(k - 1, 1), sharex="col", sharey="row", squeeze=False)
+    for row in range(1, k):
+        for column in range(k - 1):
+            axes = grid[row - 1, column]
+            if column >= row:
+                axes.set_axis_off()
+                continue
+            _projection(axes, values[:, [column, row]], (units[column], units[row]), held_out)
+            _box(axes, (lows, highs), (column, row), (units[column], units[row]), limits)
+            if column == 0:
+                axes.set_ylabel(labelled(names[row], shown(lows, units[row])[1]))
+            if row == k - 1:
+                axes.set_xlabel(labelled(names[column], shown(lows, units[column])[1]))
+    _legend(figure, grid[0, 0], bool(limits))
+    return figure
+
+
+def _projection(axes: Axes, pair: Array, units: tuple[str, str], held_out: NDArray[np.bool_]) -> None:
+    x, y = shown(pair[:, 0], units[0])[0], shown(pair[:, 1], units[1])[0]
+    axes.plot(x[~held_out], y[~held_out], "o", color=BLUE, markersize=4, label="training strike")
+    if held_out.any():
+        axes.plot(x[held_out], y[held_out], "s", color=VERMILION, mfc="white", markersize=4.5, label="held-out strike")
+
+
+def _box(
+    axes: Axes,
+    box: tuple[Array, Array],
+    columns: tuple[int, int],
+    units: tuple[str, str],
+    limits: Mapping[int, float],
+) -> None:
+    """The parameter box with a little air, and dashed lines where a parameter stops to act."""
+    for which, (column, unit) in enumerate(zip(columns, units, strict=True)):
+        low, high = (float(shown(side[column], unit)[0]) for side in box)
+        air = 0.06 * (high - low)
+        (axes.set_xlim if which == 0 else axes.set_ylim)(low - air, high + air)
+        if column in limits:
+            at = float(shown(np.asarray(limits[column]), unit)[0])
+            (axes.axvline if which == 0 else axes.axhline)(at, color=GREY, linewidth=1.0, linestyle="--")
+
+
+def _legend(figure: Figure, first: Axes, with_limits: bool) -> None:
+    """In the empty upper triangle of the grid."""
+    handles, labels = first.get_legend_handles_labels()
+    if with_limits:
+        handles.append(first.plot([], [], color=GREY, linestyle="--", linewidth=1.0)[0])
+        labels.append("limit of activity")
+    figure.legend(handles, labels, loc="upper right", bbox_to_anchor=(0.98, 0.98))

@@ -1,0 +1,66 @@
+"""Axes and labels in the engineer's units: SI arrays in, display numbers and their unit out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from data.histories import Array
+from data.units import display
+
+_SYMBOLS = {"pressure_cutoff": "PC", "viscosity": "MU", "tension_erosion": "TEROD", "compression_erosion": "CEROD"}
+
+
+def shown(values: Array, si_unit: str) -> tuple[Array, str]:
+    """An SI array in the unit an engineer reads, with that unit's name; units here are linear (no offset)."""
+    factor, unit = display(1.0, si_unit)
+    return np.asarray(values, dtype=float) * factor, unit
+
+
+def milliseconds(time: Array) -> Array:
+    """Time [s] as [ms]."""
+    return shown(time, "s")[0]
+
+
+def words(name: str) -> str:
+    """A sensor's or a file's name as words: `displacement_centre` -> `displacement centre`."""
+    return name.replace("_", " ")
+
+
+def parameter_label(dotted: str) -> str:
+    """A dotted case key as the field says it: `bird.material.viscosity` -> `viscosity MU`."""
+    last = dotted.rsplit(".", 1)[-1]
+    return f"{words(last)} {_SYMBOLS[last]}" if last in _SYMBOLS else words(last)
+
+
+def symbol(dotted: str) -> str:
+    """The card's short name where there is one: `bird.material.viscosity` -> `MU`."""
+    last = dotted.rsplit(".", 1)[-1]
+    return _SYMBOLS.get(last, words(last))
+
+
+def labelled(name: str, unit: str) -> str:
+    """`displacement_centre`, `mm` -> `Displacement centre [mm]`; a pure number says [–]."""
+    text = words(name)
+    return f"{text[:1].upper()}{text[1:]} [{unit or '–'}]"
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits, no exponent in the everyday range: 0.00123, 45.6, 641."""
+    if not np.isfinite(value):
+        return "–"
+    if value == 0 or 1e-4 <= abs(value) < 1e6:
+        decimals = max(0, digits - 1 - int(np.floor(np.log10(abs(value))))) if value else 0
+        return f"{value:.{decimals}f}"
+    return f"{value:.{digits - 1}e}"
+
+
+def quantity(value: float, si_unit: str, digits: int = 3) -> str:
+    """An SI value as an engineer reads it: `quantity(0.00556, "m")` is `5.56 mm`."""
+    number, unit = display(value, si_unit)
+    return f"{significant(number, digits)} {unit}".strip()
+
+
+def bound(value: float, si_unit: str) -> str:
+    """An end of a range as it was given, without added zeros: `bound(-5e4, "Pa")` is `-0.05 MPa`."""
+    number, unit = display(value, si_unit)
+    return f"{number:.6g} {unit}".strip()

@@ -1,0 +1,94 @@
+"""The look of every figure: one sober style, Okabe and Ito's colour-blind-safe colours, one colour per role."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import wraps
+from io import BytesIO, StringIO
+from typing import ParamSpec
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+
+# Okabe, M. and Ito, K., Color Universal Design (2008): told apart by every common kind of colour vision.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#8C8C8C"
+
+METHOD_COLOURS = {"network": VERMILION, "emulator": BLUE}
+METHOD_DASHES = {"network": "-", "emulator": (0, (5, 2))}
+METHOD_MARKERS = {"network": "s", "emulator": "D"}
+
+WIDE = 8.6  # in: the page's column at 96 dots per inch is a little wider, so text is never scaled down
+
+RULES: dict[str, object] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "lines.linewidth": 1.5,
+    "hatch.linewidth": 0.6,
+    "svg.fonttype": "path",  # outlines: no font is looked up where the page is read
+    "svg.hashsalt": "birdstrike",  # the same data give the same bytes
+}
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draws under the house style, whatever the caller's matplotlib settings are."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def legend_above(axes: Axes, columns: int = 4) -> None:
+    """The axes' legend in a row of its own above the whole figure, where it can't cover data."""
+    figure = axes.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=2.2, columnspacing=1.6)
+
+
+def inline_svg(figure: Figure, prefix: str) -> str:
+    """The figure as an SVG element for a page; `prefix` keeps its ids apart from other figures' ids."""
+    buffer = StringIO()
+    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, bbox_inches="tight")
+    return _embedded(buffer.getvalue(), prefix)
+
+
+def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
+    """The figure as PNG bytes: for pictures of thousands of particles, where SVG would weigh megabytes."""
+    buffer = BytesIO()
+    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+        figure.savefig(buffer, format="png", dpi=dots_per_inch, bbox_inches="tight", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def _embedded(svg: str, prefix: str) -> str:
+    """Drops the XML head and metadata, lets the page set the size, and makes every id unique to the page."""
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', r'<svg xmlns="http://www.w3.org/2000/svg" \1>', body, count=1)
+    body = re.sub(r'\bid="', f'id="{prefix}-', body)
+    body = re.sub(r'xlink:href="#', f'href="#{prefix}-', body)
+    return body.replace("url(#", f"url(#{prefix}-")

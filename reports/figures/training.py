@@ -1,0 +1,28 @@
+"""The network's convergence: mean square error of training and held-out strikes over the epochs, with the goal."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from data.histories import Array
+from reports.figures.style import BLACK, BLUE, VERMILION, legend_above, styled
+
+
+@styled
+def training_figure(epoch: Array, training: Array, held_out: Array | None, goal: float | None) -> Figure:
+    """`epoch`, `training`, `held_out`: (e,) mean square errors of the parameters scaled to 0..1."""
+    figure = Figure(figsize=(7.0, 3.1), layout="constrained")
+    axes = figure.subplots()
+    marker = "o" if epoch.size < 30 else ""
+    axes.semilogy(epoch, training, color=BLUE, marker=marker, markersize=3, label="training strikes")
+    if held_out is not None and np.isfinite(held_out).any():
+        label = "held-out strikes"
+        axes.semilogy(epoch, held_out, color=VERMILION, linestyle=(0, (5, 2)), marker=marker, markersize=3, label=label)
+    if goal is not None:
+        axes.axhline(goal, color=BLACK, linewidth=1.0, linestyle=":", label=f"goal {goal:g}")
+    axes.set_xlabel("Epoch")
+    axes.set_ylabel("Mean square error [–]")
+    axes.margins(x=0.02, y=0.08)
+    legend_above(axes)
+    return figure

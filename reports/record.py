@@ -1,0 +1,85 @@
+"""The record against the strikes: what to call it, where it lies in the cloud, and where a simulation misses it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data.curves import Measured
+from data.histories import Array
+from reports.results import Results
+
+_MADE_BY = re.compile(r"simulated\s*(?:\(|by\s+)\s*([A-Za-z][\w.+-]*)", re.IGNORECASE)
+
+
+def origin(record: Measured) -> str:
+    """`measured`, or `simulated by LS-DYNA` where the provenance says so: never `measured` for a simulated record."""
+    if not record.simulated:
+        return "measured"
+    made_by = next((found[1] for line in record.provenance if (found := _MADE_BY.search(line))), "")
+    return f"simulated by {made_by}" if made_by else "simulated, see its provenance"
+
+
+def short_name(record: Measured) -> str:
+    """The record's file without folder and suffix."""
+    return Path(record.path).stem
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """One channel: the campaign's `low` and `high` (r,) SI at the record's `time` (r,) s, the record's `values` (r,)."""
+
+    time: Array
+    values: Array
+    low: Array
+    high: Array
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """(r,) True where the record lies beyond all strikes."""
+        return (self.values < self.low) | (self.values > self.high)
+
+    @property
+    def excess(self) -> Array:
+        """(r,) SI: how far the record lies above (+) or below (-) the cloud; 0 inside."""
+        return np.maximum(self.values - self.high, 0.0) - np.maximum(self.low - self.values, 0.0)
+
+
+def cloud(results: Results, channel: str) -> Cloud:
+    """The campaign's smooth strikes at those of the record's times that they reach, on the estimated time origin."""
+    time, values = results.record.points(channel)
+    on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
+    strikes = results.dataset.sampled(channel, on_their_clock)
+    strikes = strikes[results.dataset.smooth] if results.dataset.smooth.any() else strikes
+    reached = np.isfinite(strikes).all(axis=0)
+    return Cloud(time[reached], values[reached], strikes.min(axis=0)[reached], strikes.max(axis=0)[reached])
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Simulated minus record, (r,) SI, at those of the record's times (r,) s where both exist."""
+
+    time: Array
+    values: Array
+
+    @property
+    def worst(self) -> tuple[float, float]:
+        """Time [s] and value of the largest miss."""
+        return peak(self.time, self.values)
+
+
+def residual(results: Results, channel: str, method: str) -> Residual:
+    """What a method's verification leaves unexplained in one channel."""
+    difference = results.simulated[method][channel] - results.record.channels[channel]
+    both = np.isfinite(difference)
+    return Residual(results.record.time[both], difference[both])
+
+
+def peak(time: Array, values: Array) -> tuple[float, float]:
+    """Time [s] and value of the largest magnitude, SI."""
+    top = int(np.nanargmax(np.abs(values)))
+    return float(time[top]), float(values[top])

@@ -1,0 +1,91 @@
+"""A finished loop in one immutable thing: case, record, campaign, inversion, verification runs and their books."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data.curves import Measured
+from data.dataset import Dataset
+from data.histories import Array, Histories
+from inversion.inversion import Answer, Inversion
+from solver.case import Case
+
+Books = Mapping[str, Any]
+"""A run's `summary.json`."""
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """The network's mean square errors over the epochs, (e,): training and held-out strikes, outputs scaled to 0..1."""
+
+    epoch: Array
+    training: Array
+    held_out: Array
+
+
+@dataclass(frozen=True)
+class Results:
+    """Everything the report says, read from a finished folder.
+
+    record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN where
+    it has no value; verified: method -> its run; books: run's label -> its summary; failures: run's label -> reason;
+    campaign: content of the campaign's `summary.json`.
+    """
+
+    folder: Path
+    case: Case
+    record: Measured
+    dataset: Dataset
+    inversion: Inversion
+    simulated: Mapping[str, Mapping[str, Array]]
+    verified: Mapping[str, Histories]
+    convergence: Convergence | None
+    campaign: Mapping[str, Any]
+    books: Mapping[str, Books]
+    failures: Mapping[str, str]
+
+    @property
+    def best(self) -> str:
+        """The method whose verification misses the record least."""
+        assert self.inversion.best is not None, "results without a verification are refused when they are read"
+        return self.inversion.best
+
+    @property
+    def answer(self) -> Answer:
+        """The best method's answer."""
+        return self.inversion.methods[self.best]
+
+    @property
+    def finished(self) -> tuple[str, ...]:
+        """Methods with a verification run, the best first."""
+        return self.best, *(name for name in self.verified if name != self.best)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of the record that were compared, in the record's order."""
+        return tuple(self.record.channels)
+
+    @property
+    def offset(self) -> float:
+        """[s] by which the record's clock is ahead of the simulation's."""
+        return self.inversion.time_offset.value
+
+    @property
+    def held_out(self) -> NDArray[np.bool_]:
+        """(runs,) the strikes that the network was not trained on."""
+        training = self.inversion.training
+        return np.isin(self.dataset.runs, training.held_out if training else [])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the reader must know: of the inversion, of failed strikes, and of the strikes' own books."""
+        failed = [f"{label} failed and is not used: {reason}" for label, reason in self.failures.items()]
+        own = [text for books in self.books.values() for text in books.get("warnings", [])]
+        counted = [f"{text} ({own.count(text)} of {len(self.books)} strikes)" for text in dict.fromkeys(own)]
+        return (*self.inversion.warnings, *failed, *counted)

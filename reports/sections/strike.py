@@ -1,0 +1,75 @@
+"""The strike itself at the best answer: pictures at the snapshots, forces, and the impulse they carry."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reports.blocks import Block, Paragraph, Section, drawing, photograph
+from reports.figures.force import force_figure, impulse
+from reports.figures.plate_fields import plate_figure
+from reports.figures.quantities import milliseconds, parameter_label, quantity, shown
+from reports.figures.strike import magnification, push_direction, strike_figure
+from reports.results import Results
+from solver.geometry import plate_mesh
+
+PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
+
+
+def section(results: Results) -> Section:
+    """Everything here is the best method's verification run."""
+    values = ", ".join(_value(results, name) for name in results.methods[results.best].parameters)
+    words = f"All of this section is simulated: the verification run of the {results.best} ({values})."
+    return Section("strike", "The simulated strike", (Paragraph(words), *_pictures(results), *_forces(results)))
+
+
+def _value(results: Results, name: str) -> str:
+    estimate = results.methods[results.best].parameters[name]
+    if not estimate.identified or estimate.value is None:
+        return f"{parameter_label(name)} not identified"
+    return f"{parameter_label(name)} {quantity(estimate.value, estimate.unit)}"
+
+
+def _pictures(results: Results) -> tuple[Block, ...]:
+    """Side views of all snapshots, the plate from above at the one nearest 1.5 ms."""
+    snapshots = results.methods[results.best].verification.snapshots
+    if not snapshots:
+        return (Paragraph("The case asks for no snapshots (time.snapshots), so there is no picture of the strike."),)
+    plate = results.case.plate
+    resting = plate_mesh(plate.length, plate.width, plate.elements).nodes
+    times = ", ".join(f"{float(milliseconds(np.asarray(s.time))):.2f}" for s in snapshots[:4])
+    factor = magnification(snapshots[:4], resting)
+    caption = (
+        f"Simulated bird and plate from the side at {times} ms, one scale of pressure (its top is the 99th percentile). "
+        f"The plate's mid line (blue) has its displacement magnified × {factor}; dashed: at rest. Grey: eroded particles."
+    )
+    side = photograph("strike", strike_figure(snapshots, resting), caption, f"Side views of the strike at {times} ms")
+    nearest = min(snapshots, key=lambda s: abs(s.time - PICTURE_TIME))
+    push = push_direction(snapshots)
+    deflection = push * (nearest.nodes[:, 2] - resting[:, 2])
+    at = quantity(nearest.time, "s")
+    words = (
+        f"The simulated plate from above at {at}: displacement up to {quantity(float(deflection.max()), 'm')}, von Mises "
+        f"stress up to {shown(nearest.plate_stress, 'Pa')[0].max():.3g} MPa (yield "
+        f"{quantity(plate.material.yield_stress, 'Pa')}). White dots: the bird's particles."
+    )
+    top = photograph("plate", plate_figure(nearest, resting, push), words, f"Plate from above at {at}")
+    return side, top
+
+
+def _forces(results: Results) -> tuple[Block, ...]:
+    """Force sensors of the run with their impulse against the bird's normal momentum."""
+    run = results.methods[results.best].verification
+    forces = {name: values for name, values in run.channels.items() if run.units[name] == "N"}
+    if not forces:
+        return (Paragraph("The case has no force sensors, so there is no force history."),)
+    momentum = results.case.bird.actual_mass * results.case.normal_speed
+    parts = []
+    for name, force in forces.items():
+        top, given = int(np.argmax(np.abs(force))), float(impulse(run.time, force)[-1])
+        peak = f"{quantity(float(force[top]), 'N')} at {quantity(float(run.time[top]), 's')}"
+        parts.append(f"{name.replace('_', ' ')}: peak {peak}, impulse {given:.3g} N s, {given / momentum:.0%} of that momentum")
+    caption = (
+        f"Simulated forces on the plate and their impulse; the bird brings {momentum:.3g} N s normal to the plate. "
+        f"{'; '.join(parts).replace('%', ' %')}, by the end of the run."
+    )
+    return (drawing("force", force_figure(run.time, forces, momentum), caption),)

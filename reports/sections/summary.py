@@ -1,0 +1,49 @@
+"""Summary: the five findings, the warnings, and the methods side by side."""
+
+from __future__ import annotations
+
+from reports.blocks import Block, Lines, Section, Table, Warnings
+from reports.figures.quantities import quantity, words
+from reports.findings import findings, percent
+from reports.record import origin, peak
+from reports.results import Results
+
+
+def section(results: Results) -> Section:
+    """What a colleague reads when there is no time for more."""
+    blocks: list[Block] = [Lines(findings(results))]
+    if results.warnings:
+        blocks.append(Warnings(results.warnings))
+    return Section("summary", "Summary", (*blocks, _methods(results)))
+
+
+def _methods(results: Results) -> Table:
+    """Errors of each method's verification run, one row a method and channel."""
+    head = ("verification run", "RMS error", "of the peak", "same, clocks as they are", "predicted RMS", "peak", "peak time")
+    rows = [_row(results, method, channel) for method in results.finished for channel in results.channels]
+    caption = (
+        f"Simulated verification runs against the record ({origin(results.record)}). The {results.best} is the better "
+        "verified. Predicted: RMS error that the emulator expected at that answer, before the solver was re-run. Peak and "
+        "its time: simulated minus record, both at the record's instants."
+    )
+    return Table(head, tuple(rows), caption, frozenset(range(1, len(head))))
+
+
+def _row(results: Results, method: str, channel: str) -> tuple[str, ...]:
+    score = results.inversion.methods[method].channels[channel]
+    unit, simulated = results.record.units[channel], results.simulated[method][channel]
+    (record_at, record_peak), (at, top) = peak(*results.record.points(channel)), peak(results.record.time, simulated)
+    best = " (best)" if method == results.best and len(results.finished) > 1 else ""
+    return (
+        method + best + (f", {words(channel)}" if len(results.channels) > 1 else ""),
+        _known(score.verified_rmse, unit),
+        "–" if score.verified_relative is None else percent(score.verified_relative),
+        _known(score.verified_rmse_at_zero_offset, unit),
+        _known(score.predicted_rmse, unit),
+        f"{(top / record_peak - 1) * 100:+.2g} %",
+        f"{quantity(at - record_at, 's')}",
+    )
+
+
+def _known(value: float | None, unit: str) -> str:
+    return "–" if value is None else quantity(value, unit)

@@ -1,0 +1,1 @@
+"""The embedded explicit solver: an SPH bird against a deformable shell plate."""

@@ -1,0 +1,156 @@
+"""The bird as SPH particles: state, and one step of density, pressure and forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.errors import RunFailed
+from data.histories import Array
+from solver.kernels.eos import grueneisen_terms
+from solver.kernels.motion import kick_and_drift_particles
+from solver.kernels.null_material import update_null_material
+from solver.kernels.sph import ROW, pack_midpoint, pack_state, pair_forces, rate_of_deformation
+from solver.kernels.sums import weighted_square
+from solver.verlet import VerletList
+
+
+@dataclass(frozen=True)
+class NullMaterial:
+    """NULL material on the Grueneisen equation of state; SI.
+
+    tension_erosion acts above 1 and compression_erosion between 0 and 1 (relative volumes V/V0); beyond, they are off.
+    """
+
+    rho0: float
+    pressure_cutoff: float
+    viscosity: float
+    tension_erosion: float
+    compression_erosion: float
+    C: float
+    S1: float
+    S2: float = 0.0
+    S3: float = 0.0
+    g0: float = 0.0
+    a: float = 0.0
+
+    @property
+    def eos(self) -> Array:
+        return np.array([self.rho0, self.C, self.S1, self.S2, self.S3, self.g0, self.a])
+
+    @property
+    def limits(self) -> Array:
+        """Pressure floor [Pa], largest and smallest V/V0 before erosion."""
+        largest = self.tension_erosion if self.tension_erosion > 1.0 else np.inf
+        smallest = self.compression_erosion if 0.0 < self.compression_erosion < 1.0 else 0.0
+        return np.array([self.pressure_cutoff, largest, smallest])
+
+    @property
+    def bulk_modulus(self) -> float:
+        """rho0 C^2 [Pa]."""
+        return self.rho0 * self.C**2
+
+    def shocked_sound_speed(self, u: float) -> float:
+        """Sound speed [m/s] behind the shock of particle velocity u [m/s]: the fastest that an impact at u makes."""
+        compression = u / (self.C + (self.S1 - 1.0) * u)
+        _, slope, _ = grueneisen_terms(compression, self.eos)
+        return float(np.sqrt(slope / self.rho0))
+
+
+@dataclass(frozen=True)
+class Images:
+    """Copies of particles that stand in for a periodic neighbourhood: parent (g,) numbers, shift (g, 3) [m]."""
+
+    parent: np.ndarray
+    shift: Array
+
+
+class Bird:
+    """n particles of equal mass (and the images of some, in rows n..N), stepped by kick and drift.
+
+    x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step.
+    """
+
+    def __init__(
+        self,
+        x: Array,
+        v: Array,
+        mass: float,
+        h: float,
+        material: NullMaterial,
+        shock: tuple[float, float],
+        images: Images | None = None,
+    ) -> None:
+        self.n = len(x)
+        self.images = images
+        total = self.n + (len(images.parent) if images else 0)
+        self.mass, self.h, self.material, self.shock = mass, h, material, np.array(shock)
+        self.x, self.v = np.zeros((total, 3)), np.zeros((total, 3))
+        self.x[: self.n], self.v[: self.n] = x, v
+        self.rho, self.p = np.full(total, material.rho0), np.zeros(total)
+        self.c = np.full(total, material.C)
+        self.energy, self.work, self.heating = np.zeros(total), np.zeros(total), np.zeros(total)
+        self.active, self.eroded_now = np.ones(total, np.bool_), np.zeros(total, np.bool_)
+        self.drho_dt, self.deformation = np.zeros(total), np.zeros((total, 6))
+        self.acceleration, self.dissipation = np.zeros((total, 3)), np.zeros((total, 2))
+        self.row = np.zeros((total, ROW))
+        self.list = VerletList(self.n, 2.0 * h)
+        self.refresh_images()
+
+    @property
+    def volume(self) -> float:
+        """Reference volume of a particle [m^3]."""
+        return self.mass / self.material.rho0
+
+    def refresh_images(self) -> None:
+        """Images follow their parents."""
+        if self.images is None:
+            return
+        parent = self.images.parent
+        self.x[self.n :] = self.x[parent] + self.images.shift
+        for field in (self.v, self.rho, self.p, self.c, self.drho_dt, self.deformation, self.acceleration, self.active):
+            field[self.n :] = field[parent]
+
+    def update_density(self, dt: float) -> None:
+        """Density over the step that ended, pressure, erosion. Raises RunFailed on a density that is not positive."""
+        self.list.refresh(self.x, self.active)
+        rows = (self.list.start, self.list.neighbour)
+        pack_midpoint(len(self.x), self.x, self.v, self.rho, dt, self.row)
+        rate_of_deformation(self.n, self.row, self.mass, self.h, *rows, self.drho_dt, self.deformation)
+        state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
+        update_null_material(self.n, dt, self.material.eos, self.material.limits, self.drho_dt, self.heating, *state)
+        if not self.rho[: self.n].min() > 0.0:
+            raise RunFailed("a bird particle's density is no longer positive", "lower solver.courant")
+        if self.eroded_now.any():
+            self.list.build(self.x, self.active)
+        self.refresh_images()
+
+    def update_forces(self, dt: float) -> None:
+        """Accelerations and dissipated powers at the whole step."""
+        mu = self.material.viscosity
+        rows = (self.list.start, self.list.neighbour)
+        state = (self.rho, self.p, self.c, self.drho_dt, self.deformation)
+        pack_state(len(self.x), self.x, self.v, self.acceleration, *state, dt, mu, self.row)
+        pair = (self.row, self.mass, self.h, mu, self.shock, *rows, self.acceleration, self.dissipation)
+        pair_forces(self.n, *pair)
+        self.heating[: self.n] = (mu * self.dissipation[: self.n, 0] + self.dissipation[: self.n, 1]) / self.volume
+
+    def kick_and_drift(self, kick: float, drift: float) -> None:
+        """New half-step velocities, then new positions."""
+        kick_and_drift_particles(self.n, kick, drift, self.acceleration, self.v, self.x)
+        self.refresh_images()
+
+    def kinetic_energy(self) -> float:
+        """Of the half-step velocities [J]."""
+        return weighted_square(np.array([self.mass]), self.v, self.n)
+
+    def stable_step(self, speed_of_sound: float) -> float:
+        """Largest stable step [s] of an undistorted lattice: 1/(omega/2 + lambda), by von Neumann analysis.
+
+        omega = 1.14 c/h is the highest acoustic frequency of Wendland C2 on cubic and FCC lattices (h = 1.1 to 1.4
+        spacings), lambda = 17 nu/h^2 the highest damping rate of the pair viscosity, whose nu is that of MU and of the
+        shock viscosity's linear part, c h/10. Velocities predicted by half a kick are stable for lambda dt < 1.
+        """
+        nu = self.material.viscosity / self.material.rho0 + 0.1 * self.shock[0] * speed_of_sound * self.h
+        return 1.0 / (0.5 * 1.14 * speed_of_sound / self.h + 17.0 * nu / self.h**2)

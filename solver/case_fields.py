@@ -1,0 +1,150 @@
+"""Fields of a case: a quantity with its plausible range and unit, and a choice among what this version can do."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to_si
+
+
+def complaint(message: str) -> PydanticCustomError:
+    """An error whose text is `message` as it stands (pydantic would read braces in a template)."""
+    return PydanticCustomError("case", "{message}", {"message": message})
+
+
+def checked(check: Callable[[Any], Any]) -> core_schema.CoreSchema:
+    """Schema of a value that only `check` accepts."""
+    return core_schema.no_info_plain_validator_function(check)
+
+
+@dataclass(frozen=True)
+class Between:
+    """A physical quantity in low .. high, written with its unit ("0.1 mm"); numbers mean a dimensionless one.
+
+    The unit of `low` is the engineers' one, in which errors speak. After validation the value is SI.
+    """
+
+    low: str | float
+    high: str | float
+
+    @property
+    def shown(self) -> str:
+        """Unit of the bounds: "0.1 mm" -> "mm"."""
+        return self.low.split(" ", 1)[1] if isinstance(self.low, str) else ""
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the value."""
+        return si_unit(self.shown) if self.shown else ""
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Plausible range in SI."""
+        return self.si(self.low), self.si(self.high)
+
+    def si(self, value: Any) -> float:
+        """SI value of what stands in the file; raises PydanticCustomError that says what to write instead."""
+        if self.unit:
+            if not isinstance(value, str):
+                raise complaint(self._bare(value))
+            try:
+                return to_si(value, self.unit)
+            except UnitError as error:
+                raise complaint(f"is not understood: {error}") from error
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise complaint("is dimensionless: write a bare number")
+        if not math.isfinite(value):
+            raise complaint("is not a finite number")
+        return float(value)
+
+    def _bare(self, value: Any) -> str:
+        accepted = f"accepted units: {ACCEPTED[self.unit]}"
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return f'has no unit; write "{value} {self.shown}" ({accepted})'
+        return f'must be text with a unit such as "{self.low}" ({accepted})'
+
+    def validate(self, value: Any) -> float:
+        """SI value inside the bounds; raises PydanticCustomError with the range and a remedy."""
+        si = self.si(value)
+        low, high = self.bounds
+        if not low <= si <= high:
+            raise complaint(f"is outside {self.low} .. {self.high}; {self.remedy(value, si)}")
+        return si + 0.0  # -0.0 would be another hash
+
+    def remedy(self, value: Any, si: float) -> str:
+        """What the user probably meant."""
+        low, high = self.bounds
+        if si < 0.0 <= low or low <= -si <= high:
+            return "without the minus sign?" if si < 0.0 else "with a minus sign?"
+        if self.unit and low <= to_si(f"{parts(value)[0]} {self.shown}", self.unit) <= high:
+            return f"{PLURALS.get(self.shown, self.shown)}?"
+        return "a wrong unit or a slipped digit?"
+
+    def display(self, si: float) -> str:
+        """An SI value as the engineers write it: "10 mm"."""
+        return f"{from_si(si, self.shown):.6g} {self.shown}".strip()
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(self.validate)
+
+
+@dataclass(frozen=True)
+class Count:
+    """A whole number in low .. high."""
+
+    low: int
+    high: int
+
+    def validate(self, value: Any) -> int:
+        """The number itself; raises PydanticCustomError."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise complaint("must be a whole number")
+        if not self.low <= value <= self.high:
+            raise complaint(f"is outside {self.low} .. {self.high}")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(self.validate)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """A choice: what this version can do, and what later ones will (`planned`: refused, but by name)."""
+
+    available: tuple[str, ...]
+    planned: tuple[str, ...] = ()
+
+    def validate(self, value: Any) -> str:
+        """The choice itself; raises PydanticCustomError."""
+        if value in self.available:
+            return value
+        here = f"available: {', '.join(self.available)}"
+        if value in self.planned:
+            raise complaint(f"is not available in this version; {here}")
+        close = difflib.get_close_matches(str(value), self.available, n=1)
+        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {here}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(self.validate)
+
+
+@dataclass(frozen=True)
+class Later:
+    """A section that the format knows and this version does not: refused when it says anything."""
+
+    instead: str
+
+    def validate(self, value: Any) -> None:
+        """None for an absent or empty section; raises PydanticCustomError otherwise."""
+        if value not in (None, {}):
+            raise complaint(f"is not available in this version; {self.instead}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(self.validate)

@@ -1,0 +1,86 @@
+"""Reading case files: TOML, `extends`, and overrides, merged into one table of what the user wrote."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from data.errors import CaseError, UserError
+from data.paths import resolve_case
+
+Raw = dict[str, Any]
+
+ALTERNATIVES: dict[tuple[str, ...], tuple[str, ...]] = {("bird",): ("mass", "density")}
+"""Keys of which a case gives one: an overlay that gives one replaces the other."""
+
+
+def read_case(name: str | Path) -> Raw:
+    """The table of a case file over those that it extends; raises CaseError (TOML with its line, a circle, no file)."""
+    path = _find(name, None)
+    return _read(path, (path,))
+
+
+def _find(name: str | Path, beside: Path | None) -> Path:
+    try:
+        return resolve_case(name, beside)
+    except UserError as error:
+        raise CaseError(error.errors) from error
+
+
+def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
+    raw = _parse(path)
+    parent = raw.pop("extends", None)
+    if parent is None:
+        return raw
+    if not isinstance(parent, str):
+        raise CaseError(f'{path}: extends = {parent} must be the name of one case, such as "reference_strike"')
+    source = _find(parent, path.parent)
+    if source in chain:
+        circle = " -> ".join(step.name for step in (*chain, source))
+        raise CaseError(f'{path}: extends = "{parent}" closes a circle: {circle}; let one of them stand alone')
+    return overlay(_read(source, (*chain, source)), raw)
+
+
+def _parse(path: Path) -> Raw:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{path}: not TOML: {error}") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError(f"{path} cannot be read: {error}") from error
+
+
+def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
+    """`base` with `over` laid on it, table by table; neither is changed."""
+    merged = dict(base)
+    pair = ALTERNATIVES.get(place, ())
+    given = [key for key in pair if key in over]
+    if given:
+        merged = {key: value for key, value in merged.items() if key not in pair}
+    for key, value in over.items():
+        below = merged.get(key)
+        nested = isinstance(value, Mapping) and isinstance(below, dict)
+        merged[key] = overlay(cast(Raw, below), value, (*place, key)) if nested else value
+    return merged
+
+
+def override_table(overrides: Mapping[str, str]) -> Raw:
+    """Table of dotted keys and texts as `--set` gives them: {"plate.thickness": "8 mm"}; raises CaseError."""
+    table: Raw = {}
+    for key, text in overrides.items():
+        table = overlay(table, _one_override(key, text))
+    return table
+
+
+def _one_override(key: str, text: str) -> Raw:
+    """TOML's own reading of the text where it has one (numbers, lists, true), otherwise the text itself."""
+    lines = [f"{key} = {text}"] if "\n" not in text else []
+    for line in [*lines, f"{key} = {json.dumps(text, ensure_ascii=False)}"]:
+        try:
+            return tomllib.loads(line)
+        except tomllib.TOMLDecodeError:
+            continue
+    raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')

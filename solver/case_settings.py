@@ -1,0 +1,118 @@
+"""What a case says around the strike: its sensors, numerical settings, and what an inversion may vary."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from solver.case_fields import Between, Count, Later, OneOf, complaint
+from solver.case_sections import Section, quantities, quantity_at
+
+NOISE = {
+    "displacement": Between("0 mm", "1000 mm"),
+    "contact_force": Between("0 kN", "100000 kN"),
+    "reaction_force": Between("0 kN", "100000 kN"),
+}
+"""Unit and range of each kind of sensor's noise; the unit is also the channel's."""
+
+NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
+NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
+OFFSET = Between("-2500 mm", "2500 mm")
+
+
+class Sensor(Section):
+    """What is recorded; at: place of a displacement sensor from the plate's centre [m]; noise: 1 sigma, SI."""
+
+    kind: Annotated[str, OneOf(tuple(NOISE), ("strain", "pressure"))]
+    at: tuple[Annotated[float, OFFSET], Annotated[float, OFFSET]] = (0.0, 0.0)
+    noise: float | None = None
+
+    @field_validator("noise", mode="before")
+    @classmethod
+    def _noise_in_the_unit_of_its_kind(cls, value: Any, info: ValidationInfo) -> float | None:
+        mark = NOISE.get(info.data.get("kind", ""))
+        return mark.validate(value) if mark else None
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the channel."""
+        return NOISE[self.kind].unit
+
+
+DEFAULT_SENSORS = {
+    "displacement_centre": Sensor(kind="displacement"),
+    "contact_force": Sensor(kind="contact_force"),
+    "reaction_force": Sensor(kind="reaction_force"),
+}
+
+
+class SolverSettings(Section):
+    """Numerical choices.
+
+    courant: share of the stable step; shock_linear, shock_quadratic: artificial viscosity (on shocks only);
+    smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
+    """
+
+    courant: Annotated[float, Between(0.05, 1.0)] = 0.4
+    shock_linear: Annotated[float, Between(0.0, 5.0)] = 1.0
+    shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
+    smoothing: Annotated[float, Between(1.0, 2.5)] = 1.2
+    threads: Annotated[int, Count(1, 1024)] | None = None
+
+
+class Inverted(Section):
+    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search."""
+
+    key: str
+    range: tuple[float, float]
+    prior: Annotated[None, Later("the range alone bounds a parameter")] = None
+
+    @field_validator("range", mode="before")
+    @classmethod
+    def _range_in_the_unit_of_the_parameter(cls, value: Any, info: ValidationInfo) -> tuple[float, float]:
+        mark = quantity_at(info.data["key"])
+        if mark is None:
+            raise complaint(_no_such_quantity(info.data["key"]))
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise complaint(f'must be two limits such as ["{mark.low}", "{mark.high}"]')
+        low, high = (mark.validate(limit) for limit in value)
+        if not low < high:
+            raise complaint("must rise: the lower limit first")
+        return low, high
+
+
+def _no_such_quantity(key: str) -> str:
+    """Why a dotted key cannot be sought, with the nearest that can."""
+    known = [name for name, _ in quantities()]
+    close = difflib.get_close_matches(key, known, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
+    return f"belongs to no quantity of a case; {hint}"
+
+
+class InversionSettings(Section):
+    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI."""
+
+    parameters: dict[str, Inverted] = Field(default_factory=dict)
+    nuisance: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _each_parameter_knows_its_key(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
+
+    @field_validator("nuisance", mode="before")
+    @classmethod
+    def _known_nuisances(cls, value: Any) -> Any:
+        return {name: _nuisance(name, sigma) for name, sigma in value.items()} if isinstance(value, dict) else value
+
+
+def _nuisance(name: str, sigma: Any) -> float:
+    """Sigma in SI of a nuisance that this version carries."""
+    if name not in NUISANCE:
+        reason = "is not available in this version" if name in NUISANCE_LATER else "is unknown"
+        raise complaint(f"names {name}, which {reason}; available: {', '.join(NUISANCE)}")
+    return NUISANCE[name].validate(sigma)

@@ -1,0 +1,75 @@
+"""Contact of the bird with the shell: which facet each particle is above, and the penalty forces between them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from data.errors import RunFailed
+from data.histories import Array
+from solver.bird import Bird
+from solver.kernels.contact import contact_forces, follow_facets
+from solver.kernels.motion import add_contact
+from solver.kernels.neighbours import largest_displacement_squared
+from solver.kernels.sums import work_of_forces
+from solver.plate import Plate
+
+BAND = 1.0  # a particle is watched within this many particle spacings above first contact
+STILL = np.zeros(3)
+
+
+class Contact:
+    """Penalty contact, frictionless.
+
+    The stiffness is that of half a layer of bird: bulk modulus times particle face over particle spacing,
+    k = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind it; a softer
+    one would. At the Hugoniot pressure p the overlap is p/(rho0 C^2) d, about 3 % of a spacing.
+    """
+
+    def __init__(self, bird: Bird, plate: Plate) -> None:
+        self.spacing = bird.volume ** (1.0 / 3.0)
+        self.gap = 0.5 * plate.thickness + 0.5 * self.spacing
+        self.stiffness = bird.material.bulk_modulus * self.spacing
+        self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
+        self.watched = np.zeros(bird.n, np.bool_)
+        self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
+        self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
+        self.searched_at: Array = np.full((bird.n, 3), np.inf)
+        self.touching, self.deepest = 0, 0.0
+
+    def search(self, bird: Bird, plate: Plate) -> None:
+        """Nearest facet of every particle, and which particles may touch before the next search."""
+        centres = plate.x[plate.quads].mean(axis=1)
+        self.facet[:] = cKDTree(centres).query(bird.x[: bird.n])[1]
+        self.foot[:, :2] = 0.0
+        everyone = np.ones(bird.n, np.bool_)
+        follow_facets(bird.n, bird.x, plate.x, plate.quads, plate.mesh.across, everyone, self.facet, self.foot)
+        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
+        self.searched_at = bird.x[: bird.n].copy()
+
+    def update_forces(self, bird: Bird, plate: Plate) -> None:
+        """Forces of the present positions on particles and nodes."""
+        moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
+        if not moved < (0.5 * BAND * self.spacing) ** 2:
+            self.search(bird, plate)
+        follow_facets(bird.n, bird.x, plate.x, plate.quads, plate.mesh.across, self.watched, self.facet, self.foot)
+        self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
+        self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
+        where = (plate.quads, self.watched, bird.active, self.facet, self.foot)
+        self.touching, self.deepest = contact_forces(
+            bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
+        )
+        if self.deepest > self.gap:
+            raise RunFailed("the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles")
+        add_contact(bird.n, bird.mass, self.on_bird, bird.acceleration)
+
+    def work(self, bird: Bird, plate: Plate, dt: float) -> float:
+        """Energy [J] that the contact springs took over the step that ended, trapezoidal in the forces."""
+        on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
+        on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
+        return -dt * (on_bird + on_plate)
+
+    def stable_step(self, bird: Bird, plate: Plate) -> float:
+        """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
+        per_node = plate.shape[:, 4].max() / self.spacing**2
+        return 2.0 / np.sqrt(self.stiffness * (1.0 / bird.mass + per_node / plate.mass.min()))

@@ -1,0 +1,1 @@
+"""Numba kernels: functions on arrays and scalars, outputs last, written in place."""

@@ -1,0 +1,96 @@
+"""Neighbour lists: cells of one cut-off length, then a list per particle in compressed rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+
+@njit(cache=True, inline="always")
+def cell_index(coordinate, lower, edge, cells):
+    """Cell of a coordinate along one axis."""
+    return min(int((coordinate - lower) / edge), cells - 1)
+
+
+@njit(cache=True)
+def sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x):
+    """Counting sort of the active particles into cells; within a cell the particle order is kept.
+
+    x: (N, 3) positions [m]; edge: of a cell, at least the cut-off [m]; lower: (3,) corner of the grid [m]; shape: (3,)
+    cells; out: cell_start (cells + 1,), members (N,) particle numbers and sorted_x (3, N) positions in cell order.
+    """
+    cell = np.empty(x.shape[0], np.int64)
+    cell_start[:] = 0
+    for a in range(x.shape[0]):
+        if active[a]:
+            i = cell_index(x[a, 0], lower[0], edge, shape[0])
+            j = cell_index(x[a, 1], lower[1], edge, shape[1])
+            k = cell_index(x[a, 2], lower[2], edge, shape[2])
+            cell[a] = (i * shape[1] + j) * shape[2] + k
+            cell_start[cell[a] + 1] += 1
+    for c in range(cell_start.shape[0] - 1):
+        cell_start[c + 1] += cell_start[c]
+    filled = cell_start[:-1].copy()
+    for a in range(x.shape[0]):
+        if active[a]:
+            place = filled[cell[a]]
+            filled[cell[a]] += 1
+            members[place] = a
+            for c in range(3):
+                sorted_x[c, place] = x[a, c]
+
+
+@njit(cache=True, inline="always")
+def column_of_cells(a, x, edge, lower, shape, cell_start, side):
+    """First and last place in cell order of the three cells along z in column `side` (0..8) about particle a."""
+    i = cell_index(x[a, 0], lower[0], edge, shape[0]) + side // 3 - 1
+    j = cell_index(x[a, 1], lower[1], edge, shape[1]) + side % 3 - 1
+    if i < 0 or j < 0 or i >= shape[0] or j >= shape[1]:
+        return 0, 0
+    k = cell_index(x[a, 2], lower[2], edge, shape[2])
+    row = (i * shape[1] + j) * shape[2]
+    return cell_start[row + max(k - 1, 0)], cell_start[row + min(k + 2, shape[2])]
+
+
+@njit(cache=True, parallel=True)
+def count_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, start):
+    """start[a + 1] = number of active particles within the cut-off [m] of a < n, itself not counted."""
+    start[0] = 0
+    for a in prange(n):
+        found = 0
+        if active[a]:
+            for side in range(9):
+                first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
+                for m in range(first, last):
+                    dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]
+                    found += 1 if dx * dx + dy * dy + dz * dz < cutoff * cutoff else 0
+            found -= 1
+        start[a + 1] = found
+
+
+@njit(cache=True, parallel=True)
+def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, members, start, neighbour):
+    """Fill the rows that `start` leaves: neighbours in order of cell, then of number, on any number of threads."""
+    for a in prange(n):
+        if not active[a]:
+            continue
+        place = start[a]
+        for side in range(9):
+            first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
+            for m in range(first, last):
+                dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]
+                if dx * dx + dy * dy + dz * dz < cutoff * cutoff and members[m] != a:
+                    neighbour[place] = members[m]
+                    place += 1
+
+
+@njit(cache=True)
+def largest_displacement_squared(x, x_then, drift):
+    """Largest |x - x_then - drift|^2 [m^2] over the particles; drift: (3,) [m], common to all and so harmless."""
+    largest = 0.0
+    for a in range(x.shape[0]):
+        dx = x[a, 0] - x_then[a, 0] - drift[0]
+        dy = x[a, 1] - x_then[a, 1] - drift[1]
+        dz = x[a, 2] - x_then[a, 2] - drift[2]
+        largest = max(largest, dx * dx + dy * dy + dz * dz)
+    return largest

@@ -1,0 +1,38 @@
+"""The NULL material on its equation of state: density, pressure with a floor, erosion; one particle at a time."""
+
+from __future__ import annotations
+
+from numba import njit, prange
+
+from solver.kernels.eos import grueneisen_update
+
+
+@njit(cache=True, parallel=True)
+def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c, active, eroded_now, work):
+    """New density by continuity, pressure p >= PC, and the erosion test on the volume after the step.
+
+    eos: (7,) see `grueneisen_terms`; limits: (3,) pressure cutoff [Pa], largest and smallest V/V0 (inf, 0 = off);
+    drho_dt: (n,) [kg/m^3/s]; heating: (n,) viscous power per reference volume [W/m^3];
+    in and out: rho, p, energy [J/m^3], active; out: c [m/s], eroded_now, work = p dV per reference volume [J/m^3].
+
+    The floor acts on the pressure, not on the energy's own state: the work is that of the pressure that acted.
+    """
+    for a in prange(n):
+        eroded_now[a] = False
+        work[a] = 0.0
+        if not active[a]:
+            continue
+        before, p_before = rho[a], p[a]
+        after = before + dt * drho_dt[a]
+        rho[a] = after
+        if not after > 0.0:
+            continue
+        warm = energy[a] + dt * heating[a]
+        pressure, _, c[a] = grueneisen_update(after, before, p_before, warm, eos)
+        p[a] = max(pressure, limits[0])
+        work[a] = 0.5 * (p_before + p[a]) * (eos[0] / before - eos[0] / after)
+        energy[a] = warm + work[a]
+        volume = eos[0] / after
+        if volume > limits[1] or volume < limits[2]:
+            active[a] = False
+            eroded_now[a] = True

@@ -1,0 +1,126 @@
+"""Simulate one strike: the loop, its histories and its summary; and what can be said of a case beforehand."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numba
+import numpy as np
+
+from data.errors import RunFailed
+from data.histories import Array, Histories, Snapshot
+from solver.case import Case, case_hash
+from solver.sensors import UNITS, Recorder
+from solver.strike import Strike
+from solver.version import SOLVER_VERSION
+
+AUDIT_EVERY = 50
+BALANCE_LIMIT = 0.05  # beyond it a run is not believed; physics.md's 1 % is what it should reach
+COST = 1.0e-6  # [s] per particle-step on one core, measured; the shells of the reference strike included
+
+
+def simulate(
+    case: Case,
+    *,
+    step_factor: float = 1.0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Histories:
+    """Run one strike and return its histories at `time.output_interval`.
+
+    step_factor: scales the stable step (a safer retry uses 0.5); threads: numba threads, all by default, without
+    influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
+    and UserError (a geometry that cannot be built).
+    """
+    numba.set_num_threads(threads or numba.config.NUMBA_NUM_THREADS)
+    started = time.perf_counter()
+    strike = Strike(case, step_factor)
+    sensors = {name: (s.kind, s.at) for name, s in case.sensors.items()}
+    recorder = Recorder(strike.plate, sensors, strike.steps)
+    snapshots: list[Snapshot] = []
+    due = [t for t in sorted(case.time.snapshots) if t <= case.time.end]
+    for step in range(strike.steps + 1):
+        strike.advance()
+        recorder.read(step, strike.time, strike.plate, strike.push, -float(strike.reaction[2]))
+        while due and strike.time >= due[0] - 0.5 * strike.dt:
+            snapshots.append(strike.snapshot())
+            due.pop(0)
+        if step % AUDIT_EVERY == 0 or step == strike.steps:
+            strike.audit()
+            if progress:
+                progress(step / strike.steps)
+        else:
+            strike.move()
+    clock = case.time.output_interval * np.arange(int(case.time.end / case.time.output_interval * (1.0 + 1e-12)) + 1)
+    channels = recorder.sampled(clock)
+    units = {name: UNITS[kind] for name, (kind, _) in sensors.items()}
+    peaks = {name: peak(clock, values) for name, values in channels.items()}
+    summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
+    return Histories(clock, channels, units, summary, tuple(snapshots))
+
+
+def peak(clock: Array, values: Array) -> dict[str, float]:
+    """Largest reading in the push and its time [s]."""
+    at = int(np.argmax(values))
+    return {"value": float(values[at]), "time": float(clock[at])}
+
+
+def summarise(case: Case, strike: Strike) -> dict[str, object]:
+    """Books, counts and warnings of a finished strike. Raises RunFailed when its balance cannot be believed."""
+    bird, plate, balance = strike.bird, strike.plate, strike.balance
+    error = balance.energy_error()
+    if abs(error) > BALANCE_LIMIT:
+        raise RunFailed(
+            f"the energy balance is off by {error:.1%} of the normal kinetic energy (limit {BALANCE_LIMIT:.0%})",
+            "lower solver.courant or refine bird.particles and plate.elements",
+        )
+    eroded = int(np.count_nonzero(~bird.active[: bird.n]))
+    return {
+        "schema_version": 1,
+        "solver_version": SOLVER_VERSION,
+        "case_hash": case_hash(case),
+        "steps": strike.steps,
+        "step_s": strike.dt,
+        "particles": bird.n,
+        "shells": len(plate.quads),
+        "neighbours_mean": float(bird.list.start[-1] / bird.n),
+        "list_rebuilds": bird.list.rebuilds,
+        "energy_error": error,
+        "momentum_error": balance.momentum_error(bird, plate),
+        "angular_momentum_error": balance.angular_momentum_error(bird, strike.half_length),
+        "energies_J": {**balance.energy, **balance.kinetic, "initial": balance.initial, "normal": balance.normal_energy},
+        "shock_equivalent_viscosity_Pa_s": balance.equivalent_viscosity(),
+        "deepest_overlap_m": strike.deepest,
+        "eroded_particles": eroded,
+        "eroded_mass_fraction": eroded / bird.n,
+        "largest_plastic_strain": float(plate.eps_p.max()),
+        "warnings": warnings_of(case, strike),
+    }
+
+
+def warnings_of(case: Case, strike: Strike) -> list[str]:
+    """What the user should know about a run that nevertheless finished."""
+    warnings = []
+    if strike.deepest == 0.0:
+        warnings.append("the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end")
+    hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]
+    if hourglass > 0.05 * internal > 0.0:
+        warnings.append(f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements")
+    return warnings
+
+
+def estimate(case: Case) -> dict[str, float]:
+    """Facts derived from a case without running it, SI: what `birdstrike check` prints."""
+    strike = Strike(case)
+    seconds = COST * strike.steps * strike.bird.n
+    return {
+        "mass": case.bird.actual_mass,
+        "normal_speed": case.normal_speed,
+        "first_contact": case.impact.standoff / case.impact.speed,
+        "stable_step": strike.dt,
+        "steps": strike.steps,
+        "particles": strike.bird.n,
+        "shells": len(strike.plate.quads),
+        "estimated_wall_s": seconds,
+    }

@@ -1,0 +1,137 @@
+"""One strike from a case: bird, plate and contact, stepped together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.errors import RunFailed
+from data.histories import Snapshot
+from solver.balance import Balance
+from solver.bird import Bird, NullMaterial
+from solver.case import Case
+from solver.contact import Contact
+from solver.geometry import fill_bird, place_bird, plate_mesh
+from solver.plate import Plate, ShellMaterial
+
+PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
+UNSTABLE = 0.2  # energy error at which a run has exploded, far beyond any balance that could be believed
+
+
+def build_plate(case: Case) -> Plate:
+    """Plate of the case, at rest."""
+    m = case.plate.material
+    material = ShellMaterial(m.young, m.poisson, m.density, m.yield_stress, m.tangent_modulus, m.beta)
+    mesh = plate_mesh(case.plate.length, case.plate.width, case.plate.elements)
+    return Plate(mesh, case.plate.thickness, material, case.plate.edges)
+
+
+def build_bird(case: Case) -> Bird:
+    """Bird of the case, `standoff` of flight before its first particle touches the plate."""
+    b, m = case.bird, case.bird.material
+    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
+    surface = 0.5 * case.plate.thickness + 0.5 * spacing
+    angle = case.impact.angle
+    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
+    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    e = m.eos
+    four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
+    material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
+    shock = (case.solver.shock_linear, case.solver.shock_quadratic)
+    mass = b.actual_mass / len(points)
+    return Bird(x, np.tile(velocity, (len(x), 1)), mass, case.solver.smoothing * spacing, material, shock)
+
+
+@dataclass
+class Steps:
+    """Stable steps [s] of the parts, before the safety factors: bird, plate, contact."""
+
+    bird: float
+    plate: float
+    contact: float
+
+    def step(self, courant: float) -> float:
+        """The common step: the Courant number acts on the bird, a fixed safety on the linear parts."""
+        return min(courant * self.bird, PLATE_SAFETY * self.plate, PLATE_SAFETY * self.contact)
+
+
+class Strike:
+    """Bird, plate, contact and their books; `advance` takes one step of the common clock."""
+
+    def __init__(self, case: Case, step_factor: float = 1.0) -> None:
+        self.plate = build_plate(case)
+        self.bird = build_bird(case)
+        self.contact = Contact(self.bird, self.plate)
+        normal_speed = case.normal_speed
+        self.limits = Steps(
+            self.bird.stable_step(self.bird.material.shocked_sound_speed(normal_speed)),
+            self.plate.stable_step(),
+            self.contact.stable_step(self.bird, self.plate),
+        )
+        longest = step_factor * self.limits.step(case.solver.courant)
+        self.steps = math.ceil(case.time.end / longest)
+        self.dt = case.time.end / self.steps
+        self.balance = Balance(self.bird, 0.5 * case.bird.actual_mass * normal_speed**2)
+        self.half_length = 0.5 * case.bird.length
+        self.step = 0
+        self.time = 0.0
+        self.reaction, self.push, self.deepest = np.zeros(3), 0.0, 0.0
+
+    def advance(self) -> None:
+        """Forces at the present time, the books of the step that led here, then kick and drift to the next."""
+        bird, plate, contact = self.bird, self.plate, self.contact
+        since = self.dt if self.step else 0.0
+        bird.update_density(since)
+        bird.update_forces(since)
+        plate.update_forces(since)
+        contact.update_forces(bird, plate)
+        plate.reaction(contact.on_plate, self.reaction)
+        self.push = -float(contact.on_plate[:, 2].sum())
+        self.deepest = max(self.deepest, contact.deepest)
+        self.balance.add_step(bird, plate, contact, since)
+
+    def move(self) -> None:
+        """Kick to the next half step, drift to the next whole step."""
+        kick = self.dt if self.step else 0.5 * self.dt
+        self.balance.add_impulse(self.plate, self.contact, self.reaction, kick)
+        self.bird.kick_and_drift(kick, self.dt)
+        self.plate.kick_and_drift(kick, self.dt, self.contact.on_plate)
+        self.step += 1
+        self.time = self.step * self.dt
+
+    def audit(self) -> float:
+        """Energy error at the present whole step, to be called between `advance` and `move`.
+
+        The kinetic energy of the whole step is the mean of those of the half steps around it. Raises RunFailed when
+        the run has gone unstable.
+        """
+        before = (self.bird.kinetic_energy(), self.plate.kinetic_energy())
+        self.move()
+        after = (self.bird.kinetic_energy(), self.plate.kinetic_energy())
+        self.balance.kinetic = {
+            "bird_kinetic": 0.5 * (before[0] + after[0]),
+            "plate_kinetic": 0.5 * (before[1] + after[1]),
+        }
+        error = self.balance.energy_error()
+        if not abs(error) < UNSTABLE:
+            reason = f"the run went unstable at {1e3 * self.time:.3f} ms: the energy balance is off by {error:.0%}"
+            raise RunFailed(reason, "lower solver.courant (or refine bird.particles)")
+        return error
+
+    def snapshot(self) -> Snapshot:
+        """Positions and stresses as they are now."""
+        bird, plate = self.bird, self.plate
+        n = bird.n
+        return Snapshot(
+            self.time,
+            bird.x[:n].copy(),
+            bird.p[:n].copy(),
+            bird.v[:n].copy(),
+            ~bird.active[:n],
+            plate.x.copy(),
+            plate.quads.copy(),
+            plate.von_mises(),
+        )

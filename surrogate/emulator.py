@@ -1,0 +1,186 @@
+"""Forward emulator: curves from parameters, by principal components and one Gaussian process for each, with its own error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.decomposition import PCA
+from sklearn.gaussian_process.kernels import Kernel
+from threadpoolctl import threadpool_limits
+
+from data.dataset import Dataset
+from data.errors import UserError
+from surrogate.features import Region, features, regions
+from surrogate.gaussian_process import GaussianProcess
+from surrogate.scaling import Scaling
+from surrogate.validation import Validation, q2, rmse
+
+Array = NDArray[np.float64]
+
+VARIANCE_KEPT = 0.9999
+FEWEST_RUNS = 5
+
+
+class ExtrapolationError(ValueError):
+    """Parameters where no run stands behind the emulator."""
+
+
+@dataclass(frozen=True)
+class CurveEmulator:
+    """One channel: y(t, theta) = mean(t) + sum_c s_c(theta) basis_c(t).
+
+    time: (m,) [s]; mean: (m,) SI; basis: (c, m) SI, all components of the runs; processes: Gaussian processes of the
+    first components, those that can be predicted; unpredicted: (c,) variance of the scores of the others, 0 for the first:
+    they stay at their mean and count as error.
+    """
+
+    time: Array
+    mean: Array
+    basis: Array
+    processes: tuple[GaussianProcess, ...]
+    unpredicted: Array
+    validation: Validation
+
+    @classmethod
+    def fit(
+        cls, time: Array, curves: Array, u: Array, seed: int = 0, kernels: Sequence[Kernel] | None = None
+    ) -> CurveEmulator:
+        """From curves (n, m) at scaled features u (n, d); `kernels`: of an emulator fitted before on the same runs.
+
+        Components are added until they hold 99.99 % of the variance or the next one is noise to its own process
+        (leave-one-out Q2 <= 0). The curves are standardised by one number, so that millimetres and meganewtons fare alike.
+        """
+        size = float(curves.std(axis=0).max()) or 1.0
+        pca = PCA().fit(curves / size)
+        scores = pca.transform(curves / size)
+        if kernels is None:
+            processes = _predictable(u, scores, seed)
+        else:
+            processes = [GaussianProcess.with_kernel(u, scores[:, c], kernel) for c, kernel in enumerate(kernels)]
+        basis, mean = pca.components_ * size, pca.mean_ * size
+        unpredicted = np.where(np.arange(len(basis)) < len(processes), 0.0, scores.var(axis=0, ddof=1))
+        return cls(time, mean, basis, tuple(processes), unpredicted, _validate(curves, mean, basis, processes))
+
+    def scores(self, u: Array) -> Array:
+        """Mean scores (q, kept) at scaled features u (q, d)."""
+        return np.stack([p.mean(u) for p in self.processes], axis=1) if self.processes else np.zeros((len(u), 0))
+
+    def curves(self, u: Array, times: Array) -> Array:
+        """Mean curves (q, len(times)) at scaled features u (q, d)."""
+        mean, basis = self.at(times)
+        return mean + self.scores(u) @ basis[: len(self.processes)]
+
+    def error_factor(self, u: Array, times: Array) -> Array:
+        """F (t, c) such that F F^T is the covariance of the error of the curve at one point u (d,), solver's jitter included."""
+        variance = self.unpredicted.copy()
+        variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
+        return self.at(times)[1].T * np.sqrt(variance)
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Mean curve (t,) and basis (c, t) at `times` [s]: linear between samples, at rest before the record, NaN after it."""
+        i = np.clip(np.searchsorted(self.time, times) - 1, 0, len(self.time) - 2)
+        w = np.maximum((times - self.time[i]) / (self.time[i + 1] - self.time[i]), 0.0)
+        w = np.where(times > self.time[-1] * (1.0 + 1e-9), np.nan, np.minimum(w, 1.0))
+        rows = np.vstack([self.mean, self.basis])
+        values = rows[:, i] * (1.0 - w) + rows[:, i + 1] * w
+        return values[0], values[1:]
+
+
+@dataclass(frozen=True)
+class Emulator:
+    """All channels of a campaign.
+
+    names: (k) dotted case keys; regions: boxes in which runs stand behind it; scaling: of the features to 0..1.
+    """
+
+    names: tuple[str, ...]
+    regions: tuple[Region, ...]
+    scaling: Scaling
+    channels: Mapping[str, CurveEmulator]
+
+    def predict(self, theta: Array, channel: str, times: Array | None = None) -> tuple[Array, Array]:
+        """Mean curves and standard deviations (q, t) of a channel at parameters theta (q, k) SI.
+
+        Raises ExtrapolationError where no run stands behind the answer.
+        """
+        self.check(theta)
+        emulator, u = self.channels[channel], self.inputs(theta)
+        t = emulator.time if times is None else times
+        sd = [np.linalg.norm(emulator.error_factor(row, t), axis=1) for row in u]
+        return emulator.curves(u, t), np.stack(sd)
+
+    def covariance(self, theta: Array, channel: str, times: Array) -> Array:
+        """Covariance (t, t) of the error of a channel's curve at one point theta (k,) SI; raises ExtrapolationError."""
+        self.check(theta[None])
+        factor = self.channels[channel].error_factor(self.inputs(theta[None])[0], times)
+        return factor @ factor.T
+
+    def inputs(self, theta: Array) -> Array:
+        """Scaled features (q, d) of parameters theta (q, k) SI; features that no run varies are left out."""
+        unit = self.scaling.to_unit(features(self.names, theta))
+        return unit[:, ~self.scaling.constant]
+
+    def check(self, theta: Array) -> None:
+        """Raises ExtrapolationError unless every row of theta (q, k) lies in one of the regions."""
+        for row in theta:
+            if not any(_inside(row, region) for region in self.regions):
+                values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, row, strict=True))
+                raise ExtrapolationError(f"no run of the campaign stands behind the emulator at {values}")
+
+
+def fit_emulator(
+    dataset: Dataset,
+    channels: Sequence[str],
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Emulator:
+    """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few."""
+    theta = dataset.parameters[dataset.smooth]
+    if len(theta) < FEWEST_RUNS:
+        raise UserError(
+            f"the campaign has {len(theta)} smooth runs; the emulator needs at least {FEWEST_RUNS}: extend it with run-doe"
+        )
+    scaling = Scaling.over(features(dataset.names, theta))
+    boxes = regions(dataset.names, dataset.lows, dataset.highs, theta)
+    emulator = Emulator(dataset.names, boxes, scaling, {})
+    u = emulator.inputs(theta)
+    fitted: dict[str, CurveEmulator] = {}
+    for i, channel in enumerate(channels):
+        with threadpool_limits(limits=1, user_api="blas"):  # matrices of a few dozen rows: threads only cost
+            fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][dataset.smooth], u, seed)
+        if progress is not None:
+            progress((i + 1) / len(channels))
+    return Emulator(dataset.names, boxes, scaling, fitted)
+
+
+def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
+    """Processes of the first components of scores (n, c), until they hold the variance or the next one is noise."""
+    variance = np.mean(scores**2, axis=0)
+    processes: list[GaussianProcess] = []
+    for c in range(scores.shape[1]):
+        if variance[:c].sum() >= VARIANCE_KEPT * variance.sum():
+            break
+        process = GaussianProcess.fit(u, scores[:, c], seed)
+        if not process.q2 > 0.0:
+            break
+        processes.append(process)
+    return processes
+
+
+def _inside(row: Array, region: Region) -> bool:
+    slack = 1e-9 * (region.highs - region.lows)
+    return bool(np.all(row >= region.lows - slack) and np.all(row <= region.highs + slack))
+
+
+def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:
+    """Leave-one-out on the runs themselves; the components are those of all runs."""
+    if not processes:
+        return Validation(q2(curves, np.broadcast_to(mean, curves.shape)), rmse(curves, mean), np.zeros((len(curves), 0)))
+    loo = np.stack([p.loo for p in processes], axis=1)
+    sd = np.stack([p.loo_sd for p in processes], axis=1)
+    scores = (curves - mean) @ np.linalg.pinv(basis[: len(processes)])
+    predicted = mean + loo @ basis[: len(processes)]
+    return Validation(q2(curves, predicted), rmse(curves, predicted), (scores - loo) / sd)

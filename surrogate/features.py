@@ -1,0 +1,93 @@
+"""What of a parameter the solver can feel: activity limits of the erosion strains, and the emulator's inputs.
+
+Tension erosion removes a particle when V/V0 > TEROD, for TEROD > 1 only; compression erosion when V/V0 < CEROD, for
+0 < CEROD < 1 only. On the other side of 1 the card is off and the curve is flat. "Off" is the limit of an unreachable
+threshold (TEROD towards infinity, CEROD towards 0), not the neighbour of 1, where erosion is at its strongest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LIMIT = 1.0
+
+
+def _tension(value: Array) -> Array:
+    """1/TEROD while active, 0 (an infinite threshold) while off."""
+    return np.where(value > LIMIT, 1.0 / np.maximum(value, LIMIT), 0.0)
+
+
+def _compression(value: Array) -> Array:
+    """CEROD while active, 0 while off."""
+    return np.where((value > 0.0) & (value < LIMIT), value, 0.0)
+
+
+FEATURES = {"tension_erosion": _tension, "compression_erosion": _compression}
+"""Last part of a dotted case key -> the emulator's input; any other parameter is its own feature."""
+
+
+def features(names: Sequence[str], theta: Array) -> Array:
+    """Emulator inputs (n, k) of parameters theta (n, k) in SI."""
+    columns = [FEATURES.get(_key(name), np.asarray)(theta[:, i]) for i, name in enumerate(names)]
+    return np.stack(columns, axis=1)
+
+
+def _key(name: str) -> str:
+    return name.rsplit(".", 1)[-1]
+
+
+@dataclass(frozen=True)
+class Region:
+    """A box of parameters without an activity limit inside, where runs stand behind the emulator.
+
+    lows, highs: (k,) SI; flat: (k,) True where the parameter is off in this box, so that no value in it changes a curve.
+    """
+
+    lows: Array
+    highs: Array
+    flat: NDArray[np.bool_]
+
+
+def regions(names: Sequence[str], lows: Array, highs: Array, runs: Array) -> tuple[Region, ...]:
+    """The boxes of the case's ranges lows..highs (k,) that the smooth runs (n, k) cover.
+
+    A range is trusted one mean spacing beyond the runs' ends. No derivative is taken across an activity limit, so a range
+    that contains one is cut there, and its active part is trusted only as far towards the limit as an active smooth run
+    reaches: beyond it the bird may be lost at once. Where a parameter is off, one run speaks for all values.
+    """
+    pieces = [_pieces(_key(name), lows[i], highs[i], runs[:, i]) for i, name in enumerate(names)]
+    boxes = [np.array(box, dtype=np.float64).T for box in product(*pieces)]
+    return tuple(Region(low, high, flat.astype(bool)) for low, high, flat in boxes)
+
+
+Piece = tuple[float, float, bool]  # low, high, off
+
+
+def _pieces(key: str, low: float, high: float, runs: Array) -> list[Piece]:
+    """Parts of one parameter's range that the runs (n,) cover."""
+    if key not in FEATURES:
+        return [(*_trusted(low, high, runs, len(runs)), False)]
+    below, above = (low, min(high, LIMIT)), (max(low, LIMIT), high)
+    off, on = (below, above) if key == "tension_erosion" else (above, below)
+    active = FEATURES[key](runs) > 0.0
+    pieces: list[Piece] = []
+    if off[0] < off[1] and not active.all():
+        pieces.append((*off, True))
+    if active.any():
+        start, end = _trusted(*on, runs[active], len(runs))
+        towards_limit = (float(runs[active].min()), end) if key == "tension_erosion" else (start, float(runs[active].max()))
+        pieces.append((*towards_limit, False))
+    return pieces
+
+
+def _trusted(low: float, high: float, runs: Array, count: int) -> tuple[float, float]:
+    """The runs' extent widened by one mean spacing of a campaign of `count` runs, inside low..high."""
+    spacing = (high - low) / max(count - 1, 1)
+    return max(low, float(runs.min()) - spacing), min(high, float(runs.max()) + spacing)

@@ -1,0 +1,68 @@
+"""Trained surrogates on disk, as plain arrays (no pickles): reading one cannot run anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from data.dataset import Dataset
+from surrogate.emulator import CurveEmulator, Emulator
+from surrogate.features import Region
+from surrogate.gaussian_process import kernel_of
+from surrogate.inverse_network import InverseNetwork
+from surrogate.network import Shape
+from surrogate.scaling import Scaling
+
+
+def save_network(path: Path, network: InverseNetwork) -> None:
+    """One npz: weights, sizes, scalings, and what each input and output is."""
+    shape = network.shape
+    np.savez(
+        path,
+        names=network.names,
+        weights=network.weights,
+        shape=[shape.inputs, shape.hidden, shape.outputs],
+        input_scaling=[network.inputs.low, network.inputs.high],
+        output_scaling=[network.outputs.low, network.outputs.high],
+        channels=list(network.times),
+        **{f"times_{i}": t for i, t in enumerate(network.times.values())},
+    )
+
+
+def load_network(path: Path) -> InverseNetwork:
+    """What `save_network` wrote."""
+    with np.load(path) as file:
+        times = {str(channel): file[f"times_{i}"] for i, channel in enumerate(file["channels"])}
+        inputs, outputs = Scaling(*file["input_scaling"]), Scaling(*file["output_scaling"])
+        shape = Shape(*(int(size) for size in file["shape"]))
+        return InverseNetwork(tuple(map(str, file["names"])), times, shape, file["weights"], inputs, outputs)
+
+
+def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
+    """One npz: the smooth runs and the fitted hyperparameters; the rest follows from them."""
+    arrays = {
+        "names": np.array(emulator.names),
+        "u": emulator.inputs(dataset.parameters[dataset.smooth]),
+        "scaling": np.stack([emulator.scaling.low, emulator.scaling.high]),
+        "lows": np.stack([r.lows for r in emulator.regions]),
+        "highs": np.stack([r.highs for r in emulator.regions]),
+        "flat": np.stack([r.flat for r in emulator.regions]),
+        "channels": np.array(list(emulator.channels)),
+    }
+    for i, (channel, curve) in enumerate(emulator.channels.items()):
+        arrays[f"time_{i}"] = curve.time
+        arrays[f"curves_{i}"] = dataset.curves[channel][dataset.smooth]
+        arrays[f"kernels_{i}"] = np.array([p.kernel.theta for p in curve.processes])
+    np.savez(path, **arrays)
+
+
+def load_emulator(path: Path) -> Emulator:
+    """What `save_emulator` wrote, conditioned on the same runs again."""
+    with np.load(path) as file:
+        u, channels = file["u"], {}
+        for i, channel in enumerate(file["channels"]):
+            kernels = [kernel_of(u.shape[1], theta) for theta in file[f"kernels_{i}"]]
+            channels[str(channel)] = CurveEmulator.fit(file[f"time_{i}"], file[f"curves_{i}"], u, kernels=kernels)
+        boxes = tuple(Region(*box) for box in zip(file["lows"], file["highs"], file["flat"], strict=True))
+        return Emulator(tuple(map(str, file["names"])), boxes, Scaling(*file["scaling"]), channels)

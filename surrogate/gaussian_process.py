@@ -1,0 +1,78 @@
+"""A Gaussian process over scaled features with a nugget for the solver's jitter, judged by leave-one-out."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
+
+from surrogate.validation import leave_one_out, q2
+
+Array = NDArray[np.float64]
+
+RESTARTS = 2
+
+
+@dataclass(frozen=True)
+class GaussianProcess:
+    """One zero-mean process y(u) for scaled features u (., d).
+
+    model: fitted regressor on y in units of `scale`; loo, loo_sd: (n,) leave-one-out predictions of y and their standard
+    deviations; inflation: factor on the variance that makes the squared standardised leave-one-out errors average 1 at
+    most, because hyperparameters fitted to a few dozen runs are overconfident.
+    """
+
+    model: GaussianProcessRegressor
+    scale: float
+    loo: Array
+    loo_sd: Array
+    q2: float
+    inflation: float
+
+    @classmethod
+    def fit(cls, u: Array, y: Array, seed: int) -> GaussianProcess:
+        """Anisotropic Matern 5/2 plus white noise by maximum likelihood; u (n, d), y (n,)."""
+        model = GaussianProcessRegressor(kernel_of(u.shape[1]), n_restarts_optimizer=RESTARTS, random_state=seed)
+        return cls._judged(model, u, y)
+
+    @classmethod
+    def with_kernel(cls, u: Array, y: Array, kernel: Kernel) -> GaussianProcess:
+        """The process with hyperparameters already known."""
+        return cls._judged(GaussianProcessRegressor(kernel, optimizer=None), u, y)
+
+    @classmethod
+    def _judged(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
+        scale = float(np.sqrt(np.mean(y * y))) or 1.0
+        with warnings.catch_warnings():
+            # A feature without influence drives its length scale to the bound, which is the wanted answer.
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            model.fit(u, y / scale)
+        loo, loo_sd = leave_one_out(model.kernel_(u), y / scale)
+        inflation = max(1.0, float(np.mean(((y / scale - loo) / loo_sd) ** 2)))
+        return cls(model, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), inflation)
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel with its fitted hyperparameters."""
+        return self.model.kernel_
+
+    def predict(self, u: Array) -> tuple[Array, Array]:
+        """Mean and variance (q,) at u (q, d): of a new run, nugget included."""
+        mean, sd = self.model.predict(u, return_std=True)
+        return mean * self.scale, self.inflation * (sd * self.scale) ** 2
+
+    def mean(self, u: Array) -> Array:
+        """Mean (q,) at u (q, d)."""
+        return self.model.predict(u) * self.scale
+
+
+def kernel_of(features: int, theta: Array | None = None) -> Kernel:
+    """Constant x Matern 5/2 with a length for each feature, plus white noise; at hyperparameters theta (logs), if given."""
+    smooth = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(np.ones(features), (0.05, 1e2), nu=2.5)
+    kernel = smooth + WhiteKernel(1e-3, (1e-6, 2.0))
+    return kernel if theta is None else kernel.clone_with_theta(theta)

@@ -1,0 +1,43 @@
+"""Columns scaled to 0..1, as a network's inputs and outputs want them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Linear map of each column from low..high to 0..1; low, high: (k,) in the columns' own units.
+
+    A constant column (low == high) carries no information: it maps to 0, and back to its one value.
+    """
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def over(cls, values: Array) -> Scaling:
+        """The map that puts the rows of `values` (n, k) between 0 and 1."""
+        return cls(values.min(axis=0), values.max(axis=0))
+
+    @property
+    def constant(self) -> NDArray[np.bool_]:
+        """(k,) True where a column never changes, up to rounding."""
+        return self.high - self.low <= 1e-12 * np.maximum(np.abs(self.low), np.abs(self.high))
+
+    @property
+    def _span(self) -> Array:
+        return np.where(self.constant, 1.0, self.high - self.low)
+
+    def to_unit(self, values: Array) -> Array:
+        """(n, k) or (k,) -> the same shape, 0..1 inside the range, beyond it outside."""
+        return np.where(self.constant, 0.0, (values - self.low) / self._span)
+
+    def from_unit(self, unit: Array) -> Array:
+        """The inverse of `to_unit`."""
+        return np.where(self.constant, self.low, self.low + unit * self._span)

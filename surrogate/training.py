@@ -1,0 +1,66 @@
+"""What a trainer is given and what it leaves behind: samples, weights, convergence curve, why it stopped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from data.files import write_atomically
+from surrogate.network import Shape, forward
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Scaled inputs x (n, inputs) and targets t (n, outputs) to train on, and a test set that only watches."""
+
+    x: Array
+    t: Array
+    x_test: Array
+    t_test: Array
+
+    def mse(self, shape: Shape, weights: Array) -> float:
+        """Mean squared error of the scaled outputs on the training samples."""
+        return mean_square(forward(shape, weights, self.x) - self.t)
+
+    def test_mse(self, shape: Shape, weights: Array) -> float:
+        """The same on the test samples; NaN where there are none."""
+        return mean_square(forward(shape, weights, self.x_test) - self.t_test)
+
+
+@dataclass(frozen=True)
+class Training:
+    """One training of one network.
+
+    weights: (shape.weights,) the best on the training samples; mse: (epochs + 1,) mean squared error of the scaled
+    outputs on the training samples, the start included; test_mse: (epochs + 1,) on the test samples, NaN where there are
+    none; damping: (epochs + 1,) Levenberg-Marquardt's mu after each epoch, NaN for a trainer that has none;
+    status: a sentence that says why it stopped.
+    """
+
+    trainer: str
+    weights: Array
+    mse: Array
+    test_mse: Array
+    damping: Array
+    status: str
+
+    @property
+    def epochs(self) -> int:
+        """Epochs done."""
+        return len(self.mse) - 1
+
+    def write(self, path: Path) -> None:
+        """The convergence curve as CSV: epoch, mse, test_mse; an empty cell where there is no test set."""
+        table = {"epoch": np.arange(len(self.mse)), "mse": self.mse, "test_mse": self.test_mse}
+        write_atomically(path, pd.DataFrame(table).to_csv(index=False, lineterminator="\n"))
+
+
+def mean_square(error: Array) -> float:
+    """Mean of the squares; NaN for no samples."""
+    return float(np.vdot(error, error)) / error.size if error.size else float("nan")
