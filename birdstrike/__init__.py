@@ -8,7 +8,16 @@ from __future__ import annotations
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from birdstrike.cli.check import check
+    from birdstrike.cli.close_the_loop import close_the_loop
+    from birdstrike.cli.report import report
+    from birdstrike.cli.run_doe import run_doe
+    from inversion.train_and_invert import train_and_invert
+    from solver.case import load_case
+    from solver.simulate import simulate
 
 ROOT = Path(__file__).resolve().parent.parent
 COMPANIONS = ("data", "solver", "doe", "surrogate", "inversion", "reports")
@@ -17,9 +26,13 @@ _PUBLIC = {
     "load_case": ("solver.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("solver.simulate", "simulate"),
+    "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
+    "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
+    "report": ("birdstrike.cli.report", "report"),
+    "close_the_loop": ("birdstrike.cli.close_the_loop", "close_the_loop"),
 }
 
-__all__ = ["check", "load_case", "simulate"]
+__all__ = ["check", "close_the_loop", "load_case", "report", "run_doe", "simulate", "train_and_invert"]
 
 
 def _refuse_foreign_companions(root: Path = ROOT) -> None:

@@ -55,7 +55,8 @@ def _columns(header: tuple[int, list[str]], space: ParameterSpace, path: str) ->
         for key in dict.fromkeys(keys)
         if key != "run" and key not in space.names
     ]
-    errors += [f"column {name} is missing; every parameter of the case has one" for name in space.names if name not in keys]
+    missing = [name for name in space.names if name not in keys]
+    errors += [f"column {name} is missing; every parameter of the case has one" for name in missing]
     errors += [e for key, unit in columns if key in space.names for e in _unit_error(key, unit, space)]
     if errors:
         raise UserError([f"line {line}: {error}" for error in errors], f"{path}: the header cannot be used")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings as python_warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,9 @@ from doe.orthogonal import orthogonal_design
 from doe.quality import Quality, design_quality
 from doe.space import ParameterSpace
 from doe.uniform import uniform_design
+
+Progress = Callable[[float], None]
+"""Takes the share done, 0..1, of a design that is searched for."""
 
 KINDS = ("uniform", "orthogonal", "lhs", "sobol")
 
@@ -53,7 +57,9 @@ class Design:
         return design_quality(self.unit, self.names)
 
 
-def make_design(kind: str | Path, space: ParameterSpace, runs: int = 25, seed: int = 0) -> Design:
+def make_design(
+    kind: str | Path, space: ParameterSpace, runs: int = 25, seed: int = 0, progress: Progress = lambda _: None
+) -> Design:
     """The design `kind` of `runs` runs (the same for the same seed), or all rows of the CSV file `kind`.
 
     Raises UserError: an unknown kind, a count of runs for which no such design exists, every error of a file.
@@ -62,14 +68,18 @@ def make_design(kind: str | Path, space: ParameterSpace, runs: int = 25, seed: i
         return _from_file(kind, space)
     if runs < 2:
         raise UserError(f"--runs = {runs} is below 2; a design needs at least two runs")
-    unit, warnings = _generated(str(kind), space, runs, seed)
+    if seed < 0:
+        raise UserError(f"--seed = {seed} is below 0; use 0, 1, 2, ...")
+    unit, warnings = _generated(str(kind), space, runs, seed, progress)
     return Design(str(kind), seed, space, np.arange(1, runs + 1), space.to_physical(unit), unit, warnings=warnings)
 
 
-def _generated(kind: str, space: ParameterSpace, runs: int, seed: int) -> tuple[Array, tuple[str, ...]]:
+def _generated(
+    kind: str, space: ParameterSpace, runs: int, seed: int, progress: Progress
+) -> tuple[Array, tuple[str, ...]]:
     k = len(space.names)
     if kind == "uniform":
-        return uniform_design(runs, k, seed), ()
+        return uniform_design(runs, k, seed, progress), ()
     if kind == "orthogonal":
         return orthogonal_design(runs, k, seed), ()
     if kind == "lhs":

@@ -70,14 +70,14 @@ def _exchange(pairs, singles, column, pair, single, a, b):
 
 
 @njit(cache=True)
-def anneal(levels, steps, reach, hot, cold, seed, best):
+def anneal(levels, steps, reach, hot, cold, rng, best):
     """Metropolis walk over swaps within columns while the temperature falls from `hot` to `cold` (geometrically).
 
     levels: (k, n) int, each row a permutation of 0..n-1, changed in place. A swap exchanges two levels at most
     `reach` apart (round the end): small moves are accepted more often than arbitrary ones. hot, cold in units of the
-    squared discrepancy. Writes the best design met into `best`, (k, n). Bounded by `steps`, not by the clock.
+    squared discrepancy; rng: a numpy Generator. Writes the best design met into `best`, (k, n). Bounded by `steps`, not
+    by the clock.
     """
-    np.random.seed(seed)
     k, n = levels.shape
     pair, single = _tables(n)
     inverse = 1.0 / pair
@@ -88,13 +88,13 @@ def anneal(levels, steps, reach, hot, cold, seed, best):
     temperature, cooling = hot, (cold / hot) ** (1.0 / steps)
     for _ in range(steps):
         temperature *= cooling
-        j = np.random.randint(k)
-        u = np.random.randint(n)
-        v = (u + 1 + np.random.randint(reach)) % n
+        j = int(k * rng.random())
+        u = int(n * rng.random())
+        v = (u + 1 + int(reach * rng.random())) % n
         a, b = holder[j, u], holder[j, v]
         change = _pair_change(pairs, levels[j], pair, inverse, a, b) / (n * n)
         change -= 2.0 / n * (singles[a] / single[u] - singles[b] / single[v]) * (single[v] - single[u])
-        if change <= 0.0 or np.random.random() < math.exp(-change / temperature):
+        if change <= 0.0 or rng.random() < math.exp(-change / temperature):
             _exchange(pairs, singles, levels[j], pair, single, a, b)
             holder[j, u], holder[j, v] = b, a
             current += change

@@ -31,7 +31,7 @@ def orthogonal_design(runs: int, columns: int, seed: int) -> Array:
             f"(or --design uniform, which takes any number)"
         )
     q, power = allowed[runs]
-    return (2.0 * _permuted(rao_hamming(q, power), columns, q, np.random.default_rng(seed)) + 1.0) / (2.0 * q)
+    return _centred(_permuted(rao_hamming(q, power), columns, q, np.random.default_rng(seed)), q)
 
 
 def sizes(columns: int) -> dict[int, tuple[int, int]]:
@@ -87,4 +87,9 @@ def _renamed(array: Levels, names: list[Levels]) -> Levels:
 
 
 def _discrepancy(array: Levels, names: list[Levels], q: int) -> float:
-    return float(qmc.discrepancy((2.0 * _renamed(array, names) + 1.0) / (2.0 * q), method="CD"))
+    return float(qmc.discrepancy(_centred(_renamed(array, names), q), method="CD"))
+
+
+def _centred(levels: Levels, q: int) -> Array:
+    """Levels 0..q-1 at the middle of q equal cells."""
+    return (2.0 * levels.astype(np.float64) + 1.0) / (2.0 * q)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ For 25 runs of 4 parameters 16 million swaps, 2 to 3 s; the bound is in swaps, s
 """
 
 
-def uniform_design(runs: int, columns: int, seed: int) -> Array:
+def uniform_design(runs: int, columns: int, seed: int, progress: Callable[[float], None] = lambda _: None) -> Array:
     """(runs, columns) in 0..1, levels at (2i - 1)/(2 runs), each once in every column.
 
     The best of `STARTS` annealings by swaps, one from the best good-lattice-point design, the rest from random
@@ -41,13 +42,16 @@ def uniform_design(runs: int, columns: int, seed: int) -> Array:
     rng = np.random.default_rng(seed)
     starts = [_good_lattice(runs, columns)]
     starts += [np.stack([rng.permutation(runs) for _ in range(columns)], axis=1) for _ in range(STARTS - 1)]
-    found = [_annealed(start, int(rng.integers(2**31))) for start in starts]
+    found = []
+    for i, start in enumerate(starts):
+        progress(i / STARTS)
+        found.append(_annealed(start, rng))
     return centred(min(found, key=discrepancy))
 
 
 def centred(levels: Levels) -> Array:
     """Levels 0..n-1 at the middle of n equal cells."""
-    return (2.0 * levels + 1.0) / (2.0 * len(levels))
+    return (2.0 * levels.astype(np.float64) + 1.0) / (2.0 * len(levels))
 
 
 def discrepancy(levels: Levels) -> float:
@@ -55,7 +59,7 @@ def discrepancy(levels: Levels) -> float:
     return float(qmc.discrepancy(centred(levels), method="CD"))
 
 
-def _annealed(start: Levels, seed: int) -> Levels:
+def _annealed(start: Levels, rng: np.random.Generator) -> Levels:
     """The best design of one annealing from `start`.
 
     Temperatures follow the size of a swap's effect, about 1/n of the discrepancy of a good design; that comes from a
@@ -66,9 +70,9 @@ def _annealed(start: Levels, seed: int) -> Levels:
     runs, columns = start.shape
     steps, reach = max(min(SWAPS, WORK // runs), 1000), max(1, runs // 8)
     levels, best = np.ascontiguousarray(start.T), np.empty((columns, runs), dtype=np.int64)
-    anneal(levels, steps // 20, reach, 1e-12, 1e-15, seed, best)
+    anneal(levels, steps // 20, reach, 1e-12, 1e-15, rng, best)
     scale = discrepancy(best.T) / runs
-    anneal(levels, steps, reach, scale / HOT, scale / COLD, seed, best)
+    anneal(levels, steps, reach, scale / HOT, scale / COLD, rng, best)
     return best.T
 
 

@@ -1,1 +1,1 @@
-"""From a measured curve back to parameters, with intervals that are honest and a solver run that verifies each answer."""
+"""From a measured curve back to parameters, with honest intervals and a solver run that verifies each answer."""

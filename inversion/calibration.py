@@ -1,12 +1,14 @@
 """Calibration: parameters and time origin that fit the measurement best, by least squares on the emulator.
 
-Minimises |W (y - f(theta, t0))|^2 + |(z - mean) / sd|^2 + (t0 / sigma)^2: measurement, prior, nuisance. Several starts in
-every box, because an activity limit or a time shift makes several minima; all that the data cannot tell apart are kept.
+Minimises |W (y - f(theta, t0))|^2 + |(z - mean) / sd|^2 + (t0 / sigma)^2: measurement, prior, nuisance. Several starts
+in every box, because an activity limit or a time shift makes several minima; all that the data cannot tell apart stay.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,7 @@ STARTS = 3
 FARTHEST_OFFSET = 4.0  # in sigmas of the time origin
 INDISTINGUISHABLE = 3.84  # chi-square with one degree of freedom, 95 %
 WORTH_REFINING = 30.0
+SAME = 1e-2  # of a range: starts that meet here have found one minimum
 STEP = 1e-4  # of a range, for derivatives of the emulator
 
 
@@ -56,8 +59,7 @@ class Calibrator:
         """The best minimum first, then those whose cost is within 3.84 of it."""
         with threadpool_limits(limits=1, user_api="blas"):
             rough = [mode for box in self.coordinates.boxes for mode in self._search(box, seed)]
-            best = min(mode.cost for mode in rough)
-            modes = [self._refine(mode, self._whitening(mode)) for mode in rough if mode.cost < best + WORTH_REFINING]
+            modes = [self._refine(mode, self._whitening(mode)) for mode in _worth_refining(rough)]
         modes.sort(key=lambda mode: mode.cost)
         return tuple(mode for mode in modes if mode.cost < modes[0].cost + INDISTINGUISHABLE)
 
@@ -71,7 +73,7 @@ class Calibrator:
 
     def _search(self, box: Region, seed: int) -> list[Mode]:
         """Fits from the best few of many candidates in a box."""
-        draws = qmc.Sobol(len(box.lows), seed=seed).random(CANDIDATES)
+        draws = qmc.Sobol(len(box.lows), rng=seed).random(CANDIDATES)
         z = np.vstack([(box.lows + box.highs) / 2.0, box.lows + draws * (box.highs - box.lows)])
         taus = np.unique(np.clip(np.linspace(-2.0, 2.0, 9), *self.offsets))
         middle = Mode(z[0], 0.0, np.empty(0), np.inf, np.empty(0), box)
@@ -100,9 +102,8 @@ class Calibrator:
         low, high = low - 1e-9 * room, low + room * (1.0 + 1e-9)
         tau = start.t0 / self.sigma if self.sigma else 0.0
         p = np.clip(np.append(start.z, tau), low + 1e-6 * room, high - 1e-6 * room)
-        found = least_squares(
-            lambda q: self._rows(q, whitening), p, lambda q: self._derivatives(q, whitening, box), (low, high), xtol=1e-7
-        )
+        slopes: Any = partial(self._derivatives, whitening=whitening, box=box)
+        found = least_squares(partial(self._rows, whitening=whitening), p, slopes, (low, high), xtol=1e-7)
         z = np.clip(found.x[:r], box.lows, box.highs)
         units = np.append(np.ones(r), self.sigma)
         covariance = np.linalg.inv(found.jac.T @ found.jac) * np.outer(units, units)
@@ -138,3 +139,13 @@ class Calibrator:
         low, high = self.offsets
         up, down = min(tau + 1e-2, high), max(tau - 1e-2, low)
         return (self.model.curves(scores, up * self.sigma) - self.model.curves(scores, down * self.sigma)) / (up - down)
+
+
+def _worth_refining(modes: list[Mode]) -> list[Mode]:
+    """Minima not hopelessly above the best, each once."""
+    kept: list[Mode] = []
+    for mode in sorted(modes, key=lambda m: m.cost):
+        new = not any(m.box is mode.box and np.allclose(m.z, mode.z, rtol=0.0, atol=SAME) for m in kept)
+        if new and mode.cost < min(m.cost for m in modes) + WORTH_REFINING:
+            kept.append(mode)
+    return kept

@@ -26,11 +26,11 @@ ENVELOPE_SIGMAS = 3.0
 class Cloud:
     """Where the measurement stands relative to the runs, at the estimated time origin.
 
-    inside: False when the best fit misses by more than noise and emulator error allow (chi-square at 0.1 %, and by more
-    than 1.5 of their standard deviations, since a stated noise is rarely better known), or when most points lie outside
-    the runs' envelope; fit: root mean square of the best fit's whitened residual (1 = noise); outside_envelope: share of
-    points beyond the envelope by more than 3 standard deviations of the noise; nearest_run: run number;
-    nearest_distance: channel -> its RMS distance from the measurement, SI.
+    inside: False when the best fit misses by more than noise and emulator error allow (chi-square at 0.1 %, and by
+    more than 1.5 of their standard deviations, since a stated noise is rarely better known), or when most points lie
+    outside the runs' envelope; fit: root mean square of the best fit's whitened residual (1 = noise);
+    outside_envelope: share of points beyond the envelope by more than 3 standard deviations of the noise;
+    nearest_run: run number; nearest_distance: channel -> its RMS distance from the measurement, SI.
     """
 
     inside: bool
@@ -63,6 +63,6 @@ def warning(found: Cloud, observations: Observations) -> str:
     where = ", ".join(f"{quantity(value, units[name])} RMS in {plain(name)}" for name, value in near)
     return (
         f"the model cannot produce this curve: nearest is run {found.nearest_run} at {where}; the best fit misses by "
-        f"{found.fit:.1f} times noise and emulator error, and {found.outside_envelope:.0%} of the points lie outside all runs. "
-        "No parameter is identified: something else than these parameters differs"
+        f"{found.fit:.1f} times noise and emulator error, {found.outside_envelope:.0%} of the points lie outside all "
+        "runs. No parameter is identified: something else than these parameters differs"
     )

@@ -1,4 +1,4 @@
-"""The coordinates in which an answer is sought: the parameters themselves, or the combinations that a design carries."""
+"""The coordinates in which an answer is sought: the parameters, or the combinations that a design carries."""
 
 from __future__ import annotations
 

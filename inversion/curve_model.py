@@ -42,6 +42,5 @@ class CurveModel:
     def error_factor(self, theta: Array, t0: float) -> Array:
         """F (n, c): F F^T is the covariance of the emulator's error at theta (k,); channels are independent."""
         u = self.emulator.inputs(theta[None])[0]
-        return block_diag(
-            *(self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
-        )
+        factors = (self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
+        return np.asarray(block_diag(*factors), dtype=np.float64)

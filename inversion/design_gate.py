@@ -17,8 +17,8 @@ class DesignError(UserError):
 class DesignFigures:
     """What a design can tell apart.
 
-    rank: independent directions of the centred, scaled design; discrepancy: squared centred L2; max_correlation: largest
-    of two columns; parameters: how many are sought; finding: the directions in words.
+    rank: independent directions of the centred, scaled design; discrepancy: squared centred L2; max_correlation:
+    largest of two columns; parameters: how many are sought; finding: the directions in words.
     """
 
     rank: int
@@ -46,7 +46,7 @@ def design_figures(dataset: Dataset) -> DesignFigures:
 
 
 def refuse_deficient(design: DesignFigures, allowed: bool) -> None:
-    """Raise DesignError where separate values would be invented; `allowed`: the combinations carried are wanted instead."""
+    """Raise DesignError where separate values would be invented; `allowed`: what the design carries will do."""
     if not design.deficient or (allowed and design.rank > 0):
         return
     remedy = "" if design.rank == 0 else "; --allow-rank-deficient gives the combination that is carried instead"

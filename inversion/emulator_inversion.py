@@ -32,4 +32,5 @@ OUTSIDE = "the model cannot produce the measured curve, so its best fit does not
 def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:
     """Estimates from a rank-deficient design: none, and why."""
     why = f"{design.sentence}: this parameter changed only together with others"
-    return {name: Estimate(None, None, unit, False, why) for name, unit in zip(dataset.names, dataset.units, strict=True)}
+    pairs = zip(dataset.names, dataset.units, strict=True)
+    return {name: Estimate(None, None, unit, False, why) for name, unit in pairs}

@@ -72,11 +72,13 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     sentences: list[str] = []
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
-        sentences.append(f"{len(lost)} runs lost more than 5 % of the bird ({', '.join(lost)}): the emulator leaves them out")
+        sentences.append(f"runs {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
             a, b = quantity(low, dataset.units[i]), quantity(high, dataset.units[i])
-            sentences.append(f"{plain(name)} between {a} and {b}: no smooth run stands there, so no answer is sought there")
+            sentences.append(
+                f"{plain(name)} between {a} and {b}: no smooth run stands there, no answer is sought there"
+            )
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:

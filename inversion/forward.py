@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 from data.errors import RunFailed
 from data.histories import Histories
 from data.store import RunStore, run_key
+from doe.strike import STEP_FACTORS
 from solver.case import Case
 from solver.simulate import simulate
 from solver.version import SOLVER_VERSION
 
 Forward = Callable[[Mapping[str, float]], Histories]
 """forward({dotted case key: SI value}) -> Histories; may raise RunFailed."""
-
-SAFER_STEP = 0.5
 
 
 @dataclass(frozen=True)
@@ -27,30 +26,43 @@ class StoredSolver:
     read: tuple[RunStore, ...] = ()
     progress: Callable[[float], None] | None = None
 
-    def key(self, theta: Mapping[str, float], step_factor: float = 1.0) -> str:
-        """Name of the run in the store."""
-        return run_key(self.case.with_values(theta).canonical(), SOLVER_VERSION, step_factor)
-
     def __call__(self, theta: Mapping[str, float]) -> Histories:
-        """A stored run or a new one; an unstable run is tried once more at half the step. Raises RunFailed."""
-        for step_factor in (1.0, SAFER_STEP):
-            key = self.key(theta, step_factor)
-            for store in (self.store, *self.read):
-                if (found := store.load(key)) is not None:
-                    return _named(found, key)
-            try:
-                return _named(self._run(theta, key, step_factor), key)
-            except RunFailed as error:
-                self.store.save_failure(key, error.reason, {"parameters": dict(theta), "step_factor": step_factor})
-                failure = error
-        raise failure
+        """A stored run or a new one, its key in the summary as `run_key`.
 
-    def _run(self, theta: Mapping[str, float], key: str, step_factor: float) -> Histories:
-        histories = simulate(self.case.with_values(theta), step_factor=step_factor, progress=self.progress)
-        self.store.save(key, histories, {"parameters": dict(theta), "step_factor": step_factor})
-        return histories
+        A run that fails is tried once more with half the time step, as in a campaign. Raises RunFailed.
+        """
+        case, reason = self.case.with_values(theta), ""
+        for step_factor in STEP_FACTORS:
+            key = run_key(case.canonical(), SOLVER_VERSION, step_factor)
+            found, reason = self._stored(key)
+            if found is None and not reason:
+                found, reason = self._run(case, theta, key, step_factor)
+            if found is not None:
+                return replace(found, summary={**found.summary, "run_key": key})
+        raise RunFailed(reason, "see the case and the parameters' ranges")
+
+    def _stored(self, key: str) -> tuple[Histories | None, str]:
+        """A finished run, or the reason of a failed one, from the first store that has either."""
+        for store in (self.store, *self.read):
+            found, reason = store.load(key), store.failure(key) or ""
+            if found is not None or reason:
+                return found, reason
+        return None, ""
+
+    def _run(
+        self, case: Case, theta: Mapping[str, float], key: str, step_factor: float
+    ) -> tuple[Histories | None, str]:
+        """Strike once and keep what came of it."""
+        meta = {"values": dict(theta), "step_factor": step_factor}
+        try:
+            found = simulate(case, step_factor=step_factor, progress=self.progress)
+        except RunFailed as failure:
+            self.store.save_failure(key, str(failure), meta)
+            return None, str(failure)
+        self.store.save(key, found, meta)
+        return found, ""
 
 
-def _named(histories: Histories, key: str) -> Histories:
-    """The histories with the key under which the store keeps them."""
-    return replace(histories, summary={**histories.summary, "run_key": key})
+def watched(forward: Forward, progress: Callable[[float], None]) -> Forward:
+    """The forward model with its progress reported, where it can."""
+    return replace(forward, progress=progress) if isinstance(forward, StoredSolver) else forward

@@ -35,8 +35,8 @@ class Estimate:
 class ChannelScore:
     """Errors of one channel, SI `unit`.
 
-    predicted_rmse: by the emulator at the method's answer; verified_rmse: by the solver, at the estimated time origin;
-    verified_rmse_at_zero_offset: by the solver on its own clock; verified_relative: verified_rmse over the measured peak.
+    predicted_rmse: by the emulator at the method's answer; verified_rmse: by the solver, at the estimated time origin,
+    verified_relative: the same over the measured peak; verified_rmse_at_zero_offset: by the solver on its own clock.
     """
 
     unit: str
@@ -64,8 +64,9 @@ class Combination:
 class Answer:
     """One method's answer.
 
-    predicted_rmse, verified_rmse: of the first measured channel, SI; verified_relative: root mean square of the channels'
-    errors relative to their peaks; run: key of the verification run in the run store; failure: why it did not finish.
+    predicted_rmse, verified_rmse: of the first measured channel, SI; verified_relative: root mean square of the
+    channels' errors relative to their peaks; run: key of the verification run in the run store; failure: why it did not
+    finish.
     """
 
     parameters: Mapping[str, Estimate]
@@ -80,7 +81,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class TrainingFigures:
-    """How the network was trained; inputs: channel -> instants read, on the record's clock [s]; held_out: run numbers."""
+    """How the network was trained; inputs: channel -> instants on the record's clock [s]; held_out: run numbers."""
 
     trainer: str
     shape: str
@@ -120,10 +121,15 @@ class MeasuredFigures:
 
 @dataclass(frozen=True)
 class Inversion:
-    """The whole result; `methods` holds those that were run, `best` the one with the smallest verified error."""
+    """The whole result.
+
+    methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
+    SI; runs_used: finished runs of the campaign.
+    """
 
     methods: Mapping[str, Answer]
     best: str | None
+    ranges: Mapping[str, tuple[float, float]]
     design: DesignFigures
     runs_used: int
     time_offset: TimeOrigin

@@ -1,4 +1,4 @@
-"""The inversion of one measurement from a finished campaign: gate, emulator, time origin, both methods, verification."""
+"""The inversion of one measurement from a campaign: gate, emulator, time origin, both methods, verification."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from inversion.coordinates import carried_coordinates, parameter_coordinates
 from inversion.curve_model import CurveModel
 from inversion.design_gate import design_figures, refuse_deficient
 from inversion.figures import emulator_figures, emulator_warnings, measured_figures, training_figures
-from inversion.forward import Forward
+from inversion.forward import Forward, watched
 from inversion.inversion import Answer, Inversion
 from inversion.network_inversion import network_answer
 from inversion.observations import Observations, observe
@@ -36,7 +36,7 @@ METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network
 
 @dataclass(frozen=True)
 class Options:
-    """How to invert. noise: sensor -> standard deviation, SI; time_offset: that of the time origin [s], 0 = same clock."""
+    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known."""
 
     trainer: str = "lm"
     method: str = "both"
@@ -80,13 +80,17 @@ class Outcome:
 
 
 def invert(
-    dataset: Dataset, measured: Measured, forward: Forward, options: Options | None = None, progress: Progress | None = None
+    dataset: Dataset,
+    measured: Measured,
+    forward: Forward,
+    options: Options | None = None,
+    progress: Progress | None = None,
 ) -> Outcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
     Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
     """
-    choice, report = options or Options(), progress or (lambda fraction: None)
+    choice, report = options or Options(), progress or _silent
     methods = choice.methods()
     located = locate(dataset, measured, choice, lambda f: report(0.2 * f))
     warnings, proposals, network, training = list(located.warnings), {}, None, None
@@ -94,7 +98,8 @@ def invert(
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
         answer = network_answer(dataset, network, located.observations, read)
-        proposals["network"], training = by_network(located.ground, network, answer), training_figures(network, dataset, read)
+        proposals["network"] = by_network(located.ground, network, answer)
+        training = training_figures(network, dataset, read)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.ground)
@@ -104,6 +109,7 @@ def invert(
     inversion = Inversion(
         methods=answers,
         best=best(answers),
+        ranges={n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)},
         design=located.ground.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
@@ -150,8 +156,9 @@ def verify_all(
     verified: dict[str, Verification] = {}
     for method, proposal in proposals.items():
         theta = {name: float(value) for name, value in zip(names, proposal.theta, strict=True)}
-        verified[method] = verify(forward, theta)
-        progress(len(verified) / len(proposals))
+        before = len(verified)
+        verified[method] = verify(watched(forward, lambda f, n=before: progress((n + f) / len(proposals))), theta)
+        progress((before + 1) / len(proposals))
     if all(v.histories is None for v in verified.values()):
         raise RunFailed("no verification run finished: " + "; ".join(f"{m}: {v.failure}" for m, v in verified.items()))
     return verified
@@ -178,6 +185,10 @@ def answered(located: Located, proposal: Proposal, verification: Verification) -
         run=str(key) if key is not None else None,
         failure=verification.failure,
     )
+
+
+def _silent(_: float) -> None:
+    """Nobody watches the progress."""
 
 
 def best(answers: Mapping[str, Answer]) -> str | None:

@@ -43,7 +43,7 @@ def network_answer(
     theta = np.clip(raw, dataset.lows, dataset.highs)
     scaled = fit.network.inputs.to_unit(values)
     strange = int(((scaled < 0.0) | (scaled > 1.0)).sum())
-    warnings = [_clipped(dataset, i, raw[i]) for i in np.flatnonzero(theta != raw)]
+    warnings = [_clipped(dataset, i, raw[i]) for i in range(len(raw)) if theta[i] != raw[i]]
     if strange:
         warnings.append(f"{strange} of the network's {len(values)} inputs lie outside what it was trained on")
     return NetworkAnswer(theta, (*fit.notes, *warnings))

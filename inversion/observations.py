@@ -21,7 +21,7 @@ FEWEST_BEFORE_CONTACT = 8
 
 @dataclass(frozen=True)
 class Channel:
-    """One sensor's points: times (n,) [s] on the record's clock, values (n,) and noise (n,) (standard deviation) in SI."""
+    """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI."""
 
     name: str
     unit: str
@@ -94,20 +94,24 @@ def _mismatch(measured: Measured, dataset: Dataset, name: str) -> list[str]:
 
 
 def _points(measured: Measured, dataset: Dataset, name: str) -> tuple[Channel, str]:
-    """The channel without gaps and without instants outside the record (noise still to come), and a warning or nothing."""
+    """The channel without gaps and instants outside the record, its noise still to come, and a warning or nothing."""
     values = measured.channels[name]
     given = np.isfinite(values)
     inside = given & (measured.time >= dataset.time[0]) & (measured.time <= dataset.time[-1] * (1.0 + 1e-9))
     span = f"{dataset.time[0] * 1e3:g} .. {dataset.time[-1] * 1e3:g} ms"
     if not inside.any():
-        raise MeasuredError(f'no point of "{name}" in {measured.path} lies in the simulated record {span}; other clock or unit?')
+        where = f'"{name}" in {measured.path}'
+        raise MeasuredError(f"no point of {where} lies in the simulated record {span}; another clock or unit?")
     sigma = measured.sigma[name][inside] if name in measured.sigma else np.full(int(inside.sum()), np.nan)
     channel = Channel(name, measured.units[name], measured.time[inside], values[inside], sigma, "")
     after = int((given & (measured.time > dataset.time[-1] * (1.0 + 1e-9))).sum())
     before = int((given & (measured.time < dataset.time[0])).sum())
     if not after + before:
         return channel, ""
-    return channel, f"{name}: {before} points before and {after} points after the simulated record {span} are left out of the fit"
+    return (
+        channel,
+        f"{name}: {before} points before and {after} after the simulated record {span} are left out of the fit",
+    )
 
 
 def _with_noise(channel: Channel, measured: Measured, stated: float | None) -> tuple[Channel, str]:

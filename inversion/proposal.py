@@ -1,4 +1,4 @@
-"""A method's parameters before they are verified: by the network, by the emulator, or the combination a design carries."""
+"""A method's parameters before they are verified: by network or emulator, or what a deficient design carries."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Proposal:
-    """theta: (k,) SI, where the verification runs; combination: set for a rank-deficient design, whose estimates are empty."""
+    """theta: (k,) SI, where the verification runs; combination: of a deficient design, whose estimates are empty."""
 
     theta: Array
     estimates: Mapping[str, Estimate]
@@ -63,7 +63,7 @@ def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Propos
         away = answer.theta - ground.coordinates.base
         scale = ground.dataset.highs - ground.dataset.lows
         z = np.linalg.lstsq((ground.coordinates.basis / scale).T, away / scale, rcond=None)[0]
-        return _carried(ground, np.clip(z, 0.0, 1.0), None)
+        return _carried(ground, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
     estimates = network_estimates(ground.dataset, fit, answer, ground.coordinates, ground.inside_cloud)
     return Proposal(answer.theta, estimates, None)
 

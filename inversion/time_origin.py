@@ -28,18 +28,20 @@ class TimeOrigin:
         if self.interval_95 is None:
             return "time origin: the record's own (the case names no time_offset)"
         low, high = self.interval_95
-        return f"time origin: {self.value * 1e3:+.3f} ms (95 %: {low * 1e3:+.3f} .. {high * 1e3:+.3f} ms), from the emulator"
+        interval = f"(95 %: {low * 1e3:+.3f} .. {high * 1e3:+.3f} ms)"
+        return f"time origin: {self.value * 1e3:+.3f} ms {interval}, estimated by the emulator"
 
 
 def time_origin(calibrator: Calibrator, modes: tuple[Mode, ...]) -> tuple[TimeOrigin, tuple[str, ...]]:
     """The best mode's time origin with the interval of all modes, and a warning when the record's end holds it."""
     if not calibrator.sigma:
         return TimeOrigin(0.0, None, None), ()
-    spread = [NORMAL_95 * float(np.sqrt(mode.covariance[-1, -1])) for mode in modes]
-    interval = min(m.t0 - s for m, s in zip(modes, spread, strict=True)), max(m.t0 + s for m, s in zip(modes, spread, strict=True))
-    origin = TimeOrigin(modes[0].t0, calibrator.sigma, interval)
+    ends = [
+        (mode.t0 + sign * NORMAL_95 * float(np.sqrt(mode.covariance[-1, -1]))) for mode in modes for sign in (-1, 1)
+    ]
+    origin = TimeOrigin(modes[0].t0, calibrator.sigma, (min(ends), max(ends)))
     earliest = calibrator.offsets[0] * calibrator.sigma
     if origin.value - earliest > 0.01 * calibrator.sigma:
         return origin, ()
-    end = calibrator.model.end * 1e3
-    return origin, (f"the time origin {origin.value * 1e3:+.3f} ms is held by the end of the simulated record at {end:g} ms; raise time.end",)
+    held = f"the time origin {origin.value * 1e3:+.3f} ms is held by the end of the simulated record"
+    return origin, (f"{held} at {calibrator.model.end * 1e3:g} ms; raise time.end",)

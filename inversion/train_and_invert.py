@@ -64,8 +64,8 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
     if case_hash(given) == dataset.case_hash:
         return given
     raise UserError(
-        f"the campaign in {doe} was run for another case (hash {dataset.case_hash}) than {given.name} (hash {case_hash(given)}): "
-        "its curves cannot explain this one's measurement; run run-doe for this case"
+        f"the campaign in {doe} was run for another case (hash {dataset.case_hash}) than {given.name} "
+        f"(hash {case_hash(given)}): its curves cannot explain this one's measurement; run run-doe for this case"
     )
 
 

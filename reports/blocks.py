@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Literal
 
 from matplotlib.figure import Figure
 
-from reports.figures.style import inline_svg, png
+from reports.figures.style import inline_svg, pixels, png
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as markup for the page, with a caption that says what to see."""
+    """A figure as markup for the page, its natural width in CSS pixels, and a caption that says what to see."""
 
     name: str
     markup: str
     caption: str
+    width: int
     kind: Literal["picture"] = "picture"
 
 
@@ -71,15 +72,10 @@ class Section:
 
 def drawing(name: str, figure: Figure, caption: str) -> Picture:
     """A figure of lines: SVG inside the page."""
-    return Picture(name, inline_svg(figure, name), caption)
+    return Picture(name, inline_svg(figure, name), caption, pixels(figure))
 
 
 def photograph(name: str, figure: Figure, caption: str, alternative: str) -> Picture:
     """A figure of thousands of marks: PNG inside the page; `alternative` says in words what it shows."""
     data = base64.b64encode(png(figure)).decode("ascii")
-    return Picture(name, f'<img alt="{alternative}" src="data:image/png;base64,{data}">', caption)
-
-
-def key_table(rows: Sequence[tuple[str, str]], caption: str) -> Table:
-    """Two columns: what, and how much."""
-    return Table(("what", "value"), tuple(rows), caption)
+    return Picture(name, f'<img alt="{escape(alternative)}" src="data:image/png;base64,{data}">', caption, pixels(figure))

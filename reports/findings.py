@@ -63,10 +63,12 @@ def percent(share: float, digits: int = 2) -> str:
 
 def offset_text(results: Results) -> str:
     """How the clocks of simulation and record were laid over each other."""
-    if results.offset == 0.0:
+    if results.inversion.time_offset.sigma is None:
         return "record and simulation share one clock"
+    if abs(results.offset) < 5e-7:
+        return "the clocks of record and simulation agree within 1 µs, as the record lets one tell"
     later = "later" if results.offset > 0 else "earlier"
-    return f"for this the simulation's clock is set {quantity(abs(results.offset), 's')} {later}, as the record lets it"
+    return f"for this the simulation's clock is set {quantity(abs(results.offset), 's')} {later}, as the record tells"
 
 
 def identified(results: Results) -> str:
@@ -112,16 +114,16 @@ def worst_text(results: Results, channel: str, method: str) -> str:
 
 
 def cloud_text(results: Results, channel: str) -> str:
-    """`the record's displacement centre lies outside all strikes at 9 of 12 points, up to 0.41 mm above them ...`."""
+    """`the record's displacement centre lies outside all strikes at 8 of 12 points, up to 0.41 mm above them ...`."""
     seen, unit = cloud(results, channel), results.record.units[channel]
     count = int(seen.outside.sum())
     if not count:
-        return f"the record's {words(channel)} lies among the campaign's strikes at all {seen.time.size} points"
+        return f"the record's {words(channel)} lies among the campaign's strikes, within noise, at all {seen.time.size} points"
     at, value = peak(seen.time, seen.excess)
     side = "above" if value > 0 else "below"
     return (
-        f"the record's {words(channel)} lies outside all strikes of the campaign at {count} of {seen.time.size} points, "
-        f"up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
+        f"the record's {words(channel)} lies outside all strikes of the campaign by more than noise at {count} of "
+        f"{seen.time.size} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
     )
 
 

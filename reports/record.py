@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 
 from data.curves import Measured
 from data.histories import Array
+from inversion.cloud import ENVELOPE_SIGMAS
 from reports.results import Results
 
-_MADE_BY = re.compile(r"simulated\s*(?:\(|by\s+)\s*([A-Za-z][\w.+-]*)", re.IGNORECASE)
+_MADE_BY = re.compile(r"SIMULATED\s*(?:\(\s*(?:by\s+)?|(?:by|with)\s+)([^(),;:]+)")
 
 
 def origin(record: Measured) -> str:
     """`measured`, or `simulated by LS-DYNA` where the provenance says so: never `measured` for a simulated record."""
     if not record.simulated:
         return "measured"
-    made_by = next((found[1] for line in record.provenance if (found := _MADE_BY.search(line))), "")
+    made_by = next((found[1].strip() for line in record.provenance if (found := _MADE_BY.search(line))), "")
     return f"simulated by {made_by}" if made_by else "simulated, see its provenance"
 
 
@@ -31,17 +32,21 @@ def short_name(record: Measured) -> str:
 
 @dataclass(frozen=True)
 class Cloud:
-    """One channel: the campaign's `low` and `high` (r,) SI at the record's `time` (r,) s, the record's `values` (r,)."""
+    """One channel at the record's `time` (r,) s: its `values`, the strikes' `low` and `high`, all (r,) SI.
+
+    margin: SI, what noise may add; a point counts as outside only beyond it, as in the inversion's own verdict.
+    """
 
     time: Array
     values: Array
     low: Array
     high: Array
+    margin: float
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(r,) True where the record lies beyond all strikes."""
-        return (self.values < self.low) | (self.values > self.high)
+        """(r,) True where the record lies beyond all strikes by more than the margin."""
+        return np.abs(self.excess) > self.margin
 
     @property
     def excess(self) -> Array:
@@ -50,13 +55,13 @@ class Cloud:
 
 
 def cloud(results: Results, channel: str) -> Cloud:
-    """The campaign's smooth strikes at those of the record's times that they reach, on the estimated time origin."""
+    """All strikes at those of the record's times that they reach, on the estimated time origin."""
     time, values = results.record.points(channel)
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
     strikes = results.dataset.sampled(channel, on_their_clock)
-    strikes = strikes[results.dataset.smooth] if results.dataset.smooth.any() else strikes
     reached = np.isfinite(strikes).all(axis=0)
-    return Cloud(time[reached], values[reached], strikes.min(axis=0)[reached], strikes.max(axis=0)[reached])
+    margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
+    return Cloud(time[reached], values[reached], strikes.min(axis=0)[reached], strikes.max(axis=0)[reached], margin)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def _valid(mark: Between, value: Any) -> float | None:
 def _mass_or_density(raw: Raw) -> Iterator[str]:
     mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
     if mass is not None and density is not None:
-        yield f'bird.mass = "{mass}" and bird.density = "{density}" are both given; keep one, the shape gives the other'
+        yield f"bird.mass = {mass} and bird.density = {density} are both given; keep one, the shape gives the other"
     if mass is None and density is None and isinstance(raw.get("bird"), dict):
         yield 'bird.mass or bird.density is missing; give one, such as density = "938 kg/m^3"'
 
@@ -54,7 +54,7 @@ def _bird_length(raw: Raw) -> Iterator[str]:
     shape, length, diameter = at(raw, "bird.shape"), si(raw, "bird.length"), si(raw, "bird.diameter")
     if length is None or diameter is None:
         return
-    given = f'bird.length = "{at(raw, "bird.length")}"'
+    given = f"bird.length = {at(raw, 'bird.length')}"
     if shape == "hemispherical_cylinder" and length < diameter:
         yield f"{given} is less than the diameter; length is overall, hemispheres included"
     if shape == "sphere" and length != diameter:
@@ -65,13 +65,13 @@ def _hardening(raw: Raw) -> Iterator[str]:
     young, tangent = si(raw, "plate.material.young"), si(raw, "plate.material.tangent_modulus")
     if young is not None and tangent is not None and tangent >= young:
         text = at(raw, "plate.material.tangent_modulus")
-        yield f'plate.material.tangent_modulus = "{text}" is not below young; megapascals?'
+        yield f"plate.material.tangent_modulus = {text} is not below young; megapascals?"
 
 
 def _rates(raw: Raw) -> Iterator[str]:
     if si(raw, "plate.material.rate_c"):
         text = at(raw, "plate.material.rate_c")
-        yield f'plate.material.rate_c = "{text}": rate hardening is not available in this version; leave it out'
+        yield f"plate.material.rate_c = {text}: rate hardening is not available in this version; leave it out"
 
 
 def _friction(raw: Raw) -> Iterator[str]:
@@ -84,12 +84,12 @@ def _times(raw: Raw) -> Iterator[str]:
     if end is None:
         return
     if interval is not None and interval > 0.5 * end:
-        yield f'time.output_interval = "{at(raw, "time.output_interval")}" leaves fewer than 3 outputs before time.end'
+        yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
     snapshots = at(raw, "time.snapshots")
     for text in snapshots if isinstance(snapshots, list) else []:
         instant = _valid(Between("0 ms", "100 ms"), text)
         if instant is not None and instant > end:
-            yield f'time.snapshots: "{text}" is after time.end = "{at(raw, "time.end")}"'
+            yield f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}'
 
 
 def _sensors(raw: Raw) -> Iterator[str]:
@@ -110,4 +110,4 @@ def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
     for text, key in zip(place, ("plate.length", "plate.width"), strict=False):
         offset, size = _valid(OFFSET, text), si(raw, key)
         if offset is not None and size is not None and abs(offset) > 0.5 * size:
-            yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = "{at(raw, key)}" of its centre'
+            yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'

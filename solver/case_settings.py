@@ -55,7 +55,7 @@ class SolverSettings(Section):
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
     """
 
-    courant: Annotated[float, Between(0.05, 1.0)] = 0.4
+    courant: Annotated[float, Between(0.05, 1.0)] = 0.9
     shock_linear: Annotated[float, Between(0.0, 5.0)] = 1.0
     shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
     smoothing: Annotated[float, Between(1.0, 2.5)] = 1.2

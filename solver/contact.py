@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from data.errors import RunFailed
 from data.histories import Array
@@ -40,7 +40,7 @@ class Contact:
     def search(self, bird: Bird, plate: Plate) -> None:
         """Nearest facet of every particle, and which particles may touch before the next search."""
         centres = plate.x[plate.quads].mean(axis=1)
-        self.facet[:] = cKDTree(centres).query(bird.x[: bird.n])[1]
+        self.facet[:] = KDTree(centres).query(bird.x[: bird.n])[1]
         self.foot[:, :2] = 0.0
         everyone = np.ones(bird.n, np.bool_)
         follow_facets(bird.n, bird.x, plate.x, plate.quads, plate.mesh.across, everyone, self.facet, self.foot)
@@ -60,7 +60,9 @@ class Contact:
             bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
         )
         if self.deepest > self.gap:
-            raise RunFailed("the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles")
+            raise RunFailed(
+                "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
+            )
         add_contact(bird.n, bird.mass, self.on_bird, bird.acceleration)
 
     def work(self, bird: Bird, plate: Plate, dt: float) -> float:

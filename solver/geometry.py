@@ -56,7 +56,9 @@ def fill_bird(shape: str, diameter: float, length: float, volume: float, particl
         if abs(len(points) - particles) < abs(len(best) - particles):
             best = points
     if len(best) < 8:
-        raise UserError(f"bird.particles = {particles} leaves {len(best)} particles in the bird; at least 100 are needed")
+        raise UserError(
+            f"bird.particles = {particles} leaves {len(best)} particles in the bird; at least 100 are needed"
+        )
     return best
 
 

@@ -140,7 +140,10 @@ class Plate:
             trial.v, trial.omega = 1e-9 * trial.v / norm, 1e-9 * trial.omega / norm
             trial.clear_stress()
             trial.update_forces(1.0)
-            trial.v, trial.omega = -trial.nodal[:, :3] / trial.mass[:, None], -trial.nodal[:, 3:] / trial.inertia[:, None]
+            trial.v, trial.omega = (
+                -trial.nodal[:, :3] / trial.mass[:, None],
+                -trial.nodal[:, 3:] / trial.inertia[:, None],
+            )
             squared = np.sqrt(2.0 * trial.kinetic_energy()) / 1e-9
         return float(np.sqrt(squared))
 

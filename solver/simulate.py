@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numba
 import numpy as np
@@ -66,7 +67,7 @@ def peak(clock: Array, values: Array) -> dict[str, float]:
     return {"value": float(values[at]), "time": float(clock[at])}
 
 
-def summarise(case: Case, strike: Strike) -> dict[str, object]:
+def summarise(case: Case, strike: Strike) -> dict[str, Any]:
     """Books, counts and warnings of a finished strike. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = strike.bird, strike.plate, strike.balance
     error = balance.energy_error()
@@ -89,7 +90,12 @@ def summarise(case: Case, strike: Strike) -> dict[str, object]:
         "energy_error": error,
         "momentum_error": balance.momentum_error(bird, plate),
         "angular_momentum_error": balance.angular_momentum_error(bird, strike.half_length),
-        "energies_J": {**balance.energy, **balance.kinetic, "initial": balance.initial, "normal": balance.normal_energy},
+        "energies_J": {
+            **balance.energy,
+            **balance.kinetic,
+            "initial": balance.initial,
+            "normal": balance.normal_energy,
+        },
         "shock_equivalent_viscosity_Pa_s": balance.equivalent_viscosity(),
         "deepest_overlap_m": strike.deepest,
         "eroded_particles": eroded,
@@ -103,10 +109,14 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
     warnings = []
     if strike.deepest == 0.0:
-        warnings.append("the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end")
+        warnings.append(
+            "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
+        )
     hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]
     if hourglass > 0.05 * internal > 0.0:
-        warnings.append(f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements")
+        warnings.append(
+            f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements"
+        )
     return warnings
 
 

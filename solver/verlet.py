@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from data.histories import Array
 from solver.kernels.neighbours import (
+    REACH,
     count_neighbours,
     largest_displacement_squared,
     list_neighbours,
     sort_into_cells,
 )
 
-SKIN = 0.08  # of the support: the measured optimum is flat between 0.06 and 0.12
+SKIN = 0.12  # of the support; whole strikes take the same time within 5 % from 0.08 to 0.16
 
 
 class VerletList:
@@ -40,7 +41,7 @@ class VerletList:
         lower = x.min(axis=0) - 1e-9
         span = x.max(axis=0) - lower
         # a stray eroded particle must not blow up the grid: cells grow instead
-        edge = max(self.cutoff, float(np.max(span)) / 256.0)
+        edge = max(self.cutoff / REACH, float(np.max(span)) / 256.0)
         shape = (np.floor(span / edge) + 1).astype(np.int64)
         cell_start = np.zeros(int(np.prod(shape)) + 1, np.int64)
         members, sorted_x = np.empty(len(x), np.uint32), np.empty((3, len(x)))

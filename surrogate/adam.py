@@ -40,7 +40,7 @@ def train(
     """Train from the weights `start`; Adam may go uphill, so the best weights are kept. Nothing is drawn at random."""
     import torch  # takes seconds to load, so only who trains with Adam waits for it
 
-    rules, report = settings or Settings(), progress or (lambda fraction: None)
+    rules = settings or Settings()
     weights = torch.tensor(start, dtype=torch.float64, requires_grad=True)
     x, t = torch.as_tensor(samples.x), torch.as_tensor(samples.t)
     optimiser = torch.optim.Adam([weights], lr=rules.learning_rate)
@@ -55,8 +55,8 @@ def train(
         if history[-1][0] < best_mse:
             best_mse, best = history[-1][0], now
         optimiser.step()
-        report(min(1.0, len(history) / rules.epochs))
-    report(1.0)
+        if progress is not None:
+            progress(min(1.0, len(history) / rules.epochs))
     mse, test_mse = np.array(history).T
     return Training("adam", best, mse, test_mse, np.full(len(mse), np.nan), _status(rules, len(mse) - 1, best_mse))
 

@@ -1,4 +1,4 @@
-"""Forward emulator: curves from parameters, by principal components and one Gaussian process for each, with its own error."""
+"""Forward emulator: curves from parameters by principal components, a Gaussian process for each, with its own error."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class CurveEmulator:
     """One channel: y(t, theta) = mean(t) + sum_c s_c(theta) basis_c(t).
 
     time: (m,) [s]; mean: (m,) SI; basis: (c, m) SI, all components of the runs; processes: Gaussian processes of the
-    first components, those that can be predicted; unpredicted: (c,) variance of the scores of the others, 0 for the first:
-    they stay at their mean and count as error.
+    first components, those that can be predicted; unpredicted: (c,) variance of the scores of the others, 0 for the
+    first: they stay at their mean and count as error.
     """
 
     time: Array
@@ -51,16 +51,17 @@ class CurveEmulator:
         """From curves (n, m) at scaled features u (n, d); `kernels`: of an emulator fitted before on the same runs.
 
         Components are added until they hold 99.99 % of the variance or the next one is noise to its own process
-        (leave-one-out Q2 <= 0). The curves are standardised by one number, so that millimetres and meganewtons fare alike.
+        (leave-one-out Q2 <= 0). Curves are standardised by one number, so that millimetres and meganewtons fare alike.
         """
         size = float(curves.std(axis=0).max()) or 1.0
-        pca = PCA().fit(curves / size)
+        with np.errstate(invalid="ignore"):  # curves that never change have no shares of variance, which is fine
+            pca = PCA().fit(curves / size)
         scores = pca.transform(curves / size)
         if kernels is None:
             processes = _predictable(u, scores, seed)
         else:
             processes = [GaussianProcess.with_kernel(u, scores[:, c], kernel) for c, kernel in enumerate(kernels)]
-        basis, mean = pca.components_ * size, pca.mean_ * size
+        basis, mean = np.asarray(pca.components_) * size, np.asarray(pca.mean_) * size
         unpredicted = np.where(np.arange(len(basis)) < len(processes), 0.0, scores.var(axis=0, ddof=1))
         return cls(time, mean, basis, tuple(processes), unpredicted, _validate(curves, mean, basis, processes))
 
@@ -74,13 +75,13 @@ class CurveEmulator:
         return mean + self.scores(u) @ basis[: len(self.processes)]
 
     def error_factor(self, u: Array, times: Array) -> Array:
-        """F (t, c) such that F F^T is the covariance of the error of the curve at one point u (d,), solver's jitter included."""
+        """F (t, c): F F^T is the covariance of the curve's error at one point u (d,), the solver's jitter included."""
         variance = self.unpredicted.copy()
         variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
         return self.at(times)[1].T * np.sqrt(variance)
 
     def at(self, times: Array) -> tuple[Array, Array]:
-        """Mean curve (t,) and basis (c, t) at `times` [s]: linear between samples, at rest before the record, NaN after it."""
+        """Mean (t,) and basis (c, t) at `times` [s]: linear between samples, at rest before them, NaN after."""
         i = np.clip(np.searchsorted(self.time, times) - 1, 0, len(self.time) - 2)
         w = np.maximum((times - self.time[i]) / (self.time[i + 1] - self.time[i]), 0.0)
         w = np.where(times > self.time[-1] * (1.0 + 1e-9), np.nan, np.minimum(w, 1.0))
@@ -141,7 +142,7 @@ def fit_emulator(
     theta = dataset.parameters[dataset.smooth]
     if len(theta) < FEWEST_RUNS:
         raise UserError(
-            f"the campaign has {len(theta)} smooth runs; the emulator needs at least {FEWEST_RUNS}: extend it with run-doe"
+            f"{len(theta)} runs of the campaign are smooth, the emulator needs {FEWEST_RUNS}: extend it by run-doe"
         )
     scaling = Scaling.over(features(dataset.names, theta))
     boxes = regions(dataset.names, dataset.lows, dataset.highs, theta)
@@ -178,7 +179,9 @@ def _inside(row: Array, region: Region) -> bool:
 def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:
     """Leave-one-out on the runs themselves; the components are those of all runs."""
     if not processes:
-        return Validation(q2(curves, np.broadcast_to(mean, curves.shape)), rmse(curves, mean), np.zeros((len(curves), 0)))
+        return Validation(
+            q2(curves, np.broadcast_to(mean, curves.shape)), rmse(curves, mean), np.zeros((len(curves), 0))
+        )
     loo = np.stack([p.loo for p in processes], axis=1)
     sd = np.stack([p.loo_sd for p in processes], axis=1)
     scores = (curves - mean) @ np.linalg.pinv(basis[: len(processes)])

@@ -47,7 +47,7 @@ def _key(name: str) -> str:
 class Region:
     """A box of parameters without an activity limit inside, where runs stand behind the emulator.
 
-    lows, highs: (k,) SI; flat: (k,) True where the parameter is off in this box, so that no value in it changes a curve.
+    lows, highs: (k,) SI; flat: (k,) True where the parameter is off in this box: no value in it changes a curve.
     """
 
     lows: Array
@@ -58,9 +58,9 @@ class Region:
 def regions(names: Sequence[str], lows: Array, highs: Array, runs: Array) -> tuple[Region, ...]:
     """The boxes of the case's ranges lows..highs (k,) that the smooth runs (n, k) cover.
 
-    A range is trusted one mean spacing beyond the runs' ends. No derivative is taken across an activity limit, so a range
-    that contains one is cut there, and its active part is trusted only as far towards the limit as an active smooth run
-    reaches: beyond it the bird may be lost at once. Where a parameter is off, one run speaks for all values.
+    A range is trusted one mean spacing beyond the runs' ends. No derivative is taken across an activity limit, so a
+    range that contains one is cut there, and its active part is trusted only as far towards the limit as an active
+    smooth run reaches: beyond it the bird may be lost at once. Where a parameter is off, one run speaks for all values.
     """
     pieces = [_pieces(_key(name), lows[i], highs[i], runs[:, i]) for i, name in enumerate(names)]
     boxes = [np.array(box, dtype=np.float64).T for box in product(*pieces)]
@@ -82,7 +82,9 @@ def _pieces(key: str, low: float, high: float, runs: Array) -> list[Piece]:
         pieces.append((*off, True))
     if active.any():
         start, end = _trusted(*on, runs[active], len(runs))
-        towards_limit = (float(runs[active].min()), end) if key == "tension_erosion" else (start, float(runs[active].max()))
+        towards_limit = (
+            (float(runs[active].min()), end) if key == "tension_erosion" else (start, float(runs[active].max()))
+        )
         pieces.append((*towards_limit, False))
     return pieces
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from surrogate.scaling import Scaling
 def save_network(path: Path, network: InverseNetwork) -> None:
     """One npz: weights, sizes, scalings, and what each input and output is."""
     shape = network.shape
+    times: dict[str, Any] = {f"times_{i}": t for i, t in enumerate(network.times.values())}
     np.savez(
         path,
         names=network.names,
@@ -26,7 +28,7 @@ def save_network(path: Path, network: InverseNetwork) -> None:
         input_scaling=[network.inputs.low, network.inputs.high],
         output_scaling=[network.outputs.low, network.outputs.high],
         channels=list(network.times),
-        **{f"times_{i}": t for i, t in enumerate(network.times.values())},
+        **times,
     )
 
 
@@ -41,7 +43,7 @@ def load_network(path: Path) -> InverseNetwork:
 
 def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
     """One npz: the smooth runs and the fitted hyperparameters; the rest follows from them."""
-    arrays = {
+    arrays: dict[str, Any] = {
         "names": np.array(emulator.names),
         "u": emulator.inputs(dataset.parameters[dataset.smooth]),
         "scaling": np.stack([emulator.scaling.low, emulator.scaling.high]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,13 @@ RESTARTS = 2
 class GaussianProcess:
     """One zero-mean process y(u) for scaled features u (., d).
 
-    model: fitted regressor on y in units of `scale`; loo, loo_sd: (n,) leave-one-out predictions of y and their standard
-    deviations; inflation: factor on the variance that makes the squared standardised leave-one-out errors average 1 at
-    most, because hyperparameters fitted to a few dozen runs are overconfident.
+    model: regressor on y in units of `scale`, kernel: with its fitted hyperparameters; loo, loo_sd: (n,) leave-one-out
+    predictions of y and their standard deviations; inflation: factor on the variance that makes the squared
+    standardised leave-one-out errors average 1 at most: hyperparameters from a few dozen runs are overconfident.
     """
 
     model: GaussianProcessRegressor
+    kernel: Kernel
     scale: float
     loo: Array
     loo_sd: Array
@@ -43,7 +45,8 @@ class GaussianProcess:
     @classmethod
     def with_kernel(cls, u: Array, y: Array, kernel: Kernel) -> GaussianProcess:
         """The process with hyperparameters already known."""
-        return cls._judged(GaussianProcessRegressor(kernel, optimizer=None), u, y)
+        fixed: Any = None  # no optimiser
+        return cls._judged(GaussianProcessRegressor(kernel, optimizer=fixed), u, y)
 
     @classmethod
     def _judged(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
@@ -52,27 +55,25 @@ class GaussianProcess:
             # A feature without influence drives its length scale to the bound, which is the wanted answer.
             warnings.simplefilter("ignore", ConvergenceWarning)
             model.fit(u, y / scale)
-        loo, loo_sd = leave_one_out(model.kernel_(u), y / scale)
+        fitted: Any = model.kernel_
+        loo, loo_sd = leave_one_out(fitted(u), y / scale)
         inflation = max(1.0, float(np.mean(((y / scale - loo) / loo_sd) ** 2)))
-        return cls(model, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), inflation)
-
-    @property
-    def kernel(self) -> Kernel:
-        """The kernel with its fitted hyperparameters."""
-        return self.model.kernel_
+        return cls(model, fitted, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), inflation)
 
     def predict(self, u: Array) -> tuple[Array, Array]:
         """Mean and variance (q,) at u (q, d): of a new run, nugget included."""
-        mean, sd = self.model.predict(u, return_std=True)
+        mean, sd = (np.asarray(part, dtype=np.float64) for part in self.model.predict(u, return_std=True))
         return mean * self.scale, self.inflation * (sd * self.scale) ** 2
 
     def mean(self, u: Array) -> Array:
         """Mean (q,) at u (q, d)."""
-        return self.model.predict(u) * self.scale
+        return np.asarray(self.model.predict(u), dtype=np.float64) * self.scale
 
 
 def kernel_of(features: int, theta: Array | None = None) -> Kernel:
-    """Constant x Matern 5/2 with a length for each feature, plus white noise; at hyperparameters theta (logs), if given."""
-    smooth = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(np.ones(features), (0.05, 1e2), nu=2.5)
-    kernel = smooth + WhiteKernel(1e-3, (1e-6, 2.0))
+    """Constant x Matern 5/2 with a length for each feature + white noise; at hyperparameters theta (logs), if given."""
+    lengths: Any = np.ones(features)
+    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, (0.05, 1e2), nu=2.5) + WhiteKernel(
+        1e-3, (1e-6, 2.0)
+    )
     return kernel if theta is None else kernel.clone_with_theta(theta)

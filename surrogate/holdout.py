@@ -34,8 +34,8 @@ def describe(runs: int) -> str:
     """The hold-out rule in words, with the samples it gives."""
     numbers = ", ".join(str(i + 1) for i in held_out(runs))
     return (
-        "the first, every fifth and the last finished run test the network and are not trained on (every fifth only where "
-        f"that is more than a third of them; the last only, below five runs): of {runs} runs, samples {numbers}"
+        "the first, every fifth and the last finished run test the network and are not trained on (every fifth only, "
+        f"where that is more than a third of them; the last only, below five runs): of {runs} runs, samples {numbers}"
     )
 
 
@@ -53,8 +53,8 @@ def describe_times(chosen: Mapping[str, Array]) -> str:
     """The rule for the instants in words, with their number."""
     counts = ", ".join(f"{len(times)} of {channel}" for channel, times in chosen.items())
     return (
-        f"network inputs are the measured instants; where there are more than {MOST_TIMES}, {MOST_TIMES} of them equally "
-        f"spaced in number from the campaign's first motion (1 % of its largest value) to the last: {counts}"
+        f"network inputs are the measured instants; of more than {MOST_TIMES}, {MOST_TIMES} equally spaced in number "
+        f"from the campaign's first motion (1 % of its largest value) to the last: {counts}"
     )
 
 

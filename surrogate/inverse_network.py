@@ -19,6 +19,7 @@ from surrogate.training import Samples, Training
 Array = NDArray[np.float64]
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
+ROUNDING = 1e-6  # of a channel's largest value
 TRAINERS = {"lm": levenberg_marquardt.train, "adam": adam.train}
 
 
@@ -65,7 +66,9 @@ def sampled(dataset: Dataset, times: Mapping[str, Array]) -> Array:
     at_rest = {channel: np.maximum(t, dataset.time[0]) for channel, t in times.items()}
     values = np.concatenate([dataset.sampled(channel, t) for channel, t in at_rest.items()], axis=1)
     if not np.isfinite(values).all():
-        raise UserError(f"the network reads instants after the simulated record's end at {dataset.time[-1]:.6g} s; raise time.end")
+        raise UserError(
+            f"the network reads instants after the simulated record's end at {dataset.time[-1]:.6g} s; raise time.end"
+        )
     return values
 
 
@@ -86,7 +89,7 @@ def fit_network(
     values, theta = sampled(dataset, times), dataset.parameters
     test = held_out(len(theta))
     train = np.setdiff1d(np.arange(len(theta)), test)
-    inputs, outputs = Scaling.over(values[train]), Scaling(dataset.lows, dataset.highs)
+    inputs, outputs = Scaling.over(values[train], _least(dataset, times)), Scaling(dataset.lows, dataset.highs)
     x, t = inputs.to_unit(values), outputs.to_unit(theta)
     shape = Shape(values.shape[1], hidden, theta.shape[1])
     samples = Samples(x[train], t[train], x[test], t[test])
@@ -95,8 +98,15 @@ def fit_network(
     return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], _notes(inputs))
 
 
+def _least(dataset: Dataset, times: Mapping[str, Array]) -> Array:
+    """Span (inputs,) SI up to which an input counts as constant: before first motion the runs differ by rounding only."""
+    peaks = [np.full(len(t), np.abs(dataset.curves[channel]).max()) for channel, t in times.items()]
+    return ROUNDING * np.concatenate(peaks)
+
+
 def _notes(inputs: Scaling) -> tuple[str, ...]:
     constant = int(inputs.constant.sum())
     if not constant:
         return ()
-    return (f"{constant} of the network's {len(inputs.constant)} inputs are the same in all training runs and tell it nothing",)
+    many = f"{constant} of the network's {len(inputs.constant)} inputs"
+    return (f"{many} are the same in all training runs and tell it nothing",)

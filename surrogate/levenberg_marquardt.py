@@ -1,24 +1,27 @@
 """Levenberg-Marquardt training of the network, with the damping and stopping rules of MATLAB's `trainlm`.
 
-Step: (J^T J + mu I) d = -J^T e with residuals e = y - t of the scaled outputs and J = dy/dweights. A step that lowers the
-error is taken and mu x 0.1; otherwise mu x 10 and the same J is solved again. Hagan and Menhaj, "Training feedforward
-networks with the Marquardt algorithm", IEEE Trans. Neural Networks 5 (1994) 989.
+Step: (J^T J + mu I) d = -J^T e with residuals e = y - t of the scaled outputs and J = dy/dweights. A step that lowers
+the error is taken and mu x 0.1; otherwise mu x 10 and the same J is solved again. Hagan and Menhaj, "Training
+feedforward networks with the Marquardt algorithm", IEEE Trans. Neural Networks 5 (1994) 989.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv
+from scipy.linalg import get_lapack_funcs
 from threadpoolctl import threadpool_limits
 
 from surrogate.network import Shape, jacobian
 from surrogate.training import Samples, Training
 
 Array = NDArray[np.float64]
+
+_posv: Any = get_lapack_funcs("posv", dtype=np.float64)  # Cholesky and solve in one call, without cho_factor's checks
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class Linearised:
         dual = len(self.gram) == len(self.rows)
         damped = self.gram.copy()
         damped.flat[:: len(damped) + 1] += mu
-        _, solution, failed = dposv(damped, self.error if dual else self.rows.T @ self.error)
+        _, solution, failed = _posv(damped, self.error if dual else self.rows.T @ self.error)
         if failed:
             return self._step_by_least_squares(mu)
         return -(self.rows.T @ solution) if dual else -solution
@@ -71,7 +74,8 @@ class Linearised:
     def _step_by_least_squares(self, mu: float) -> Array:
         weights = self.rows.shape[1]
         stacked = np.vstack([self.rows, np.sqrt(mu) * np.eye(weights)])
-        return -np.linalg.lstsq(stacked, np.concatenate([self.error, np.zeros(weights)]), rcond=None)[0]
+        solution = np.linalg.lstsq(stacked, np.concatenate([self.error, np.zeros(weights)]), rcond=None)[0]
+        return -np.asarray(solution, dtype=np.float64)
 
 
 def train(
@@ -84,11 +88,11 @@ def train(
     """Train from the weights `start`; every step lowers the training error, so the last weights are the best."""
     # Matrices of this size lose more to waking threads than they gain.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _train(shape, start, samples, settings or Settings(), progress or (lambda fraction: None))
+        return _train(shape, start, samples, settings or Settings(), progress)
 
 
 def _train(
-    shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None]
+    shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
 ) -> Training:
     weights, mu = np.array(start, dtype=np.float64), rules.mu
     workspace = np.zeros((len(samples.x), shape.outputs, shape.weights))
@@ -103,8 +107,8 @@ def _train(
             status = f"{_stopped(history)}: no step lowers it, damping beyond {rules.mu_max:.0e}"
             break
         history.append((mse, samples.test_mse(shape, weights), mu))
-        progress((len(history) - 1) / rules.epochs)
-    progress(1.0)
+        if progress is not None:
+            progress((len(history) - 1) / rules.epochs)
     mse, test_mse, damping = np.array(history).T
     return Training("lm", weights, mse, test_mse, damping, status)
 
@@ -112,7 +116,7 @@ def _train(
 def _lower(
     here: Linearised, shape: Shape, weights: Array, samples: Samples, mse: float, mu: float, rules: Settings
 ) -> tuple[Array, float, float]:
-    """Raise mu until a step lowers the error: weights, their error, the next mu (beyond mu_max: no such step, unchanged)."""
+    """Raise mu until a step lowers the error: weights, their error, the next mu (beyond mu_max: no such step)."""
     while mu <= rules.mu_max:
         trial = weights + here.step(mu)
         trial_mse = samples.mse(shape, trial)

@@ -38,8 +38,8 @@ class Training:
     """One training of one network.
 
     weights: (shape.weights,) the best on the training samples; mse: (epochs + 1,) mean squared error of the scaled
-    outputs on the training samples, the start included; test_mse: (epochs + 1,) on the test samples, NaN where there are
-    none; damping: (epochs + 1,) Levenberg-Marquardt's mu after each epoch, NaN for a trainer that has none;
+    outputs on the training samples, the start included; test_mse: (epochs + 1,) on the test samples, NaN where there
+    are none; damping: (epochs + 1,) Levenberg-Marquardt's mu after each epoch, NaN for a trainer that has none;
     status: a sentence that says why it stopped.
     """
 

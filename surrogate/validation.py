@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 class Validation:
     """Leave-one-out figures of one channel.
 
-    q2: 1 - sum of squared errors over sum of squared deviations from the mean curve (1 = perfect, 0 = no better than the
-    mean); rmse: root mean square over runs and instants, in the channel's SI unit; standardised: (runs, components)
+    q2: 1 - sum of squared errors over sum of squared deviations from the mean curve (1 = perfect, 0 = no better than
+    the mean); rmse: root mean square over runs and instants, in the channel's SI unit; standardised: (runs, components)
     errors of the component scores in units of their predicted standard deviation; about N(0, 1) when that is honest.
     """
 
@@ -25,7 +25,7 @@ class Validation:
 
 
 def q2(truth: Array, predicted: Array) -> float:
-    """Share of the variance about the column means that is predicted; truth, predicted: (n, ...). NaN where nothing varies."""
+    """Share of the variance about the column means that is predicted, NaN without any; truth, predicted: (n, ...)."""
     total = float(np.sum((truth - truth.mean(axis=0)) ** 2))
     return 1.0 - float(np.sum((truth - predicted) ** 2)) / total if total > 0.0 else float("nan")
 

@@ -74,7 +74,9 @@ def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", 
 
 
 def _print_json(content: Mapping[str, Any]) -> None:
-    typer.echo(json.dumps({"schema_version": 1, **content}, allow_nan=False, default=str))
+    from data.files import plain  # late, because --help has no use for numpy
+
+    typer.echo(json.dumps(plain({"schema_version": 1, **content}), allow_nan=False))
 
 
 def overrides(settings: Iterable[str]) -> dict[str, str]:
@@ -111,4 +113,5 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     try:
         yield advance
     finally:
-        bar.stop()
+        if bar.live.is_started:
+            bar.stop()

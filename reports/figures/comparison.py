@@ -98,7 +98,7 @@ def _noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> N
     if sigma is None:
         return
     band = 2 * shown(sigma, si_unit)[0]
-    axes.fill_between(milliseconds(time), -band, band, color="#CFCFCF", linewidth=0, zorder=0)
+    axes.fill_between(milliseconds(time), -band, band, color="#E2E2E2", linewidth=0, zorder=0)
     axes.text(1.0, 1.02, "grey: ±2σ of the noise", transform=axes.transAxes, ha="right", va="bottom", fontsize=8)
 
 

@@ -13,8 +13,8 @@ from reports.figures.style import METHOD_COLOURS, METHOD_MARKERS, WIDE, legend_a
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """One method's answer for one parameter, SI; `value` and `interval` are None where the data do not tell it."""
+class Mark:
+    """What to draw of one answer, SI; `value` and `interval` are None where the record does not tell the parameter."""
 
     value: float | None
     interval: tuple[float, float] | None
@@ -22,13 +22,13 @@ class Estimate:
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A parameter with its range (SI), and method -> estimate."""
+    """A parameter with its range (SI), and method -> mark."""
 
     name: str
     unit: str
     low: float
     high: float
-    estimates: Mapping[str, Estimate]
+    estimates: Mapping[str, Mark]
 
     def share(self, value: float) -> float:
         """Place of an SI value on the range, 0..1."""
@@ -61,7 +61,7 @@ def _bar(axes: Axes, place: int, row: ParameterRow) -> None:
         axes.text(0.5, place, "not identified: anywhere in this range", ha="center", bbox=box, **ends)
 
 
-def _estimate(axes: Axes, height: float, row: ParameterRow, method: str, estimate: Estimate) -> None:
+def _estimate(axes: Axes, height: float, row: ParameterRow, method: str, estimate: Mark) -> None:
     if estimate.value is None:
         return
     colour = METHOD_COLOURS[method]

@@ -48,6 +48,8 @@ def significant(value: float, digits: int = 3) -> str:
     """A number with so many significant digits, no exponent in the everyday range: 0.00123, 45.6, 641."""
     if not np.isfinite(value):
         return "–"
+    if value < 0:
+        return f"−{significant(-value, digits)}"
     if value == 0 or 1e-4 <= abs(value) < 1e6:
         decimals = max(0, digits - 1 - int(np.floor(np.log10(abs(value))))) if value else 0
         return f"{value:.{decimals}f}"
@@ -61,6 +63,6 @@ def quantity(value: float, si_unit: str, digits: int = 3) -> str:
 
 
 def bound(value: float, si_unit: str) -> str:
-    """An end of a range as it was given, without added zeros: `bound(-5e4, "Pa")` is `-0.05 MPa`."""
+    """An end of a range as it was given, without added zeros: `bound(-5e4, "Pa")` is `−0.05 MPa`."""
     number, unit = display(value, si_unit)
-    return f"{number:.6g} {unit}".strip()
+    return f"{number:.6g} {unit}".strip().replace("-", "−", 1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patches import Arc, Polygon, Rectangle
 
 from data.histories import Array
 from reports.figures.quantities import quantity, words
@@ -97,8 +97,9 @@ def _velocity(axes: Axes, setup: SetUp, outline: Array) -> None:
     """The axis of flight with an arrow of 100 mm, the aimed point, the angle from the surface and the speed."""
     centre = outline.mean(axis=0) * 1e3
     forward = np.array([np.cos(setup.angle), -np.sin(setup.angle)])
-    end = centre + forward * (centre[1] - setup.thickness * 5e2) / np.sin(setup.angle)
+    end = centre + forward * centre[1] / np.sin(setup.angle)
     axes.plot(*np.array([centre, end]).T, color=GREY, lw=0.8, linestyle="-.")
+    _angle(axes, end, setup.angle)
     arrow = {"arrowstyle": "-|>", "color": VERMILION, "lw": 1.6}
     axes.annotate("", xy=tuple(centre + 50 * forward), xytext=tuple(centre - 50 * forward), arrowprops=arrow)
     degrees = np.degrees(setup.angle)
@@ -107,6 +108,13 @@ def _velocity(axes: Axes, setup: SetUp, outline: Array) -> None:
     axes.text(corner[0] + 12, corner[1] - 10, text, color=VERMILION, va="top")
     size = f"bird {quantity(setup.bird_diameter, 'm')} × {quantity(setup.bird_length, 'm')}, {words(setup.bird_shape)}"
     axes.text(corner[0] + 12, corner[1] - 34, size, va="top")
+
+
+def _angle(axes: Axes, end: Array, angle: float) -> None:
+    """Arc between the surface and the axis of flight, at the point that the axis meets."""
+    axes.add_patch(Arc(tuple(end), 130, 130, theta1=180 - np.degrees(angle), theta2=180, color=VERMILION, lw=1.0))
+    half = np.array([-np.cos(angle / 2), np.sin(angle / 2)])
+    axes.text(*(end + 82 * half), f"{np.degrees(angle):.3g}°", color=VERMILION, ha="center", va="center", fontsize=8.5)
 
 
 def _top(axes: Axes, setup: SetUp, outline: Array) -> None:

@@ -76,6 +76,11 @@ def inline_svg(figure: Figure, prefix: str) -> str:
     return _embedded(buffer.getvalue(), prefix)
 
 
+def pixels(figure: Figure) -> int:
+    """Width at which the figure's text has the size that it was drawn for (96 CSS pixels an inch)."""
+    return round(96 * figure.get_figwidth())
+
+
 def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
     """The figure as PNG bytes: for pictures of thousands of particles, where SVG would weigh megabytes."""
     buffer = BytesIO()
@@ -85,10 +90,10 @@ def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
 
 
 def _embedded(svg: str, prefix: str) -> str:
-    """Drops the XML head and metadata, lets the page set the size, and makes every id unique to the page."""
+    """Drops the XML head, metadata and fixed size, and makes every id unique to the page."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', r'<svg xmlns="http://www.w3.org/2000/svg" \1>', body, count=1)
+    body = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', r'<svg xmlns="http://www.w3.org/2000/svg" role="img" \1>', body, count=1)
     body = re.sub(r'\bid="', f'id="{prefix}-', body)
     body = re.sub(r'xlink:href="#', f'href="#{prefix}-', body)
     return body.replace("url(#", f"url(#{prefix}-")

@@ -9,76 +9,82 @@ from reports.blocks import Picture, Section, drawing
 from reports.figures.cloud import cloud_figure
 from reports.figures.comparison import VerifiedCurve, comparison_figure
 from reports.figures.quantities import quantity, words
-from reports.findings import cloud_text, error_text, offset_text
-from reports.record import cloud, largest_miss, origin, peak
-from reports.results import Method, Results
+from reports.findings import cloud_text, error_text, offset_text, worst_text
+from reports.record import cloud, origin, peak
+from reports.results import Results
 
 
 def section(results: Results) -> Section:
     """One comparison and one cloud for every channel of the record."""
     blocks = [make(results, channel) for channel in results.channels for make in (_comparison, _cloud)]
-    return Section("curves", f"Record ({origin(results.measured)}) and simulated curves", tuple(blocks))
+    return Section("curves", f"The record ({origin(results.record)}) and the simulated curves", tuple(blocks))
 
 
 def _comparison(results: Results, channel: str) -> Picture:
-    time, values = results.measured.points(channel)
-    unit = results.measured.units[channel]
-    verified = {name: _verified(method, channel) for name, method in results.methods.items()}
-    label = f"record, {origin(results.measured)}"
-    figure = comparison_figure(channel, unit, time, values, noise(results, channel), label, verified)
+    time, values = results.record.points(channel)
+    figure = comparison_figure(
+        channel,
+        results.record.units[channel],
+        time,
+        values,
+        noise(results, channel),
+        f"record, {origin(results.record)}",
+        {method: _verified(results, method, channel) for method in results.finished},
+    )
     return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
 
 
-def _verified(method: Method, channel: str) -> VerifiedCurve:
-    history = method.verification
-    return VerifiedCurve(history.time + method.time_offset, history.channels[channel], method.at_record[channel])
+def _verified(results: Results, method: str, channel: str) -> VerifiedCurve:
+    run, given = results.verified[method], np.isfinite(results.record.channels[channel])
+    return VerifiedCurve(run.time + results.offset, run.channels[channel], results.simulated[method][channel][given])
 
 
 def noise(results: Results, channel: str) -> Array | None:
-    """Standard deviation (r,) SI at the record's points: from its own column, else from the case; None if unknown."""
-    if channel in results.measured.sigma:
-        return results.measured.sigma[channel][~np.isnan(results.measured.channels[channel])]
-    sensor = results.case.sensors.get(channel)
-    if sensor is None or sensor.noise is None:
+    """Standard deviation (r,) SI at the record's points; None where it is only assumed."""
+    measured = results.inversion.measured
+    if measured.noise_source[channel] == "assumed":
         return None
-    return np.full(results.measured.points(channel)[0].size, sensor.noise)
+    return np.full(results.record.points(channel)[0].size, measured.noise[channel])
 
 
 def _comparison_caption(results: Results, channel: str) -> str:
-    time, values = results.measured.points(channel)
-    unit = results.measured.units[channel]
-    at, top = peak(time, values)
-    parts = [f"The record ({origin(results.measured)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}."]
-    for method in results.methods.values():
-        miss = largest_miss(results, channel, method.name)
-        if len(results.channels) == 1:
-            parts.append(f"{method.name.capitalize()}: {error_text(results, method)}, {offset_text(method)};")
-        parts.append(f"largest residual of the {method.name} {quantity(miss.residual, unit)} at {quantity(miss.time, 's')}.")
-    known = "The grey band is two standard deviations of the record's noise."
-    unknown = "The record's noise is not known, so no band is drawn."
-    below = "Below: residual, simulated minus record; triangles mark the simulated peaks."
-    return " ".join([*parts, below, unknown if noise(results, channel) is None else known])
+    at, top = peak(*results.record.points(channel))
+    unit = results.record.units[channel]
+    parts = [f"The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}."]
+    for method in results.finished:
+        run = results.verified[method]
+        at, top = peak(run.time + results.offset, run.channels[channel])
+        miss = worst_text(results, channel, method)
+        parts.append(
+            f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
+            f"{error_text(results, method)}; largest residual {miss}."
+        )
+    parts.append(f"Clocks: {offset_text(results)}. Below: residual, simulated minus record; triangles: simulated peaks.")
+    measured = results.inversion.measured
+    size = f"{quantity(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
+    known = f"Grey band: two standard deviations of the record's noise, {size}."
+    unknown = f"No noise is stated for the record, so no band is drawn; {size} was used."
+    return " ".join([*parts, unknown if noise(results, channel) is None else known])
 
 
 def _cloud(results: Results, channel: str) -> Picture:
     seen, dataset = cloud(results, channel), results.dataset
-    offset = results.methods[results.best].time_offset
     figure = cloud_figure(
         channel,
-        results.measured.units[channel],
-        dataset.time + offset,
+        results.record.units[channel],
+        dataset.time + results.offset,
         dataset.curves[channel],
         dataset.smooth,
         seen.time,
         seen.values,
         seen.outside,
-        f"record, {origin(results.measured)}",
+        f"record, {origin(results.record)}",
     )
     eroded = int((~dataset.smooth).sum())
+    lost = f", of which {eroded} lost more than 5 % of the bird (orange)" if eroded else ""
     caption = (
-        f"The campaign: {len(dataset.runs)} simulated strikes over the parameter ranges"
-        + (f", {eroded} of them lost more than 5 % of the bird (orange, not counted as cloud)" if eroded else "")
-        + f"; {cloud_text(results, channel)}. Below: {words(channel)} less the mean of the strikes. "
-        + "A record outside the cloud cannot be reached by any choice of these parameters alone."
+        f"The campaign: {len(dataset.runs)} simulated strikes over the parameters' ranges{lost}; "
+        f"{cloud_text(results, channel)}. Below: {words(channel)} less the mean of the strikes. "
+        "What lies far outside the strikes is out of these parameters' reach."
     )
     return drawing(f"cloud-{channel}", figure, caption)

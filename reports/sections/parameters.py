@@ -2,62 +2,71 @@
 
 from __future__ import annotations
 
-from reports.blocks import Paragraph, Section, Table, drawing
-from reports.figures.parameters import Estimate, ParameterRow, parameters_figure
+from inversion.inversion import Estimate
+from reports.blocks import Block, Paragraph, Section, Table, drawing
+from reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from reports.figures.quantities import bound, parameter_label, quantity, symbol
-from reports.results import Method, ParameterEstimate, Results
+from reports.results import Results
+
+WORDS = (
+    "A value is given only where the record tells it; otherwise the parameter may lie anywhere in its range, and the "
+    "verification ran at one point of it that claims nothing."
+)
 
 
 def section(results: Results) -> Section:
     """Figure and one table; a parameter that is not identified shows its range and no digits."""
-    words = (
-        "An interval is what the record leaves possible, not what the method prefers. Where the record does not tell a "
-        "parameter, no number is given: any value of the range would have done."
-    )
-    blocks = (Paragraph(words), drawing("parameters", parameters_figure(_rows(results)), _caption(results)))
-    return Section("parameters", "Inverted parameters", (*blocks, _table(results)))
+    rows = parameter_rows(results)
+    blocks: list[Block] = [Paragraph(WORDS), drawing("parameters", parameters_figure(rows), _caption(results))]
+    for method in results.finished:
+        if (combination := results.inversion.methods[method].combination) is not None:
+            blocks.append(Paragraph(f"By the {method}: {combination.sentence}"))
+    return Section("parameters", "Inverted parameters", (*blocks, _table(results, rows)))
 
 
-def _rows(results: Results) -> list[ParameterRow]:
+def parameter_rows(results: Results) -> list[ParameterRow]:
+    """The parameters with their ranges, SI, and what each method's answer lets one draw."""
     dataset = results.dataset
     ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, strict=True)
-    return [
-        ParameterRow(name, unit, float(low), float(high), {m.name: _drawn(m, name) for m in results.methods.values()})
-        for name, unit, low, high in ranges
-    ]
+    return [ParameterRow(name, unit, float(low), float(high), _marks(results, name)) for name, unit, low, high in ranges]
 
 
-def _drawn(method: Method, name: str) -> Estimate:
+def _marks(results: Results, name: str) -> dict[str, Mark]:
     """Nothing to draw where the parameter is not identified."""
-    estimate = method.parameters[name]
-    return Estimate(estimate.value, estimate.interval) if estimate.identified else Estimate(None, None)
+    found = {method: results.inversion.methods[method].parameters[name] for method in results.finished}
+    return {m: Mark(e.value, e.interval_95) if e.identified else Mark(None, None) for m, e in found.items()}
 
 
 def _caption(results: Results) -> str:
-    told = {
-        method.name: [symbol(name) for name, estimate in method.parameters.items() if estimate.identified]
-        for method in results.methods.values()
-    }
-    texts = [f"the {name} identifies {', '.join(names) if names else 'none'}" for name, names in told.items()]
+    texts = []
+    for method in results.finished:
+        parameters = results.inversion.methods[method].parameters
+        told = [symbol(name) for name, estimate in parameters.items() if estimate.identified]
+        texts.append(f"the {method} identifies {', '.join(told) if told else 'none'}")
     return f"Each bar is a parameter's range: {'; '.join(texts)}. Hatched: identified by no method."
 
 
-def _table(results: Results) -> Table:
-    head = ("parameter", "case key", "range", "method", "value", "95 % interval", "identified", "reason")
-    rows = [
-        (parameter_label(row.name), row.name, f"{bound(row.low, row.unit)} to {bound(row.high, row.unit)}", *cells)
-        for row in _rows(results)
-        for method in results.methods.values()
-        for cells in [(method.name, *_cells(method.parameters[row.name], row))]
+def _table(results: Results, rows: list[ParameterRow]) -> Table:
+    head = ("parameter", "range", "method", "value", "95 % interval", "identified", "reason")
+    cells = [
+        (*(_named(row) if method == results.best else ("", "")), method, *_estimate(results.inversion.methods[method].parameters[row.name]))
+        for row in rows
+        for method in results.finished
     ]
-    return Table(head, tuple(rows), "The parameters by each method.", frozenset({4}))
+    keys = ", ".join(f"{symbol(row.name)} = {row.name}" for row in rows)
+    return Table(head, tuple(cells), f"The parameters by each method. Case keys: {keys}.", frozenset({3}))
 
 
-def _cells(estimate: ParameterEstimate, row: ParameterRow) -> tuple[str, str, str, str]:
+def _named(row: ParameterRow) -> tuple[str, str]:
+    """The parameter and its range, said once for all methods."""
+    return parameter_label(row.name), f"{bound(row.low, row.unit)} to {bound(row.high, row.unit)}"
+
+
+def _estimate(estimate: Estimate) -> tuple[str, str, str, str]:
     """Value, interval, identified, reason."""
     if not estimate.identified or estimate.value is None:
         return "–", "whole range", "no", estimate.reason
     interval = "–"
-    if estimate.interval is not None:
-        interval = " to ".join(quantity(end, row.unit) for end in estimate.interval)
-    return quantity(estimate.value, row.unit), interval, "yes", estimate.reason
+    if estimate.interval_95 is not None:
+        interval = " to ".join(quantity(end, estimate.unit) for end in estimate.interval_95)
+    return quantity(estimate.value, estimate.unit), interval, "yes", estimate.reason

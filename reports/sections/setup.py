@@ -13,14 +13,18 @@ from solver.case import Case
 
 def section(results: Results) -> Section:
     """Sketch and table."""
-    case = results.case
+    sketch = drawing("setup", setup_figure(_drawn(results.case)), _caption(results.case))
+    return Section("setup", "Test set-up", (sketch, _facts(results)))
+
+
+def _caption(case: Case) -> str:
     degrees = display(case.impact.angle, "rad")[0]
-    caption = (
-        f"The set-up to scale before impact. The velocity makes {degrees:.3g}° with the plate's surface, so that "
-        f"{quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to it; "
-        + ("the bird's axis points at the plate's centre." if case.impact.aim == "axis" else "first touch at the centre.")
+    aimed = "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
+    return (
+        f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's surface, "
+        f"so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to it; {aimed}; "
+        f"first contact {quantity(case.first_contact, 's')} after the start."
     )
-    return Section("setup", "Test set-up", (drawing("setup", setup_figure(_drawn(case)), caption), _facts(results)))
 
 
 def _drawn(case: Case) -> SetUp:
@@ -43,21 +47,40 @@ def _drawn(case: Case) -> SetUp:
 
 def _facts(results: Results) -> Table:
     """Case and record in rows: what, value."""
-    case, measured = results.case, results.measured
-    plate, bird, metal = case.plate, case.bird, case.plate.material
-    normal_momentum = bird.actual_mass * case.normal_speed
-    rows = [
-        ("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')} × {quantity(plate.thickness, 'm')}"),
-        ("plate's edges", f"{plate.edges}; {plate.elements[0]} × {plate.elements[1]} shell elements"),
-        ("plate's metal", f"E {metal.young / 1e9:.4g} GPa, ν {metal.poisson:g}, ρ {metal.density:g} kg/m³"),
-        ("yield", f"{quantity(metal.yield_stress, 'Pa')}, tangent modulus {quantity(metal.tangent_modulus, 'Pa')}"),
-        ("bird", f"{words(bird.shape)}, {quantity(bird.diameter, 'm')} × {quantity(bird.length, 'm')} overall"),
-        ("bird's mass", f"{quantity(bird.actual_mass, 'kg', 4)} at {bird.actual_density:.4g} kg/m³"),
-        ("bird's model", f"{bird.material.model} with {bird.material.eos.kind}, {bird.method}, {bird.lattice} lattice"),
-        ("speed", f"{quantity(case.impact.speed, 'm/s')}, normal component {quantity(case.normal_speed, 'm/s')}"),
-        ("normal momentum", f"{normal_momentum:.4g} N s"),
+    rows = (*_plate(results.case), *_bird(results.case), *_record(results))
+    return Table(("what", "value"), rows, "The case and the record, as the program read them.")
+
+
+def _plate(case: Case) -> tuple[tuple[str, str], ...]:
+    plate, metal = case.plate, case.plate.material
+    size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))
+    return (
+        ("plate", f"{size}, edges {plate.edges}; {plate.elements[0]} × {plate.elements[1]} shell elements"),
+        ("plate's metal", f"E {metal.young / 1e9:.4g} GPa, ν {metal.poisson:g}, density {metal.density:g} kg/m³"),
+        ("plate's yield", f"{quantity(metal.yield_stress, 'Pa')}, tangent modulus {quantity(metal.tangent_modulus, 'Pa')}"),
+    )
+
+
+def _bird(case: Case) -> tuple[tuple[str, str], ...]:
+    bird, material = case.bird, case.bird.material
+    size = f"{quantity(bird.diameter, 'm')} × {quantity(bird.length, 'm')} overall"
+    momentum = bird.actual_mass * case.normal_speed
+    return (
+        ("bird", f"{words(bird.shape)}, {size}; {quantity(bird.actual_mass, 'kg', 4)} at {bird.actual_density:.4g} kg/m³"),
+        ("bird's model", f"{material.model} material, {material.eos.kind} equation of state; {bird.method}, {bird.lattice}"),
+        ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
+        ("momentum", f"{momentum:.3g} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
-        ("record", f"{short_name(measured)}: {origin(measured)}"),
-        *(("provenance", line) for line in measured.provenance),
-    ]
-    return Table(("what", "value"), tuple(rows), "The case and the record, as the program read them.")
+    )
+
+
+def _record(results: Results) -> tuple[tuple[str, str], ...]:
+    record, noise = results.record, results.inversion.measured
+    sizes = (
+        f"{words(name)} {quantity(size, record.units[name], 2)} ({noise.noise_source[name]})" for name, size in noise.noise.items()
+    )
+    return (
+        ("record", f"{short_name(record)}: {origin(record)}"),
+        ("record's noise", "; ".join(sizes)),
+        *(("provenance", line) for line in record.provenance),
+    )

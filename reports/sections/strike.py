@@ -17,13 +17,13 @@ PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where
 
 def section(results: Results) -> Section:
     """Everything here is the best method's verification run."""
-    values = ", ".join(_value(results, name) for name in results.methods[results.best].parameters)
+    values = ", ".join(_value(results, name) for name in results.answer.parameters)
     words = f"All of this section is simulated: the verification run of the {results.best} ({values})."
     return Section("strike", "The simulated strike", (Paragraph(words), *_pictures(results), *_forces(results)))
 
 
 def _value(results: Results, name: str) -> str:
-    estimate = results.methods[results.best].parameters[name]
+    estimate = results.answer.parameters[name]
     if not estimate.identified or estimate.value is None:
         return f"{parameter_label(name)} not identified"
     return f"{parameter_label(name)} {quantity(estimate.value, estimate.unit)}"
@@ -31,7 +31,7 @@ def _value(results: Results, name: str) -> str:
 
 def _pictures(results: Results) -> tuple[Block, ...]:
     """Side views of all snapshots, the plate from above at the one nearest 1.5 ms."""
-    snapshots = results.methods[results.best].verification.snapshots
+    snapshots = results.verified[results.best].snapshots
     if not snapshots:
         return (Paragraph("The case asks for no snapshots (time.snapshots), so there is no picture of the strike."),)
     plate = results.case.plate
@@ -58,7 +58,7 @@ def _pictures(results: Results) -> tuple[Block, ...]:
 
 def _forces(results: Results) -> tuple[Block, ...]:
     """Force sensors of the run with their impulse against the bird's normal momentum."""
-    run = results.methods[results.best].verification
+    run = results.verified[results.best]
     forces = {name: values for name, values in run.channels.items() if run.units[name] == "N"}
     if not forces:
         return (Paragraph("The case has no force sensors, so there is no force history."),)

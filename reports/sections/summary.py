@@ -19,7 +19,7 @@ def section(results: Results) -> Section:
 
 def _methods(results: Results) -> Table:
     """Errors of each method's verification run, one row a method and channel."""
-    head = ("verification run", "RMS error", "of the peak", "same, clocks as they are", "predicted RMS", "peak", "peak time")
+    head = ("verification run", "RMS error", "of the peak", "RMS, clocks not shifted", "predicted RMS", "peak", "peak time")
     rows = [_row(results, method, channel) for method in results.finished for channel in results.channels]
     caption = (
         f"Simulated verification runs against the record ({origin(results.record)}). The {results.best} is the better "
@@ -40,9 +40,14 @@ def _row(results: Results, method: str, channel: str) -> tuple[str, ...]:
         "–" if score.verified_relative is None else percent(score.verified_relative),
         _known(score.verified_rmse_at_zero_offset, unit),
         _known(score.predicted_rmse, unit),
-        f"{(top / record_peak - 1) * 100:+.2g} %",
-        f"{quantity(at - record_at, 's')}",
+        signed((top / record_peak - 1) * 100, "%"),
+        quantity(at - record_at, "s"),
     )
+
+
+def signed(number: float, unit: str) -> str:
+    """A difference with its sign: `+5.4 %`."""
+    return f"{number:+.2g} {unit}".replace("-", "−", 1)
 
 
 def _known(value: float | None, unit: str) -> str:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+REACH = 1  # cells to either side that the cut-off may touch; 2 was tried and is no faster
+COLUMNS = (2 * REACH + 1) ** 2
+
 
 @njit(cache=True, inline="always")
 def cell_index(coordinate, lower, edge, cells):
@@ -16,7 +19,7 @@ def cell_index(coordinate, lower, edge, cells):
 def sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x):
     """Counting sort of the active particles into cells; within a cell the particle order is kept.
 
-    x: (N, 3) positions [m]; edge: of a cell, at least the cut-off [m]; lower: (3,) corner of the grid [m]; shape: (3,)
+    x: (N, 3) positions [m]; edge: of a cell, at least the cut-off / REACH [m]; lower: (3,) corner of the grid [m]; shape: (3,)
     cells; out: cell_start (cells + 1,), members (N,) particle numbers and sorted_x (3, N) positions in cell order.
     """
     cell = np.empty(x.shape[0], np.int64)
@@ -42,14 +45,14 @@ def sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x
 
 @njit(cache=True, inline="always")
 def column_of_cells(a, x, edge, lower, shape, cell_start, side):
-    """First and last place in cell order of the three cells along z in column `side` (0..8) about particle a."""
-    i = cell_index(x[a, 0], lower[0], edge, shape[0]) + side // 3 - 1
-    j = cell_index(x[a, 1], lower[1], edge, shape[1]) + side % 3 - 1
+    """First and last place in cell order of the cells along z in column `side` (< COLUMNS) about particle a."""
+    i = cell_index(x[a, 0], lower[0], edge, shape[0]) + side // (2 * REACH + 1) - REACH
+    j = cell_index(x[a, 1], lower[1], edge, shape[1]) + side % (2 * REACH + 1) - REACH
     if i < 0 or j < 0 or i >= shape[0] or j >= shape[1]:
         return 0, 0
     k = cell_index(x[a, 2], lower[2], edge, shape[2])
     row = (i * shape[1] + j) * shape[2]
-    return cell_start[row + max(k - 1, 0)], cell_start[row + min(k + 2, shape[2])]
+    return cell_start[row + max(k - REACH, 0)], cell_start[row + min(k + REACH + 1, shape[2])]
 
 
 @njit(cache=True, parallel=True)
@@ -59,7 +62,7 @@ def count_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorte
     for a in prange(n):
         found = 0
         if active[a]:
-            for side in range(9):
+            for side in range(COLUMNS):
                 first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
                 for m in range(first, last):
                     dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]
@@ -75,7 +78,7 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
         if not active[a]:
             continue
         place = start[a]
-        for side in range(9):
+        for side in range(COLUMNS):
             first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
             for m in range(first, last):
                 dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]

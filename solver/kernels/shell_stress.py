@@ -9,9 +9,7 @@ from solver.kernels.shell import SHEAR_FACTOR
 
 
 @njit(cache=True, parallel=True)
-def update_shell_stress(
-    strain, area, alive, section, elastic, hardening, stress, back, eps_p, resultant, work
-):
+def update_shell_stress(strain, area, alive, section, elastic, hardening, stress, back, eps_p, resultant, work):
     """Stress of every layer after the strain increments, the resultants, and the work of the step.
 
     strain: (e, 8) increments; area: (e,) [m^2]; section: (layers + 1, 2), heights z [m] and weights [m] of the layers,

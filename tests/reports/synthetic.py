@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
+import numpy as np
+import pytest
+
+from data.curves import Measured, write_measured
 from data.histories import Array, Histories, Snapshot
+from doe.campaign import run_campaign
+from doe.designs import make_design
+from doe.space import ParameterSpace
+from inversion.train_and_invert import train_and_invert
+from solver.case import Case, case_hash, load_case
 
 END = 3.0e-3
 RECORD_TIMES = np.array([0.34, 0.59, 0.71, 0.98, 1.09, 1.34, 1.53, 1.60, 1.79, 1.91, 2.11, 2.35]) * 1e-3
@@ -16,19 +26,21 @@ def displacement(time: Array, peak: float = 5.6e-3, period: float = 2.5e-3, star
     return peak * 0.5 * (1 - np.cos(2 * np.pi * t / period))
 
 
-def contact_force(time: Array, impulse: float = 82.0) -> Array:
+def contact_force(time: Array, impulse: float = 46.0) -> Array:
     """A half sine of 2 ms that carries `impulse` N s: (n,) N."""
     length = 2.0e-3
     t = np.clip((time - 0.1e-3) / length, 0.0, 1.0)
     return impulse * np.pi / (2 * length) * np.sin(np.pi * t)
 
 
-def strike(peak: float = 5.6e-3, summary: dict[str, object] | None = None, steps: int = 301) -> Histories:
+def strike(
+    peak: float = 5.6e-3, summary: dict[str, object] | None = None, steps: int = 301, period: float = 2.5e-3
+) -> Histories:
     """Histories of the made-up strike with the three default sensors and four snapshots."""
     time = np.linspace(0.0, END, steps)
     force = contact_force(time)
     channels = {
-        "displacement_centre": displacement(time, peak),
+        "displacement_centre": displacement(time, peak, period),
         "contact_force": force,
         "reaction_force": np.interp(time - 0.1e-3, time, force) + 6e3 * np.sin(2 * np.pi * time / 0.6e-3) * (time > 2e-4),
     }
@@ -46,6 +58,8 @@ BOOKS: dict[str, object] = {
     "energy_error": 0.0042,
     "eroded_particles": 3,
     "eroded_mass_fraction": 0.0007,
+    "energies_J": {"plate_internal": 400.0, "plate_hourglass": 3.0},
+    "shock_equivalent_viscosity_Pa_s": 8.1,
     "solver_version": "0123456789abcdef",
     "case_hash": "fedcba9876543210",
     "warnings": [],
@@ -86,3 +100,30 @@ def _bird(time: float) -> tuple[Array, Array]:
     z = a * forward[1] + c * up[1] + 0.121 - 45.6 * time
     below = np.clip(0.009 - z, 0.0, None)
     return np.column_stack((x + 0.5 * below, b * (1 + 8 * below), np.maximum(z, 0.009 + 0.1 * below))), (a + 0.131) / 0.262
+
+
+def simulate(case: Case, **_: object) -> Histories:
+    """The solver's stand-in: MU lowers the peak, PC shortens the swing, TEROD and CEROD do nothing."""
+    material = case.bird.material
+    peak = 5.8e-3 * (1.0 - 0.12 * material.viscosity / 1500.0)
+    period = 2.45e-3 * (1.0 + 0.06 * material.pressure_cutoff / 1.25e6)
+    return strike(peak, {"case_hash": case_hash(case)}, period=period)
+
+
+def write_record(path: Path, peak: float = 5.5e-3, period: float = 2.38e-3, provenance: str = "Shot 7, plate A.") -> Path:
+    """A measured-data CSV at twelve instants; whether it counts as simulated is for `provenance` to say."""
+    values = displacement(RECORD_TIMES, peak, period)
+    record = Measured(RECORD_TIMES, {"displacement_centre": values}, {}, {"displacement_centre": "m"}, (provenance,))
+    write_measured(path, record)
+    return path
+
+
+def finished_folder(folder: Path, record: Path, patch: pytest.MonkeyPatch, runs: int = 25) -> Path:
+    """`doe/` and `inversion/` of a loop closed by the real campaign and the real inversion around the stand-in."""
+    case = load_case("demo")
+    design = make_design("uniform", ParameterSpace.of(case.parameters()), runs, seed=0)
+    with ThreadPoolExecutor(2) as pool:
+        run_campaign(case, design, folder / "doe", simulate=simulate, executor=pool, say=lambda _: None)
+    patch.setattr("inversion.forward.simulate", simulate)
+    train_and_invert(folder / "doe", record, folder / "inversion")
+    return folder

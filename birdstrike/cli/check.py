@@ -1,0 +1,98 @@
+"""`birdstrike check`: every error of a case at once, or what follows from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
+
+if TYPE_CHECKING:
+    from solver.case import Case
+
+FACTS = {
+    "mass": ("bird's mass", "kg"),
+    "density": ("bird's density", "kg/m^3"),
+    "normal_speed": ("speed normal to the plate", "m/s"),
+    "first_contact": ("first contact at", "s"),
+    "first_period": ("plate's first period", "s"),
+    "stable_step": ("time step", "s"),
+    "steps": ("steps", ""),
+    "particles": ("particles", ""),
+    "shells": ("shells", ""),
+    "estimated_wall_s": ("estimated computing time", "wall"),
+}
+"""Derived fact -> its label and SI unit, in the order in which they are printed."""
+
+
+def check(case: str | Path | Case) -> dict[str, Any]:
+    """Derived facts of a case, SI; raises CaseError with all its errors.
+
+    mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
+    inactive (erosion limits that erode nothing) and case_hash.
+    """
+    from solver.case import case_hash, load_case
+    from solver.simulate import estimate
+
+    loaded = load_case(case) if isinstance(case, str | Path) else case
+    derived = {"density": loaded.bird.actual_density, "first_contact": loaded.first_contact}
+    named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
+    return {**derived, **estimate(loaded), **named}
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    settings: Settings = [],  # noqa: B006 (typer copies it)
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """List all errors of a case at once, or print what follows from it.
+
+    Example: birdstrike check reference_strike --set bird.material.viscosity="400 Pa s"
+    """
+    from solver.case import load_case
+
+    loaded = load_case(case, overrides(settings))
+    with console.status("working out the time step"):
+        facts = check(loaded)
+    console.print(_table(loaded.name, facts))
+    for line in _remarks(loaded, facts):
+        say(line)
+    say(f"No errors. Next: birdstrike simulate {case} --out strike")
+    return facts
+
+
+def _table(name: str, facts: dict[str, Any]) -> Table:
+    table = Table(title=name, show_header=False, title_justify="left")
+    for key, (label, unit) in FACTS.items():
+        if facts.get(key) is not None:
+            table.add_row(label, shown(facts[key], unit))
+    return table
+
+
+def shown(value: float, unit: str) -> str:
+    """A fact as engineers read it: shown(1e-3, "s") is "1 ms"."""
+    from data.units import display
+
+    if unit == "wall":
+        return f"about {value:.1f} s on one core, once compiled"
+    number, text = (1e6 * value, "us") if unit == "s" and value < 1e-4 else display(value, unit)
+    return f"{number:.4g} {text}" if text else f"{number:,.0f}"
+
+
+def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
+    """What the user should know of a valid case."""
+    acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
+    material = case.bird.material
+    remarks = [
+        f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): nothing erodes by it"
+        for name in facts["inactive"]
+    ]
+    if case.first_contact >= case.time.end:
+        remarks.append(
+            "The bird does not reach the plate before time.end: shorten impact.standoff or lengthen time.end."
+        )
+    return remarks

@@ -1,0 +1,100 @@
+"""`birdstrike simulate`: one strike, its histories and its books."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from data.errors import UserError
+
+if TYPE_CHECKING:
+    from data.histories import Histories
+    from solver.case import Case
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    out: Annotated[Path, typer.Option(help="Folder for histories.csv and summary.json.")],
+    settings: Settings = [],  # noqa: B006 (typer copies it)
+    fields: Annotated[bool, typer.Option("--fields", help="Write VTU files for ParaView at time.snapshots.")] = False,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; the bits do not depend on them.")] = None,
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Simulate one strike.
+
+    Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
+    """
+    from solver.case import load_case
+
+    loaded = load_case(case, overrides(settings))
+    if fields and not loaded.time.snapshots:
+        raise UserError('--fields needs instants: --set time.snapshots=\'["1 ms", "2 ms"]\'')
+    out.mkdir(parents=True, exist_ok=True)
+    histories = _run(loaded, threads or loaded.solver.threads)
+    write_strike(out, histories, fields)
+    console.print(_table(loaded, histories))
+    for line in _warnings(histories):
+        say(f"warning: {line}")
+    say(f"Written to {out}: histories.csv, summary.json{', fields/' if fields else ''}.")
+    say(f"Next: birdstrike run-doe {case} --out campaign --design uniform --runs 25")
+    return {"out": str(out), **histories.summary}
+
+
+def _run(case: Case, threads: int | None) -> Histories:
+    import numba
+
+    from solver.simulate import simulate
+
+    available = numba.get_num_threads()  # all there are; asking for more is an error in numba
+    with progress_bar("strike") as progress:
+        return simulate(case, threads=min(threads or available, available), progress=progress)
+
+
+def write_strike(out: Path, histories: Histories, fields: bool = False) -> None:
+    """`histories.csv` and `summary.json`, and with `fields` the VTU files, in place of those of an earlier run."""
+    from data.curves import write_histories
+    from data.fields import write_fields
+    from data.files import write_json
+
+    write_histories(out / "histories.csv", histories)
+    write_json(out / "summary.json", histories.summary)
+    for old in (out / "fields").glob("*_[0-9][0-9][0-9][0-9].vtu"):
+        old.unlink()
+    if fields:
+        write_fields(out / "fields", histories.snapshots)
+
+
+def _table(case: Case, histories: Histories) -> Table:
+    """Peaks of the sensors and the books of the run."""
+    table = Table(title=case.name, show_header=False, title_justify="left")
+    for name, values in histories.channels.items():
+        table.add_row(f"largest {name}", _peak(histories, name, values))
+    summary = histories.summary
+    counts = [
+        f"{summary[key]:,} {key}" for key in ("particles", "shells", "steps") if isinstance(summary.get(key), int)
+    ]
+    table.add_row("size", ", ".join(counts))
+    for key, label in (("energy_error", "energy off by"), ("momentum_error", "momentum off by")):
+        if isinstance(value := summary.get(key), float):
+            table.add_row(
+                label, f"{value:.2e} of the bird's {'normal kinetic energy' if key[0] == 'e' else 'momentum'}"
+            )
+    return table
+
+
+def _peak(histories: Histories, name: str, values: Any) -> str:
+    from data.units import display
+
+    i = int(values.argmax())
+    number, unit = display(float(values[i]), histories.units[name])
+    return f"{number:.4g} {unit} at {1e3 * histories.time[i]:.3f} ms".replace("  ", " ")
+
+
+def _warnings(histories: Histories) -> list[str]:
+    found = histories.summary.get("warnings", [])
+    return [str(line) for line in found] if isinstance(found, list) else []

@@ -1,0 +1,144 @@
+"""`birdstrike train-and-invert`: from a campaign and a measured curve to parameters, verified by the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from birdstrike.cli.frame import Json, console, framed, progress_bar, say
+
+if TYPE_CHECKING:
+    from inversion.inversion import Answer, ChannelScore, Estimate, Inversion
+
+
+class Trainer(StrEnum):
+    """How the network is trained."""
+
+    lm = "lm"
+    adam = "adam"
+
+
+class Method(StrEnum):
+    """Which inversion is run."""
+
+    network = "network"
+    emulator = "emulator"
+    both = "both"
+
+
+@framed
+def command(
+    doe: Annotated[Path, typer.Argument(metavar="DOE", help="Folder of a finished campaign (run-doe).")],
+    measured: Annotated[str, typer.Option(help="Measured-data CSV, or the name of a shipped curve.")],
+    out: Annotated[Path, typer.Option(help="Folder for inversion.json and what belongs to it.")],
+    trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    method: Annotated[Method, typer.Option(help="Inverse network, forward emulator, or both.")] = Method.both,
+    case: Annotated[str | None, typer.Option(help="The measurement's case; by default the campaign's own.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Start of the network and of the emulator's fit.")] = 0,
+    allow_rank_deficient: Annotated[
+        bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
+    ] = False,
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Train on a campaign, invert a measured curve, and re-run the solver at each answer.
+
+    Example: birdstrike train-and-invert campaign --measured table7_group5 --out inversion
+    """
+    from inversion.train_and_invert import train_and_invert
+
+    with progress_bar("train, invert, verify") as progress:
+        inversion = train_and_invert(
+            doe, measured, out, trainer.value, method.value, case, None, seed, progress, allow_rank_deficient
+        )
+    for line in lines(inversion):
+        say(line)
+    for name, answer in inversion.methods.items():
+        console.print(table(inversion, name, answer))
+    say(closing(inversion, doe, out))
+    return {"out": str(out), "inversion": str(out / "inversion.json"), **summary(inversion)}
+
+
+def lines(inversion: Inversion) -> Iterator[str]:
+    """What stands above the tables: warnings, provenance, training, time origin."""
+    for warning in inversion.warnings:
+        yield f"warning: {warning}"
+    if inversion.measured.simulated:
+        yield f"measurement: {inversion.measured.path} is simulated, not measured"
+    if inversion.training is not None:
+        yield f"network {inversion.training.shape} ({inversion.training.trainer}): {inversion.training.status}"
+        yield f"hold-out: {inversion.training.holdout}"
+    for channel, q2 in inversion.emulator.q2.items():
+        known = "no variance to predict" if q2 is None else f"leave-one-out Q2 {q2:.4f}"
+        yield f"emulator of {channel}: {inversion.emulator.components[channel]} components, {known}"
+    yield inversion.time_offset.sentence
+
+
+def table(inversion: Inversion, name: str, answer: Answer) -> Table:
+    """Parameter, value, 95 % interval, identified, reason."""
+    shown = Table(title=f"{name}: {_errors(answer)}", title_justify="left")
+    for head in ("parameter", "value", "95 % interval", "identified", "reason"):
+        shown.add_column(head, overflow="fold")
+    for key, estimate in answer.parameters.items():
+        shown.add_row(key, *_cells(estimate, inversion.ranges[key]), estimate.reason)
+    if answer.combination is not None:
+        shown.caption, shown.caption_justify = answer.combination.sentence, "left"
+    return shown
+
+
+def _cells(estimate: Estimate, span: tuple[float, float]) -> tuple[str, str, str]:
+    """A parameter that is not identified is shown as its range, never as a number with digits."""
+    from inversion.words import quantity
+
+    def words(ends: tuple[float, float]) -> str:
+        return " .. ".join(quantity(end, estimate.unit) for end in ends)
+
+    if not estimate.identified or estimate.value is None:
+        return f"in {words(span)}", words(estimate.interval_95) if estimate.interval_95 else "-", "no"
+    return (
+        quantity(estimate.value, estimate.unit, 4),
+        words(estimate.interval_95) if estimate.interval_95 else "-",
+        "yes",
+    )
+
+
+def _errors(answer: Answer) -> str:
+    """Verified errors of every channel."""
+    parts = [_error(channel, score) for channel, score in answer.channels.items()]
+    return answer.failure or "; ".join(parts)
+
+
+def _error(channel: str, score: ChannelScore) -> str:
+    """One channel's verified error, and what it is without the time origin."""
+    from inversion.words import quantity
+
+    if score.verified_rmse is None or score.verified_relative is None:
+        return f"{channel} not verified"
+    text = f"{channel} verified at {quantity(score.verified_rmse, score.unit)} RMS"
+    unshifted = score.verified_rmse_at_zero_offset
+    share = f"{100 * score.verified_relative:.1f} % of the peak"
+    if unshifted is None or unshifted == score.verified_rmse:
+        return f"{text}, {share}"
+    return f"{text}, {share} ({quantity(unshifted, score.unit)} at zero offset)"
+
+
+def closing(inversion: Inversion, doe: Path, out: Path) -> str:
+    """The verdict, where everything is, and what to do next."""
+    from inversion.verdict import verdict
+
+    loop = out.parent if (out.name, doe.name, out.parent) == ("inversion", "doe", doe.parent) else None
+    after = f"birdstrike report {loop}" if loop else "birdstrike close-the-loop, which adds the report"
+    return f"{verdict(inversion)}\nWritten to {out}: inversion.json, verification.csv. Next: {after}"
+
+
+def summary(inversion: Inversion) -> dict[str, Any]:
+    """What the --json line carries."""
+    methods = {
+        name: {"verified_rmse": answer.verified_rmse, "verified_relative": answer.verified_relative}
+        for name, answer in inversion.methods.items()
+    }
+    return {"best": inversion.best, "methods": methods, "warnings": list(inversion.warnings)}

@@ -1,0 +1,28 @@
+"""One attempt at a strike, as a worker carries it out: it loads the case and the solver, and nothing of the designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from data.errors import RunFailed
+from data.histories import Histories
+from solver.case import Case
+
+Simulate = Callable[..., Histories]
+"""simulate(case, *, step_factor, threads) -> Histories; raises RunFailed. A module's function: it goes to workers."""
+
+
+def attempt(simulate: Simulate, case: Case, values: Mapping[str, float], step_factor: float) -> Histories | str:
+    """Histories of the case with SI `values`, or why there are none; the machine's fault (memory, disk) is raised."""
+    try:
+        histories = simulate(case.with_values(values), step_factor=step_factor, threads=1)
+    except (MemoryError, OSError):
+        raise
+    except RunFailed as failure:
+        return str(failure)
+    except Exception as error:  # one strike must not end the others: it is recorded by name and reported
+        return f"{type(error).__name__}: {error}"
+    broken = [name for name, channel in histories.channels.items() if not np.all(np.isfinite(channel))]
+    return f"the history of {', '.join(broken)} is not finite" if broken else histories

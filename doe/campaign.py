@@ -1,0 +1,118 @@
+"""The campaign: every strike of a design, on all cores, resumable, into a folder and a Dataset."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from data.dataset import Dataset
+from data.errors import RunFailed, UserError
+from data.store import RunStore
+from doe.activity import activity_sentences
+from doe.attempt import Simulate
+from doe.curves_file import write_curves
+from doe.designs import Design
+from doe.folder import CampaignFolder
+from doe.record import load_dataset, running, settled
+from doe.runner import Progress, Runner
+from doe.strike import Failed, Finished, plan
+from doe.worker import process_pool
+from solver.case import Case
+
+__all__ = ["Progress", "load_dataset", "run_campaign"]
+
+
+def run_campaign(
+    case: Case,
+    design: Design,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    simulate: Simulate | None = None,
+    solver_version: str | None = None,
+    progress: Callable[[Progress], None] = lambda _: None,
+    say: Callable[[str], None] = warnings.warn,
+    executor: Executor | None = None,
+) -> Dataset:
+    """Run what `out` does not hold yet of the design's strikes and return all that finished.
+
+    workers: processes, one strike on one thread each; all cores by default. simulate, solver_version: another solver
+    and its version in the store's keys. executor: in place of the process pool; it runs `workers` strikes at a time.
+    progress: called at every change. say: takes what the user should know, one line at a time.
+
+    A strike that fails is tried again with half the time step, then left out by number; its reason stands in
+    summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no strike
+    finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes.
+    """
+    count = _workers(workers)
+    simulate, version = _solver(simulate, solver_version)
+    strikes = plan(case, design, version)
+    folder = CampaignFolder(Path(out))
+    folder.claim(case, design)
+    _announce(design, folder, version, say)
+    summary = running(folder, case, design, version)
+    runner = Runner(RunStore(folder.runs), strikes, progress)
+    if runner.due:
+        pool = _pool(executor, min(count, len(runner.due)))
+        with pool as ready:
+            runner.run(ready, simulate, case, count)
+    return _finish(folder, summary, runner, say)
+
+
+def _workers(workers: int | None) -> int:
+    if workers is not None and workers < 1:
+        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
+    return workers or os.cpu_count() or 1
+
+
+def _solver(simulate: Simulate | None, version: str | None) -> tuple[Simulate, str]:
+    """The embedded solver by default, loaded late: it brings the compiled kernels."""
+    if simulate is None:
+        from solver.simulate import simulate as embedded
+
+        simulate = embedded
+    if version is None:
+        from solver.version import SOLVER_VERSION
+
+        version = SOLVER_VERSION
+    return simulate, version
+
+
+def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
+    return process_pool(workers) if executor is None else nullcontext(executor)
+
+
+def _announce(design: Design, folder: CampaignFolder, version: str, say: Callable[[str], None]) -> None:
+    """What the user should know before the strikes run, each once."""
+    quality = design.quality()
+    for line in design.warnings:
+        say(line)
+    if quality.deficient:
+        say(quality.sentence)
+    for line in activity_sentences(design):
+        say(line)
+    held = folder.read_summary().get("solver_version", version)
+    if held != version:
+        say(
+            f"{folder.path} was run with solver version {held}, this is {version}: the old strikes stay in "
+            f"{folder.runs} but are not used; all strikes run anew"
+        )
+
+
+def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
+    outcomes = dict(sorted(runner.outcomes.items()))
+    finished = {number: outcome.histories for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
+    failed = {number: outcome.reason for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
+    if finished:
+        write_curves(folder.curves, finished)
+    settled(folder, summary, outcomes)
+    if not finished:
+        number, reason = next(iter(failed.items()))
+        raise RunFailed(f"none of the {len(failed)} strikes finished; run {number}: {reason}", "check the case")
+    for number, reason in failed.items():
+        say(f"run {number} failed twice and is left out: {reason}")
+    return load_dataset(folder.path)

@@ -1,0 +1,118 @@
+"""A campaign's folder: whose it is, and what stands in it while the campaign runs.
+
+case.toml (the resolved case), case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from data.errors import UserError
+from data.files import write_atomically, write_json
+from doe.case_copy import case_toml
+from doe.designs import Design
+from solver.case import Case, case_hash
+
+
+@dataclass(frozen=True)
+class CampaignFolder:
+    """Paths of a campaign."""
+
+    path: Path
+
+    @property
+    def runs(self) -> Path:
+        """The run store."""
+        return self.path / "runs"
+
+    @property
+    def summary(self) -> Path:
+        """State, design quality and the fate of every run."""
+        return self.path / "summary.json"
+
+    @property
+    def design(self) -> Path:
+        """`run`, then the parameters in SI."""
+        return self.path / "design.csv"
+
+    @property
+    def curves(self) -> Path:
+        """`run`, `time_s`, then the channels in SI; only when the campaign has finished."""
+        return self.path / "curves.csv"
+
+    def claim(self, case: Case, design: Design) -> None:
+        """Make the folder this campaign's; UserError when it holds another, of which nothing is then touched."""
+        self._refuse_other_case(case)
+        self._refuse_other_design(design)
+        self.runs.mkdir(parents=True, exist_ok=True)
+        write_atomically(self.path / "case.toml", case_toml(case))
+        identity = {"name": case.name, "case_hash": case_hash(case), "case": case.canonical()}
+        write_json(self.path / "case.json", identity)
+        write_atomically(self.design, design_text(design))
+
+    def read_summary(self) -> dict[str, Any]:
+        """Content of summary.json, empty where there is none."""
+        return read_json(self.summary)
+
+    def _refuse_other_case(self, case: Case) -> None:
+        held = read_json(self.path / "case.json")
+        if not held or held["case_hash"] == case_hash(case):
+            return
+        raise UserError(
+            f"{self.path} holds a campaign of the case {held['name']} (hash {held['case_hash']}), not of {case.name} "
+            f"(hash {case_hash(case)}): {_differences(held['case'], case.canonical())}; choose another --out, or "
+            "repeat the first case to resume"
+        )
+
+    def _refuse_other_design(self, design: Design) -> None:
+        if not self.design.exists() or self.design.read_text(encoding="utf-8") == design_text(design):
+            return
+        held = self.read_summary().get("design")
+        words = _words(held["kind"], held["runs"], held["seed"], held["source"]) if held else "another design"
+        asked = _words(design.kind, len(design.numbers), design.seed, design.source)
+        raise UserError(
+            f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; choose another --out, or "
+            "repeat the first options to resume"
+        )
+
+
+def design_text(design: Design) -> str:
+    """`design.csv`: run numbers and SI values, every bit of them."""
+    rows = ([str(n), *(repr(float(v)) for v in row)] for n, row in zip(design.numbers, design.values, strict=True))
+    return "\n".join(",".join(row) for row in [["run", *design.names], *rows]) + "\n"
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON object, {} where the file does not exist; UserError when it is damaged."""
+    if not path.exists():
+        return {}
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{path} is damaged ({error}); delete it to resume its campaign, or choose another") from error
+
+
+def _words(kind: str, runs: int, seed: int | None, source: str | None) -> str:
+    if kind == "file":
+        return f"the design of {source} ({runs} runs)"
+    return f"the {kind} design of {runs} runs and seed {seed}"
+
+
+def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 3) -> str:
+    """The first few dotted keys in which two canonical cases differ."""
+    old, new = _flat(there), _flat(here)
+    keys = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
+    shown = [f"{key} is {old.get(key)} there and {new.get(key)} here (SI)" for key in keys[:most]]
+    more = [f"{len(keys) - most} more"] if len(keys) > most else []
+    return ", ".join(shown + more)
+
+
+def _flat(tree: Mapping[str, Any], place: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in json.loads(json.dumps(tree)).items():
+        flat |= _flat(value, f"{place}{key}.") if isinstance(value, dict) else {f"{place}{key}": value}
+    return flat

@@ -1,0 +1,50 @@
+"""Processes that strike: started fresh, on one thread each, and gone as soon as their campaign is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any
+
+ONE_THREAD = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[Executor]:
+    """`workers` processes; when the block is left by an error or Ctrl-C they stop at once, strikes in flight included.
+
+    They are spawned, since numba's threads do not survive a fork; a script that starts a campaign therefore needs
+    `if __name__ == "__main__":` around it.
+    """
+    context = get_context("spawn")
+    far_end, lifeline = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=prepare, initargs=(far_end,))
+    try:
+        yield pool
+    except BaseException:
+        lifeline.close()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+        lifeline.close()
+        far_end.close()
+
+
+def prepare(lifeline: Any) -> None:
+    """First act of a worker: one thread for the numerical libraries, Ctrl-C left to the campaign's own process."""
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+
+
+def _end_with(lifeline: Any) -> None:
+    """Leave when the campaign closes the lifeline, by will or by its death; otherwise workers would wait for ever."""
+    try:
+        lifeline.recv_bytes()
+    except (EOFError, OSError):
+        os._exit(1)

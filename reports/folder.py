@@ -1,0 +1,128 @@
+"""Reading a finished folder: `doe/` and `inversion/` into Results; what is missing is named with its command."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from pydantic import ValidationError
+
+from data.curves import Measured, read_histories
+from data.errors import UserError
+from data.histories import Array, Histories
+from data.store import RunStore
+from doe.campaign import load_dataset
+from inversion.inversion import Inversion
+from reports.results import Books, Convergence, Results
+from solver.case import load_case
+
+Simulated = dict[str, dict[str, Array]]
+
+
+def read_results(folder: Path) -> Results:
+    """All results in `folder`; raises UserError that names every missing part and the command that makes it."""
+    if missing := list(_missing(folder)):
+        raise UserError(missing, f"{folder} is not ready for a report")
+    doe, inverted = folder / "doe", folder / "inversion"
+    dataset, inversion = load_dataset(doe), _inversion(inverted / "inversion.json")
+    if inversion.case_hash != dataset.case_hash:
+        raise UserError(
+            f"{inverted} was made from another campaign (case hash {inversion.case_hash}) than {doe} holds "
+            f"({dataset.case_hash}); repeat: birdstrike train-and-invert {doe} --measured CSV --out {inverted}"
+        )
+    campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
+    case = load_case(doe / "case.toml")
+    case._name = campaign["case_name"]  # the copy in the folder is called `case`, whatever it was read from
+    record, simulated = _verification(inverted / "verification.csv", inversion)
+    verified = {method: _verified(folder, inversion, method) for method in simulated}
+    return Results(
+        folder=folder,
+        case=case,
+        record=record,
+        dataset=dataset,
+        inversion=inversion,
+        simulated=simulated,
+        verified=verified,
+        convergence=_convergence(inverted, inversion),
+        campaign=campaign,
+        books=_books(doe, campaign, inversion, verified),
+        failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
+    )
+
+
+def _missing(folder: Path) -> Iterator[str]:
+    """One line a missing part."""
+    doe, inverted = folder / "doe", folder / "inversion"
+    if not folder.is_dir():
+        yield f"{folder} does not exist; make it with: birdstrike close-the-loop CASE --measured CSV --out {folder}"
+        return
+    if not (doe / "curves.csv").is_file():
+        yield f"no finished campaign in {doe}; make it with: birdstrike run-doe CASE --out {doe}"
+    for name in ("inversion.json", "verification.csv"):
+        if not (inverted / name).is_file():
+            command = f"birdstrike train-and-invert {doe} --measured CSV --out {inverted}"
+            yield f"no {name} in {inverted}; make it with: {command}"
+
+
+def _inversion(path: Path) -> Inversion:
+    """`inversion.json`, refused when damaged or without a verification."""
+    try:
+        inversion = Inversion.load(path)
+    except ValidationError as error:
+        raise UserError(f"{path} is damaged or of another version ({error.error_count()} errors); repeat train-and-invert") from error
+    if inversion.best is None:
+        raise UserError(f"{path} names no best method: no verification run finished; repeat train-and-invert")
+    return inversion
+
+
+def _verification(path: Path, inversion: Inversion) -> tuple[Measured, Simulated]:
+    """The record as it was inverted, and the finished methods' values at its times."""
+    table = pd.read_csv(path, float_precision="round_trip")
+    best, source = inversion.methods[str(inversion.best)], inversion.measured
+    units = {channel: score.unit for channel, score in best.channels.items()}
+    columns = {channel: f"{channel}_{unit}".rstrip("_") for channel, unit in units.items()}
+
+    def values(prefix: str) -> dict[str, Array]:
+        return {channel: table[f"{prefix}_{column}"].to_numpy(float) for channel, column in columns.items()}
+
+    record = Measured(table["time_s"].to_numpy(float), values("measured"), {}, units, source.provenance, source.path)
+    finished = [method for method, answer in inversion.methods.items() if answer.verified_rmse is not None]
+    return record, {method: values(method) for method in finished}
+
+
+def _verified(folder: Path, inversion: Inversion, method: str) -> Histories:
+    """The verification run with its pictures from the run store, else its curves alone."""
+    key, inverted = inversion.methods[method].run, folder / "inversion"
+    for runs in (inverted / "runs", folder / "doe" / "runs"):
+        if key is not None and (found := RunStore(runs).load(key)) is not None:
+            return replace(found, summary={**found.summary, "run_key": key})
+    path = inverted / f"verified_{method}.csv"
+    if not path.is_file():
+        raise UserError(f"{path} is missing; repeat: birdstrike train-and-invert {folder / 'doe'} --measured CSV --out {inverted}")
+    return read_histories(path)
+
+
+def _convergence(inverted: Path, inversion: Inversion) -> Convergence | None:
+    """The network's convergence, None where no network was trained."""
+    if inversion.training is None:
+        return None
+    table = pd.read_csv(inverted / inversion.training.history)
+    return Convergence(*(table[column].to_numpy(float) for column in ("epoch", "mse", "test_mse")))
+
+
+def _books(doe: Path, campaign: Mapping[str, Any], inversion: Inversion, verified: Mapping[str, Histories]) -> dict[str, Books]:
+    """Books of every finished strike: from the run store, and where that was cleared from the campaign's summary."""
+    store, books = RunStore(doe / "runs"), dict[str, Books]()
+    entries = [entry for entry in campaign["runs"] if entry["status"] == "finished"]
+    for entry in entries:
+        found = store.load(entry["key"])
+        books[f"run {entry['run']}"] = entry if found is None else {**entry, **found.summary}
+    known = {entry["key"] for entry in entries}
+    for method, run in verified.items():
+        if run.summary and inversion.methods[method].run not in known:
+            books[f"verification, {method}"] = run.summary
+    return books

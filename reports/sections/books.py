@@ -1,0 +1,49 @@
+"""Books of every strike used: what went astray of energy and momentum, what eroded, what it cost."""
+
+from __future__ import annotations
+
+from reports.blocks import Block, Paragraph, Section, Table, Warnings
+from reports.findings import percent, worst_book
+from reports.results import Books, Results
+
+LIMIT_ENERGY = 0.02  # of the initial normal kinetic energy
+
+
+def section(results: Results) -> Section:
+    """One row a strike; failed strikes stand above with their reason."""
+    above = sum(abs(float(book["energy_error"])) > LIMIT_ENERGY for book in results.books.values())
+    words = (
+        f"{len(results.books)} strikes stand behind this report. Worst energy error {percent(worst_book(results, 'energy_error'))} "
+        f"of the bird's initial kinetic energy normal to the plate ({above} strikes above {percent(LIMIT_ENERGY)}), worst momentum "
+        f"error {worst_book(results, 'momentum_error'):.1e} of the bird's initial momentum. Every term is integrated from its own "
+        "rate; none is the difference of the others."
+    )
+    blocks: list[Block] = [Paragraph(words)]
+    if results.failures:
+        blocks.append(Warnings(tuple(f"{label} failed: {reason}" for label, reason in results.failures.items())))
+    return Section("books", "Verification and balance of every strike", (*blocks, _table(results)))
+
+
+def _table(results: Results) -> Table:
+    head = ("strike", "energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded", "steps", "time [s]")
+    rows = tuple((label, *_row(book)) for label, book in results.books.items())
+    caption = (
+        "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial momentum; "
+        "hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the shear viscosity MU that "
+        "would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock of the run."
+    )
+    return Table(head, rows, caption, frozenset(range(1, len(head))))
+
+
+def _row(book: Books) -> tuple[str, ...]:
+    energies = book.get("energies_J", {})
+    hourglass, internal = energies.get("plate_hourglass"), energies.get("plate_internal")
+    return (
+        f"{book['energy_error'] * 100:+.2f} %".replace("-", "−"),
+        f"{book['momentum_error']:.1e}",
+        percent(hourglass / internal) if hourglass is not None and internal else "–",
+        f"{book['shock_equivalent_viscosity_Pa_s']:.3g}" if "shock_equivalent_viscosity_Pa_s" in book else "–",
+        f"{book['eroded_particles']} of {book['particles']}" if "particles" in book else "–",
+        f"{book.get('steps', '–')}",
+        f"{book['wall_s']:.1f}",
+    )

@@ -1,0 +1,66 @@
+"""The campaign's design: does it tell the parameters apart, and how evenly does it fill their box?"""
+
+from __future__ import annotations
+
+from reports.blocks import Picture, Section, Table, drawing
+from reports.figures.design import design_figure
+from reports.figures.quantities import symbol
+from reports.results import Results
+from surrogate.features import FEATURES, LIMIT
+
+
+def section(results: Results) -> Section:
+    """Figures of quality and the projections."""
+    blocks = (_quality(results), _projections(results)) if len(results.dataset.names) > 1 else (_quality(results),)
+    return Section("design", "The campaign's design", blocks)
+
+
+def _quality(results: Results) -> Table:
+    design, dataset = results.inversion.design, results.dataset
+    kind = results.campaign.get("design", {})
+    lost = int((~dataset.smooth).sum())
+    rows = (
+        ("design", ", ".join(f"{key} {value}" for key, value in _kind(kind).items())),
+        ("strikes used", f"{results.inversion.runs_used}, {len(results.failures)} failed, {lost} over 5 % eroded"),
+        ("rank", f"{design.rank} of {design.parameters}: " + _verdict(design.rank, design.parameters)),
+        ("largest correlation of two parameters", _figure(design.max_correlation) + " (0 is best, 1 cannot be told apart)"),
+        ("centred L2 discrepancy, squared", _figure(design.discrepancy) + " (smaller fills the box more evenly)"),
+    )
+    return Table(("what", "value"), rows, "Quality of the design over the smooth strikes, parameters scaled to their ranges.")
+
+
+def _kind(design: object) -> dict[str, object]:
+    """What the campaign's summary says of the kind of design: a name, or a table with kind and seed."""
+    if isinstance(design, dict):
+        return {key: design[key] for key in ("kind", "seed", "runs") if design.get(key) is not None}
+    return {"kind": design}
+
+
+def _verdict(rank: int, parameters: int) -> str:
+    if rank < parameters:
+        return "too few independent directions for separate values"
+    return "every parameter varies independently"
+
+
+def _figure(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
+
+
+def _projections(results: Results) -> Picture:
+    """Two parameters at a time, with the limits beyond which an erosion parameter does nothing."""
+    dataset, held_out = results.dataset, results.held_out
+    last = [name.rsplit(".", 1)[-1] for name in dataset.names]
+    limits = {column: LIMIT for column, name in enumerate(last) if name in FEATURES}
+    figure = design_figure(
+        [symbol(name) for name in dataset.names],
+        dataset.units,
+        dataset.parameters,
+        dataset.lows,
+        dataset.highs,
+        held_out,
+        limits,
+    )
+    text = f"The {len(dataset.runs)} strikes seen two parameters at a time; {int(held_out.sum())} were held out of training."
+    if limits:
+        text += " Dashed: TEROD acts above 1 only and CEROD below 1 only; on the other side no value of theirs changes anything."
+    return drawing("design", figure, text)

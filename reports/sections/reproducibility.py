@@ -1,0 +1,71 @@
+"""Everything needed to do it again: case, hashes, versions, seeds, machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+from reports.blocks import Paragraph, Section, Table
+from reports.results import Results
+from solver.case import case_hash
+
+LIBRARIES = ("numpy", "scipy", "numba", "torch", "scikit-learn", "h5py", "matplotlib")
+
+
+def section(results: Results) -> Section:
+    """Hashes and versions, then the whole case in SI."""
+    facts = Table(("what", "value"), (*_made_from(results), *_made_with()), "What made these numbers.")
+    words = (
+        "The case below is complete and in SI; with it, the seeds and the solver's version the same machine gives the same "
+        "curves bit for bit. The point at which each verification ran is in inversion/inversion.json."
+    )
+    return Section("reproducibility", "To do it again", (facts, Paragraph(words), _case(results)))
+
+
+def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
+    inversion = results.inversion
+    solvers = sorted({str(books["solver_version"]) for books in results.books.values()})
+    runs = {m: inversion.methods[m].run for m in results.finished}
+    return (
+        ("case", f"{results.case.name}, hash {case_hash(results.case)}"),
+        ("campaign's case hash", inversion.case_hash),
+        ("solver version (digest of its sources)", ", ".join(solvers)),
+        ("seed of the inversion", str(inversion.seed)),
+        ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
+        ("record", results.record.path),
+        ("folder", str(results.folder)),
+    )
+
+
+def _made_with() -> tuple[tuple[str, str], ...]:
+    return (
+        ("birdstrike", installed("birdstrike")),
+        ("Python and libraries", f"Python {platform.python_version()}, " + ", ".join(f"{n} {installed(n)}" for n in LIBRARIES)),
+        ("machine that wrote this report", f"{platform.platform()}, {platform.machine()}, {os.cpu_count()} processors"),
+    )
+
+
+def installed(name: str) -> str:
+    """Version of an installed distribution, or `not installed` (a source tree on the path has none)."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _case(results: Results) -> Table:
+    """The canonical case, one row a key."""
+    rows = tuple(_flat(results.case.canonical()))
+    return Table(("case key", "value in SI"), rows, "The case: all that changes a history.")
+
+
+def _flat(tree: dict[str, object], before: str = "") -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            rows += _flat(value, f"{before}{key}.")
+        else:
+            rows.append((before + key, json.dumps(value)))
+    return rows

@@ -1,0 +1,75 @@
+"""The surrogates: how far the network converged, and how well the emulator predicts strikes that it has not seen."""
+
+from __future__ import annotations
+
+from inversion.inversion import TrainingFigures
+from reports.blocks import Block, Paragraph, Section, Table, drawing
+from reports.figures.quantities import quantity, words
+from reports.figures.training import training_figure
+from reports.results import Convergence, Results
+
+
+def section(results: Results) -> Section:
+    """Network first, as the literature has it; then the forward emulator."""
+    return Section("surrogates", "Network and emulator", (*_network(results), _emulator(results)))
+
+
+def _network(results: Results) -> tuple[Block, ...]:
+    training, convergence = results.inversion.training, results.convergence
+    if training is None or convergence is None:
+        return (Paragraph("No network was trained: the inversion was asked for the emulator alone."),)
+    figure = training_figure(convergence.epoch, convergence.training, convergence.held_out, training.goal)
+    facts = Table(
+        ("what", "value"),
+        (
+            ("network", f"{training.shape}, trainer {training.trainer}, seed {results.inversion.seed}"),
+            ("why it stopped", training.status),
+            ("hold-out and inputs", training.holdout),
+        ),
+        "The network's training.",
+    )
+    return drawing("training", figure, _caption(training, convergence)), facts
+
+
+def _caption(training: TrainingFigures, convergence: Convergence) -> str:
+    """Where both errors ended, and whether the network learnt more than its own strikes."""
+    reached = "reached" if training.mse <= training.goal else "not reached"
+    text = (
+        f"Mean square error of the network's outputs (parameters scaled to 0..1) over {training.epochs} epochs: "
+        f"{training.mse:.2g} on the training strikes, goal {training.goal:g} {reached}"
+    )
+    if training.test_mse is None:
+        return f"{text}; there is no held-out strike."
+    ratio = training.test_mse / max(training.mse, 1e-300)
+    text += f"; {training.test_mse:.2g} on the held-out strikes"
+    if ratio > 10:
+        text += f", {ratio:.0f} times as much: the network does not generalise, believe the held-out figure"
+    # A constant guess at the middle of a range errs by 1/12 when the parameter is spread evenly over it.
+    if training.test_mse > 1 / 12:
+        text += " (guessing the middle of every range would give about 0.083)"
+    return f"{text}."
+
+
+def _emulator(results: Results) -> Table:
+    figures, units = results.inversion.emulator, results.dataset.channel_units
+    rows = tuple(
+        (
+            words(channel),
+            str(components),
+            _known(figures.q2[channel]),
+            quantity(figures.loo_rmse[channel], units[channel]),
+            _known(figures.standardised_rms[channel]),
+        )
+        for channel, components in figures.components.items()
+    )
+    caption = (
+        "The forward emulator (principal components of the curves, a Gaussian process each), tested by predicting each "
+        "strike from all others. Q²: 1 is perfect, 0 no better than the mean curve. Standardised error: 1 when the "
+        f"emulator's own error bars are honest. Strikes left out: {', '.join(map(str, figures.runs_left_out)) or 'none'}."
+    )
+    head = ("channel", "components", "leave-one-out Q²", "leave-one-out RMS error", "standardised error")
+    return Table(head, rows, caption, frozenset(range(1, len(head))))
+
+
+def _known(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"

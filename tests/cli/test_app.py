@@ -1,0 +1,80 @@
+"""The command as a whole: its help, what it loads, and who may stand in its way."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import birdstrike
+from birdstrike.cli.app import COMMANDS, app
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = ("torch", "matplotlib", "numba", "scipy", "sklearn", "pandas", "pint", "h5py")
+
+
+def in_python(program: str, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    """A fresh interpreter that sees this birdstrike."""
+    start = f"import sys; sys.path.append({str(ROOT)!r})\n"
+    return subprocess.run(
+        [sys.executable, "-c", start + program], cwd=cwd, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def test_help_names_every_command() -> None:
+    result = CliRunner().invoke(app, ["--help"])
+    assert result.exit_code == 0
+    assert [name for name in COMMANDS if name not in result.stdout] == []
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_with_an_example(name: str) -> None:
+    result = CliRunner().invoke(app, [name, "--help"])
+    assert result.exit_code == 0
+    assert f"birdstrike {name}" in " ".join(result.stdout.split())
+    assert "--json" in result.stdout
+
+
+def test_asking_for_help_loads_nothing_heavy() -> None:
+    ended = in_python(
+        f"from birdstrike.cli.app import app\ntry: app(['--help'])\nexcept SystemExit: pass\n"
+        f"print('LOADED', [name for name in {HEAVY!r} if name in sys.modules])"
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.strip().endswith("LOADED []")
+
+
+def test_the_python_verbs_have_the_commands_names() -> None:
+    assert {name.replace("-", "_") for name in COMMANDS} <= set(birdstrike.__all__)
+    for name in birdstrike.__all__:
+        assert callable(getattr(birdstrike, name))
+    with pytest.raises(AttributeError, match="birdstrike has no invert"):
+        birdstrike.__getattr__("invert")
+
+
+@pytest.mark.parametrize("name", birdstrike.COMPANIONS)
+def test_a_foreign_package_of_the_same_name_is_a_clear_error(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "__init__.py").write_text("")
+    ended = in_python("import birdstrike", cwd=tmp_path)
+    assert ended.returncode == 1
+    last = ended.stderr.strip().splitlines()[-1]
+    assert last.startswith(f"ImportError: birdstrike needs its own package `{name}`")
+    assert f"{tmp_path / name} hides it" in last
+
+
+def test_a_foreign_module_is_named_too_and_a_bare_folder_is_no_obstacle(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    assert in_python("import birdstrike", cwd=tmp_path).returncode == 0
+    (tmp_path / "solver.py").write_text("")
+    ended = in_python("import birdstrike", cwd=tmp_path)
+    assert f"{tmp_path / 'solver.py'} hides it" in ended.stderr
+
+
+def test_an_unknown_command_is_the_users_error() -> None:
+    result = CliRunner().invoke(app, ["simulat"])
+    assert result.exit_code == 2  # typer's own code for a command line that it cannot read
+    assert "simulate" in result.output

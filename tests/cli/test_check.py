@@ -1,0 +1,73 @@
+"""`birdstrike check`: all errors at once, or facts that agree with the formulas."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike.cli.app import app
+from birdstrike.cli.check import check, shown
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALL = ["--set", "bird.particles=300", "--set", "plate.elements=[12, 10]"]
+
+
+def test_a_wrong_case_lists_all_its_errors_and_exits_with_1(tmp_path: Path) -> None:
+    case = tmp_path / "mine.toml"
+    case.write_text(
+        'extends = "reference_strike"\n[plate]\nthicknes = "10 mm"\nwidth = "-4 mm"\n[impact]\nspeed = 91.1\n'
+    )
+    program = [sys.executable, "-m", "birdstrike", "check", str(case)]
+    ended = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines() == [
+        "case mine: 3 errors",
+        "plate.width = -4 mm is outside 20 mm .. 5000 mm; without the minus sign?",
+        "plate.thicknes is not a key of a case; did you mean thickness?",
+        'impact.speed = 91.1 has no unit; write "91.1 m/s" (accepted units: m/s, mm/ms, km/h, kn)',
+    ]
+    assert ended.stdout == ""
+
+
+def test_facts_follow_from_the_case() -> None:
+    result = CliRunner().invoke(app, ["check", "reference_strike", "--json", *SMALL])
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout.splitlines()[-1])
+    assert facts["mass"] == pytest.approx(1.8, abs=5e-4)
+    assert facts["density"] == 900.0
+    assert facts["normal_speed"] == pytest.approx(91.1 * math.sin(math.radians(30)))
+    assert facts["shells"] == 120
+    assert facts["particles"] == pytest.approx(300, rel=0.05)
+    assert facts["steps"] == pytest.approx(3e-3 / facts["stable_step"], abs=1)
+    assert facts["inactive"] == ["tension_erosion"]
+
+
+def test_the_table_and_the_remarks_are_readable() -> None:
+    result = CliRunner().invoke(
+        app, ["check", "reference_strike", "--set", "time.end=0.1 ms", "--set", "time.snapshots=[]", *SMALL]
+    )
+    assert result.exit_code == 0, result.output
+    assert "1.8 kg" in result.stdout
+    assert "45.55 m/s" in result.stdout
+    assert "bird.material.tension_erosion = 0.34 is inactive" in result.stdout
+    assert "does not reach the plate before time.end" in result.stdout
+
+
+def test_the_verb_takes_a_loaded_case_too() -> None:
+    from solver.case import load_case
+
+    case = load_case("reference_strike", {"bird.particles": "300", "plate.elements": "[12, 10]"})
+    assert check(case)["shells"] == 120
+
+
+def test_facts_are_shown_in_engineers_units() -> None:
+    assert shown(2.5e-3, "s") == "2.5 ms"
+    assert shown(1.2e-6, "s") == "1.2 us"
+    assert shown(2591, "") == "2,591"
+    assert shown(900.0, "kg/m^3") == "900 kg/m^3"

@@ -1,0 +1,115 @@
+"""What all commands share: exit codes, error lines without a traceback, the JSON line, the progress bar."""
+
+from __future__ import annotations
+
+import json as json_format
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from birdstrike.cli import frame
+from birdstrike.cli.frame import Json, framed, overrides, progress_bar
+from data.errors import CaseError, RunFailed, UserError
+
+
+def ends(action: Callable[[], dict[str, Any] | None], *arguments: str) -> Any:
+    """Result of a command that does `action`."""
+    app = typer.Typer(pretty_exceptions_enable=False)
+
+    @app.command()
+    @framed
+    def command(json: Json = False) -> dict[str, Any] | None:  # noqa: ARG001
+        return action()
+
+    return CliRunner().invoke(app, list(arguments))
+
+
+def raising(error: BaseException) -> Callable[[], None]:
+    def action() -> None:
+        raise error
+
+    return action
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "text"),
+    [
+        (
+            CaseError(["a = 1 is [wrong]", "b is missing"], "two errors"),
+            1,
+            "two errors\na = 1 is [wrong]\nb is missing\n",
+        ),
+        (RunFailed("the run is unstable", "lower solver.courant"), 2, "the run is unstable\nlower solver.courant\n"),
+        (KeyboardInterrupt(), 130, "interrupted; run the same command again to resume\n"),
+        (PermissionError(13, "Permission denied", "/x/y"), 1, "/x/y: Permission denied\n"),
+    ],
+)
+def test_each_ending_has_its_code_and_its_lines_and_no_traceback(error: BaseException, code: int, text: str) -> None:
+    result = ends(raising(error))
+    assert result.exit_code == code
+    assert result.stderr == text
+    assert result.stdout == ""
+
+
+def test_json_is_the_last_line_also_of_a_failure() -> None:
+    result = ends(lambda: {"rmse": 0.5, "bad": float("nan")}, "--json")
+    assert json_format.loads(result.stdout.splitlines()[-1]) == {"schema_version": 1, "rmse": 0.5, "bad": None}
+    failed = ends(raising(RunFailed("unstable", "lower it")), "--json")
+    assert json_format.loads(failed.stdout.splitlines()[-1]) == {
+        "schema_version": 1,
+        "exit_code": 2,
+        "errors": ["unstable"],
+        "remedy": "lower it",
+    }
+
+
+def test_without_json_there_is_no_json() -> None:
+    assert ends(lambda: {"rmse": 0.5}).stdout == ""
+
+
+def test_a_programmers_mistake_is_not_dressed_up_as_the_users() -> None:
+    with pytest.raises(ZeroDivisionError):
+        raise ends(raising(ZeroDivisionError())).exception
+
+
+def test_overrides_are_split_at_the_first_sign() -> None:
+    assert overrides(["a.b = 8 mm", "c=x=y"]) == {"a.b": "8 mm", "c": "x=y"}
+    with pytest.raises(UserError, match="--set thickness"):
+        overrides(["thickness"])
+
+
+class Clock:
+    """A clock that moves when told."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.mark.parametrize(("seconds", "shown"), [(1.0, False), (20.0, True)])
+def test_a_bar_appears_only_for_work_of_over_two_seconds(monkeypatch, seconds: float, shown: bool) -> None:
+    clock = Clock()
+    monkeypatch.setattr(frame, "time", clock)
+    monkeypatch.setattr(frame, "errors", frame.Console(stderr=True, force_terminal=True, width=80))
+    started: list[bool] = []
+    monkeypatch.setattr(frame.Progress, "start", lambda _: started.append(True))
+    with progress_bar("strike") as advance:
+        for step in range(101):
+            clock.now = seconds * step / 100
+            advance(step / 100)
+    assert bool(started) is shown
+
+
+def test_off_a_terminal_progress_is_a_plain_line_now_and_then(monkeypatch, capsys) -> None:
+    clock = Clock()
+    monkeypatch.setattr(frame, "time", clock)
+    with progress_bar("strike") as advance:
+        for step in range(101):
+            clock.now = 0.4 * step
+            advance(step / 100)
+    assert capsys.readouterr().err == "strike: 38%\nstrike: 76%\n"

@@ -1,0 +1,122 @@
+"""`birdstrike simulate`: the files of one strike, the same bytes twice, and its ways to fail."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike.cli.app import app
+from data.curves import read_histories
+from data.errors import RunFailed
+
+SMALL = [
+    *("--set", "bird.particles=300", "--set", "plate.elements=[12, 10]", "--set", "time.end=0.4 ms"),
+    *("--set", 'time.snapshots=["0.2 ms", "0.4 ms"]'),
+]
+
+
+def strike(out: Path, *options: str):
+    return CliRunner().invoke(app, ["simulate", "reference_strike_156mm", "--out", str(out), *SMALL, *options])
+
+
+@pytest.fixture(scope="module")
+def twice(tmp_path_factory) -> tuple[Path, Path, str]:
+    """The same strike with one thread and with the default number, and what the first printed."""
+    folder = tmp_path_factory.mktemp("strikes")
+    one = strike(folder / "one", "--threads", "1", "--fields", "--json")
+    assert one.exit_code == 0, one.output
+    assert strike(folder / "two").exit_code == 0
+    return folder / "one", folder / "two", one.stdout
+
+
+def test_two_runs_give_identical_bytes_whatever_the_threads(twice) -> None:
+    one, two, _ = twice
+    assert (one / "histories.csv").read_bytes() == (two / "histories.csv").read_bytes()
+
+
+def test_histories_have_the_default_sensors_on_the_cases_clock(twice) -> None:
+    histories = read_histories(twice[0] / "histories.csv")
+    assert histories.units == {"displacement_centre": "m", "contact_force": "N", "reaction_force": "N"}
+    np.testing.assert_allclose(histories.time, 5e-6 * np.arange(81), rtol=1e-9, atol=1e-15)
+
+
+def test_the_summary_has_the_keys_that_other_programs_read(twice) -> None:
+    summary = json.loads((twice[0] / "summary.json").read_text())
+    keys = {"wall_s", "steps", "particles", "shells", "momentum_error", "energy_error", "eroded_particles", "peak"}
+    assert keys | {"schema_version", "solver_version", "case_hash"} <= set(summary)
+    histories = read_histories(twice[0] / "histories.csv")
+    for sensor, values in histories.channels.items():
+        assert summary["peak"][sensor]["value"] == pytest.approx(values.max(), rel=1e-8)
+
+
+def test_the_json_line_is_the_summary_and_where_it_lies(twice) -> None:
+    one, _, stdout = twice
+    line = json.loads(stdout.splitlines()[-1])
+    assert line["out"] == str(one)
+    assert line["particles"] == json.loads((one / "summary.json").read_text())["particles"]
+
+
+def test_the_user_is_told_where_the_result_is_and_what_comes_next(twice) -> None:
+    one, _, stdout = twice
+    assert f"Written to {one}: histories.csv, summary.json, fields/." in stdout
+    assert re.search(r"Next: birdstrike run-doe reference_strike_156mm --out", stdout)
+
+
+def test_fields_are_one_bird_and_one_plate_a_snapshot(twice) -> None:
+    import meshio
+
+    one, two, _ = twice
+    names = sorted(path.name for path in (one / "fields").iterdir())
+    assert names == ["bird_0000.vtu", "bird_0001.vtu", "plate_0000.vtu", "plate_0001.vtu"]
+    assert not (two / "fields").exists()
+    bird = meshio.read(one / "fields" / "bird_0001.vtu")
+    assert bird.point_data["time_s"][0] == pytest.approx(0.4e-3, abs=5e-6)
+
+
+def test_fields_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:
+    (tmp_path / "fields").mkdir()
+    for name in ("bird_0007.vtu", "notes.txt"):
+        (tmp_path / "fields" / name).write_text("")
+    assert strike(tmp_path).exit_code == 0
+    assert [path.name for path in (tmp_path / "fields").iterdir()] == ["notes.txt"]
+
+
+def test_fields_without_snapshots_is_the_users_error(tmp_path: Path) -> None:
+    result = strike(tmp_path / "out", "--fields", "--set", "time.snapshots=[]")
+    assert result.exit_code == 1
+    assert "time.snapshots" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_wrong_setting_is_the_users_error_and_writes_nothing(tmp_path: Path) -> None:
+    result = strike(tmp_path / "out", "--set", "plate.thickness=2 m")
+    assert result.exit_code == 1
+    assert "plate.thickness = 2 m is outside 0.1 mm .. 50 mm; millimetres?" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_output_folder_that_is_a_file_is_the_users_error(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("")
+    result = strike(tmp_path / "out")
+    assert result.exit_code == 1
+    assert str(tmp_path / "out") in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(RunFailed("the run went unstable", "lower it"), 2), (KeyboardInterrupt(), 130)]
+)
+def test_a_failed_or_interrupted_run_leaves_no_histories(tmp_path: Path, monkeypatch, error, code: int) -> None:
+    import solver.simulate
+
+    def fail(*_args, **_options):
+        raise error
+
+    monkeypatch.setattr(solver.simulate, "simulate", fail)
+    result = strike(tmp_path / "out")
+    assert result.exit_code == code
+    assert list((tmp_path / "out").iterdir()) == []

@@ -1,0 +1,63 @@
+"""Whole files and plain JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data.errors import CaseError, RunFailed, UserError
+from data.fields import write_fields
+from data.files import whole_file, write_json
+from data.histories import Snapshot
+
+
+def test_a_file_that_is_not_finished_does_not_replace_the_old_one(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+    path.write_text("old")
+
+    def interrupted() -> None:
+        with whole_file(path) as temporary:
+            temporary.write_text("half of the n")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
+
+
+def test_json_has_a_schema_version_and_null_for_what_is_not_finite(tmp_path: Path) -> None:
+    content = {"a": np.float64(1.5), "n": np.int64(3), "x": [np.nan, np.inf, 2.0], "b": np.bool_(True), "v": np.ones(2)}
+    write_json(tmp_path / "r.json", content)
+    found = json.loads((tmp_path / "r.json").read_text())
+    assert found == {"schema_version": 1, "a": 1.5, "n": 3, "x": [None, None, 2.0], "b": True, "v": [1.0, 1.0]}
+
+
+def test_errors_cross_a_process_border_whole() -> None:
+    import pickle
+
+    error = pickle.loads(pickle.dumps(CaseError(["one", "two"], "case x: 2 errors")))
+    assert (error.errors, error.heading, error.exit_code) == (["one", "two"], "case x: 2 errors", 1)
+    assert isinstance(error, UserError)
+    failed = pickle.loads(pickle.dumps(RunFailed("unstable", "lower solver.courant")))
+    assert (failed.reason, failed.remedy, failed.exit_code) == ("unstable", "lower solver.courant", 2)
+
+
+def test_vtu_files_hold_the_snapshot(tmp_path: Path) -> None:
+    import meshio
+
+    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    bird = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
+    quads, eroded = np.array([[0, 1, 2, 3]]), np.array([False, True])
+    snapshot = Snapshot(1e-3, bird, np.array([1e6, 2e6]), 9.0 * bird, eroded, nodes, quads, np.array([5e7]))
+    assert [p.name for p in write_fields(tmp_path, [snapshot])] == ["bird_0000.vtu", "plate_0000.vtu"]
+    points = meshio.read(tmp_path / "bird_0000.vtu")
+    np.testing.assert_array_equal(points.points, bird)
+    np.testing.assert_array_equal(points.point_data["pressure_Pa"], [1e6, 2e6])
+    np.testing.assert_array_equal(points.point_data["eroded"], [0, 1])
+    plate = meshio.read(tmp_path / "plate_0000.vtu")
+    np.testing.assert_array_equal(plate.cells_dict["quad"], quads)
+    np.testing.assert_array_equal(plate.cell_data_dict["von_mises_Pa"]["quad"], [5e7])

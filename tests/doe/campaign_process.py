@@ -1,0 +1,17 @@
+"""The command line with the stand-in for the solver, as a process that tests can kill: DIARY SECONDS ARGUMENTS..."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+
+import solver.simulate
+from birdstrike.cli.app import main
+from tests.doe.stand_in import strike
+
+if __name__ == "__main__":
+    diary, seconds, *arguments = sys.argv[1:]
+    solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
+    sys.argv[1:] = arguments
+    main()

@@ -1,0 +1,284 @@
+"""Campaigns: what they write, what they re-use, what they refuse, and how they fail."""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from data.dataset import Dataset
+from data.errors import CaseError, RunFailed, UserError
+from data.store import RunStore
+from doe.campaign import Progress, load_dataset, run_campaign
+from doe.designs import Design
+from solver.case import Case, case_hash, load_case
+from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
+
+HIGHEST = 1000.0
+"""[Pa s] Viscosity above which the stand-in breaks where a test wants that."""
+
+
+def campaign(out: Path, planned: Design | None = None, case: Case | None = None, **options: object) -> Dataset:
+    """A campaign of the stand-in on one thread of this process; options: those of the stand-in's strike."""
+    simulate = partial(strike, **options)  # type: ignore[arg-type]
+    with ThreadPoolExecutor(1) as executor:
+        return run_campaign(
+            case or reference(),
+            planned or design(),
+            out,
+            workers=1,
+            simulate=simulate,
+            solver_version=VERSION,
+            say=lambda _: None,
+            executor=executor,
+        )
+
+
+def same(first: Dataset, second: Dataset) -> None:
+    """Equal in every bit."""
+    for name in ("names", "units", "channel_units", "case_hash"):
+        assert getattr(first, name) == getattr(second, name)
+    for name in ("lows", "highs", "runs", "parameters", "time", "smooth"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    assert first.curves.keys() == second.curves.keys()
+    for name in first.curves:
+        np.testing.assert_array_equal(first.curves[name], second.curves[name])
+
+
+def test_the_folder_holds_design_curves_case_and_summary(tmp_path: Path) -> None:
+    planned = design()
+    campaign(tmp_path, planned)
+    table = pd.read_csv(tmp_path / "design.csv")
+    assert list(table.columns) == ["run", *planned.names]
+    np.testing.assert_allclose(table.to_numpy()[:, 1:], planned.values, rtol=1e-15)
+    curves = pd.read_csv(tmp_path / "curves.csv")
+    assert list(curves.columns) == ["run", "time_s", "displacement_centre_m", "contact_force_N"]
+    assert len(curves) == 6 * len(TIME)
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert summary["schema_version"] == 1
+    assert summary["state"] == "finished"
+    assert summary["design"]["rank"] == 4
+    assert summary["failed"] == []
+    assert [run["status"] for run in summary["runs"]] == ["finished"] * 6
+    assert all(run["step_factor"] == 1.0 for run in summary["runs"])
+    assert summary["solver_version"] == VERSION
+    assert summary["case_hash"] == case_hash(reference())
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "case.json", "case.toml", "curves.csv", "design.csv", "runs", "summary.json",
+    }  # fmt: skip
+
+
+def test_the_curves_are_the_solver_s_for_the_run_s_values(tmp_path: Path) -> None:
+    planned = design()
+    dataset = campaign(tmp_path, planned)
+    for i, values in enumerate(planned.values):
+        expected = strike(reference().with_values(dict(zip(planned.names, map(float, values), strict=True))))
+        for name, channel in expected.channels.items():
+            np.testing.assert_array_equal(dataset.curves[name][i], channel)
+
+
+def test_the_case_in_the_folder_is_the_campaign_s_own(tmp_path: Path) -> None:
+    case = reference(impact__speed='"80 m/s"', plate__elements="[24, 20]")
+    campaign(tmp_path, case=case)
+    copy = load_case(tmp_path / "case.toml")
+    assert case_hash(copy) == case_hash(case)
+    assert copy.parameters() == case.parameters()
+    assert copy.inversion == case.inversion
+    assert copy.sensors == case.sensors
+
+
+def test_a_dataset_is_read_back_bit_for_bit(tmp_path: Path) -> None:
+    dataset = campaign(tmp_path)
+    same(dataset, load_dataset(tmp_path))
+    assert dataset.names == design().names
+    assert dataset.channel_units == {"displacement_centre": "m", "contact_force": "N"}
+    np.testing.assert_array_equal(dataset.parameters, design().values)
+    np.testing.assert_array_equal(dataset.lows, design().space.lows)
+    np.testing.assert_array_equal(dataset.time, TIME)
+
+
+def test_runs_that_lose_more_than_5_percent_of_the_bird_are_kept_and_flagged(tmp_path: Path) -> None:
+    planned = design(runs=20)
+    dataset = campaign(tmp_path, planned)
+    erosion = planned.values[:, 3]
+    lossy = (erosion > 0.9) & (erosion < 1.0)
+    assert lossy.any()
+    np.testing.assert_array_equal(dataset.smooth, ~lossy)
+    assert len(dataset.runs) == 20
+
+
+def test_a_second_call_runs_nothing_and_writes_the_same_bytes(tmp_path: Path) -> None:
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    campaign(out, diary=diary)
+    before = (out / "curves.csv").read_bytes()
+    campaign(out, diary=diary)
+    assert len(attempts(diary)) == 6
+    assert (out / "curves.csv").read_bytes() == before
+
+
+def test_only_a_damaged_run_is_repeated(tmp_path: Path) -> None:
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    campaign(out, diary=diary)
+    before = (out / "curves.csv").read_bytes()
+    victim = sorted((out / "runs").glob("*.h5"))[2]
+    victim.write_bytes(victim.read_bytes()[:-200])
+    with pytest.warns(UserWarning, match="damaged"):
+        campaign(out, diary=diary)
+    assert len(attempts(diary)) == 7
+    assert (out / "curves.csv").read_bytes() == before
+
+
+def test_a_campaign_on_copied_runs_runs_only_the_rest(tmp_path: Path) -> None:
+    diary, first, second = tmp_path / "diary", tmp_path / "first", tmp_path / "second"
+    campaign(first)
+    (second / "runs").mkdir(parents=True)
+    for path in sorted((first / "runs").glob("*.h5"))[:4]:
+        (second / "runs" / path.name).write_bytes(path.read_bytes())
+    campaign(second, diary=diary)
+    assert len(attempts(diary)) == 2
+    assert (second / "curves.csv").read_bytes() == (first / "curves.csv").read_bytes()
+
+
+def test_another_solver_version_s_runs_are_kept_but_not_mixed_in(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    said: list[str] = []
+    with ThreadPoolExecutor(1) as executor:
+        run_campaign(
+            reference(), design(), tmp_path, simulate=strike, solver_version="newer", say=said.append, executor=executor
+        )
+    assert any(VERSION in line and "newer" in line for line in said)
+    assert len(RunStore(tmp_path / "runs").keys()) == 12
+
+
+def test_a_failing_strike_is_retried_with_half_the_step_then_left_out_by_number(tmp_path: Path) -> None:
+    diary, said, states = tmp_path / "diary", [], []
+    planned = design()
+    broken = planned.numbers[planned.values[:, 1] > HIGHEST]
+    assert 0 < len(broken) < 6
+    simulate = partial(strike, diary=diary, breaks_above=HIGHEST)
+    with ThreadPoolExecutor(1) as executor:
+        dataset = run_campaign(
+            reference(), planned, tmp_path / "out", simulate=simulate, solver_version=VERSION, say=said.append,
+            progress=recording(states), executor=executor,
+        )  # fmt: skip
+    np.testing.assert_array_equal(dataset.runs, np.setdiff1d(planned.numbers, broken))
+    for viscosity in planned.values[broken - 1, 1]:
+        assert [factor for text, factor in attempts(diary) if text == repr(float(viscosity))] == [1.0, 0.5]
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert [entry["run"] for entry in summary["failed"]] == broken.tolist()
+    assert all("unstable" in entry["reason"] for entry in summary["failed"])
+    for number in broken:
+        assert any(line.startswith(f"run {number} failed twice and is left out: unstable") for line in said)
+    assert states[-1] == Progress(6, 6 - len(broken), 0, 0, len(broken))
+
+
+def test_a_recorded_failure_is_not_paid_for_again(tmp_path: Path) -> None:
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    first = campaign(out, diary=diary, breaks_above=HIGHEST)
+    begun = len(attempts(diary))
+    same(first, campaign(out, diary=diary, breaks_above=HIGHEST))
+    assert len(attempts(diary)) == begun
+
+
+def test_a_strike_cured_by_the_smaller_step_is_used_and_said_so(tmp_path: Path) -> None:
+    planned = design()
+    dataset = campaign(tmp_path, planned, breaks_above=HIGHEST, cured_by_step=True)
+    np.testing.assert_array_equal(dataset.runs, planned.numbers)
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    halved = [run["run"] for run in summary["runs"] if run["step_factor"] == 0.5]
+    np.testing.assert_array_equal(halved, planned.numbers[planned.values[:, 1] > HIGHEST])
+    assert summary["failed"] == []
+
+
+def test_a_history_that_is_not_finite_is_a_failure(tmp_path: Path) -> None:
+    campaign(tmp_path, breaks_above=HIGHEST, ends_not_finite=True)
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert {entry["reason"] for entry in summary["failed"]} == {"the history of contact_force is not finite"}
+
+
+def test_a_campaign_of_which_nothing_finishes_ends_with_the_first_reason(tmp_path: Path) -> None:
+    with pytest.raises(RunFailed, match="none of the 6 strikes finished; run 1: unstable"):
+        campaign(tmp_path, breaks_above=-1.0)
+    with pytest.raises(UserError, match="none of its strikes finished"):
+        load_dataset(tmp_path)
+
+
+def snapshot(folder: Path) -> dict[str, bytes]:
+    """Every file and its content."""
+    return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_folder_with_another_case_s_campaign_is_refused_and_left_alone(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    before = snapshot(tmp_path)
+    other = reference(impact__speed='"80 m/s"')
+    with pytest.raises(UserError) as caught:
+        campaign(tmp_path, case=other)
+    for part in (case_hash(reference()), case_hash(other), "impact.speed is 91.1 there and 80.0 here", "--out"):
+        assert part in str(caught.value)
+    assert snapshot(tmp_path) == before
+
+
+def test_a_folder_with_another_design_s_campaign_is_refused_and_left_alone(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    before = snapshot(tmp_path)
+    with pytest.raises(
+        UserError, match=r"lhs design of 6 runs and seed 0, not with the lhs design of 8 runs and seed 1"
+    ):
+        campaign(tmp_path, design(runs=8, seed=1))
+    assert snapshot(tmp_path) == before
+
+
+def test_a_run_that_the_case_refuses_is_named_before_anything_is_run(tmp_path: Path) -> None:
+    planned = design()
+    planned.values[3, 1] = -5.0
+    with pytest.raises(CaseError, match=r"run 4: bird.material.viscosity"):
+        campaign(tmp_path / "out", planned)
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_the_user_should_know_is_said_once(tmp_path: Path) -> None:
+    said: list[str] = []
+    planned = design()
+    with ThreadPoolExecutor(1) as executor:
+        run_campaign(
+            reference(), planned, tmp_path, simulate=strike, solver_version=VERSION, say=said.append, executor=executor
+        )
+    idle = int(np.sum(planned.values[:, 2] <= 1.0))
+    lines = [line for line in said if "tension_erosion" in line]
+    assert len(lines) == 1
+    assert f"inactive in {idle} of 6 runs" in lines[0]
+    assert len([line for line in said if "compression_erosion" in line]) == 1
+
+
+def test_a_rank_deficient_design_is_run_but_named_at_once(tmp_path: Path) -> None:
+    said: list[str] = []
+    states: list[Progress] = []
+    planned = design()
+    planned.values[:] = planned.space.to_physical(np.linspace(0.1, 0.9, 6)[:, None] * np.ones(4))
+    planned.unit[:] = planned.space.to_unit(planned.values)
+    with ThreadPoolExecutor(1) as executor:
+        run_campaign(
+            reference(), planned, tmp_path, simulate=strike, solver_version=VERSION, executor=executor,
+            say=lambda line: said.append(f"{len(states)}: {line}"), progress=recording(states),
+        )  # fmt: skip
+    assert said[0].startswith("0: rank 1 of 4")
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert summary["design"]["deficient"] is True
+    assert summary["design"]["rank"] == 1
+    assert summary["design"]["sentence"].startswith("rank 1 of 4")
+
+
+def test_a_folder_without_a_finished_campaign_gives_no_dataset(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="make one with: birdstrike run-doe"):
+        load_dataset(tmp_path)
+
+
+def test_no_worker_at_all_is_the_user_s_error(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="--workers = 0 is below 1"):
+        run_campaign(reference(), design(), tmp_path, workers=0, simulate=strike, solver_version=VERSION)

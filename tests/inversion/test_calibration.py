@@ -1,0 +1,97 @@
+"""Calibration on the emulator: known parameters and a known time origin are recovered, intervals cover the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from data.curves import Measured
+from data.dataset import Dataset
+from inversion.calibration import Calibrator, Mode
+from inversion.coordinates import parameter_coordinates
+from inversion.curve_model import CurveModel
+from inversion.identifiability import intervals
+from inversion.observations import observe
+from inversion.time_origin import time_origin
+from surrogate.emulator import Emulator
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, record, truth
+
+
+def calibrator(dataset: Dataset, emulator: Emulator, measured: Measured, noise: float, sigma: float = 0.0) -> Calibrator:
+    observations = observe(measured, dataset, {CHANNEL: noise})
+    return Calibrator(CurveModel(emulator, observations), parameter_coordinates(dataset, emulator.regions), sigma)
+
+
+@pytest.mark.parametrize("share", [(0.5, 0.5, 0.5, 0.5), (0.2, 0.8, 0.3, 0.6), (0.85, 0.3, 0.75, 0.25)])
+def test_parameters_are_recovered_from_clean_data(dataset: Dataset, emulator: Emulator, share: tuple[float, ...]) -> None:
+    modes = calibrator(dataset, emulator, record(truth(share)), 5e-6).fit()
+    np.testing.assert_allclose(modes[0].z, share, atol=0.02)  # of the ranges
+
+
+@pytest.mark.parametrize("t0", [-0.08e-3, 0.0, 0.15e-3])
+def test_time_origin_is_recovered_with_the_parameters(dataset: Dataset, emulator: Emulator, t0: float) -> None:
+    share = (0.4, 0.6, 0.5, 0.5)
+    problem = calibrator(dataset, emulator, record(truth(share), TIMES, t0=t0), 5e-6, sigma=0.1e-3)
+    modes = problem.fit()
+    origin, warnings = time_origin(problem, modes)
+    assert origin.value == pytest.approx(t0, abs=2e-6)
+    assert origin.interval_95 is not None
+    assert origin.interval_95[0] < t0 < origin.interval_95[1]
+    assert not warnings
+    np.testing.assert_allclose(modes[0].z, share, atol=0.03)
+
+
+def test_known_clock_has_no_offset(dataset: Dataset, emulator: Emulator) -> None:
+    problem = calibrator(dataset, emulator, record(truth(0.5)), 1e-5)
+    origin, _ = time_origin(problem, problem.fit())
+    assert (origin.value, origin.sigma, origin.interval_95) == (0.0, None, None)
+
+
+def test_record_that_outlasts_the_simulation_holds_the_time_origin(dataset: Dataset, emulator: Emulator) -> None:
+    """The last instant stands at the simulated end, so a record that runs ahead cannot be followed."""
+    times = np.linspace(0.4e-3, 3.0e-3, 12)
+    problem = calibrator(dataset, emulator, record(truth(0.5), times, t0=-0.2e-3), 5e-6, sigma=0.1e-3)
+    origin, warnings = time_origin(problem, problem.fit())
+    assert origin.value == pytest.approx(0.0, abs=1e-6)
+    assert len(warnings) == 1
+    assert "raise time.end" in warnings[0]
+
+
+def covers(mode_sets: list[tuple[tuple[Mode, ...], np.ndarray]]) -> np.ndarray:
+    """(truths, k) whether each interval holds its truth."""
+    return np.array([(intervals(m)[:, 0] <= z) & (z <= intervals(m)[:, 1]) for m, z in mode_sets])
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.1e-3], ids=["known clock", "unknown clock"])
+def test_intervals_cover_the_truth(dataset: Dataset, emulator: Emulator, sigma: float) -> None:
+    """50 truths drawn from the ranges, 0.05 mm noise: misses beyond what 95 % intervals allow with 99.9 % confidence fail."""
+    rng = np.random.default_rng(11)
+    found: list[tuple[tuple[Mode, ...], np.ndarray]] = []
+    for seed in range(50):
+        z, t0 = rng.random(4), sigma * rng.normal()
+        measured = record(truth(z), TIMES, noise=5e-5, t0=t0, seed=seed)
+        found.append((calibrator(dataset, emulator, measured, 5e-5, sigma).fit(), z))
+    hits = covers(found).sum(axis=0)
+    assert (hits >= binom.ppf(0.001, 50, 0.95)).all(), f"{hits} of 50 intervals hold the truth"
+    widths = np.mean([intervals(m)[:, 1] - intervals(m)[:, 0] for m, _ in found], axis=0)
+    assert (widths[:3] < 0.3).all()  # they cover because they are right, not because they are wide
+
+
+def test_same_seed_same_answer(dataset: Dataset, emulator: Emulator) -> None:
+    problem = calibrator(dataset, emulator, record(truth(0.3), noise=5e-5), 5e-5, sigma=0.1e-3)
+    first, second = problem.fit(seed=3)[0], problem.fit(seed=3)[0]
+    np.testing.assert_array_equal(first.z, second.z)
+    assert first.t0 == second.t0
+
+
+def test_theta_and_ranges_belong_together(dataset: Dataset, emulator: Emulator) -> None:
+    coordinates = parameter_coordinates(dataset, emulator.regions)
+    np.testing.assert_allclose(coordinates.theta(np.zeros(4)), LOWS)
+    np.testing.assert_allclose(coordinates.theta(np.ones(4)), HIGHS)
+
+
+def test_prior_width_is_that_of_draws_kept_inside_the_range(dataset: Dataset, emulator: Emulator) -> None:
+    draws = np.random.default_rng(0).normal(0.5, np.sqrt(1.0 / 12.0), 400_000)
+    low, high = np.quantile(draws[(draws > 0.0) & (draws < 1.0)], [0.025, 0.975])
+    assert parameter_coordinates(dataset, emulator.regions).prior_width() == pytest.approx(high - low, abs=3e-3)

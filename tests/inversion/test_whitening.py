@@ -1,0 +1,36 @@
+"""Whitening and misfits against their definitions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from inversion.misfit import relative, rmse, whitened
+from inversion.whitening import Whitening
+
+
+def test_whitened_square_is_that_of_the_dense_covariance() -> None:
+    rng = np.random.default_rng(0)
+    noise, factor, residual = rng.random(20) + 0.1, rng.normal(size=(20, 6)), rng.normal(size=20)
+    covariance = np.diag(noise**2) + factor @ factor.T
+    found = Whitening.of(noise, factor)
+    white = found.apply(residual)
+    assert white @ white == pytest.approx(residual @ np.linalg.solve(covariance, residual), rel=1e-10)
+    assert found.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)
+    whole = found.apply(np.eye(20)).T
+    np.testing.assert_allclose(whole @ covariance @ whole.T, np.eye(20), atol=1e-10)
+
+
+def test_more_directions_than_points_are_fine() -> None:
+    rng = np.random.default_rng(1)
+    noise, factor, residual = np.ones(3), rng.normal(size=(3, 8)), rng.normal(size=3)
+    white = Whitening.of(noise, factor).apply(residual)
+    assert white @ white == pytest.approx(residual @ np.linalg.solve(np.eye(3) + factor @ factor.T, residual), rel=1e-10)
+
+
+def test_misfits_skip_what_is_missing() -> None:
+    model, measured = np.array([1.0, 2.0, np.nan, 4.0]), np.array([2.0, np.nan, 3.0, 1.0])
+    assert rmse(model, measured) == pytest.approx(np.sqrt((1.0 + 9.0) / 2.0))
+    assert relative(model, measured) == pytest.approx(rmse(model, measured) / 3.0)
+    assert whitened(model, measured, np.full(4, 2.0)) == pytest.approx(rmse(model, measured) / 2.0)
+    assert np.isnan(rmse(model, np.full(4, np.nan)))

@@ -1,0 +1,162 @@
+"""What a wrong case is answered with: field, value, allowed range and remedy, all errors at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data.errors import CaseError
+from solver.case import load_case
+from solver.case_fields import Between
+from solver.case_sections import quantities
+
+
+def errors_with(settings: dict[str, str]) -> list[str]:
+    with pytest.raises(CaseError) as caught:
+        load_case("reference_strike", settings)
+    return caught.value.errors
+
+
+LATER = "is not available in this version"
+
+QUANTITIES = [
+    ("plate.thickness", "2 m", "~ = 2 m is outside 0.1 mm .. 50 mm; millimetres?"),
+    ("plate.thickness", "-10 mm", "~ = -10 mm is outside 0.1 mm .. 50 mm; without the minus sign?"),
+    ("plate.thickness", "10", '~ = 10 has no unit; write "10 mm" (accepted units: m, cm, mm, um, in)'),
+    ("bird.material.pressure_cutoff", "0.3 MPa", "~ = 0.3 MPa is outside -1000 MPa .. 0 MPa; with a minus sign?"),
+    ("bird.material.tension_erosion", '"0.3"', "~ = 0.3 is dimensionless: write a bare number"),
+    ("bird.material.eos.S1", "nan", "~ = nan is not a finite number"),
+    ("bird.particles", "50", "~ = 50 is outside 100 .. 200000"),
+    ("bird.particles", "4500.0", "~ = 4500.0 must be a whole number"),
+    ("plate.elements", "50", "~ = 50 must be a list in brackets"),
+    ("plate.elements", "[50, 1]", "~.1 = 1 is outside 2 .. 400"),
+    ("impact", "3", "~ = 3 must be a table of keys"),
+]
+NAMES = [
+    ("plate.lenght", "1 m", "~ is not a key of a case; did you mean length?"),
+    ("bird.material.presure_cutoff", "-1 MPa", "~ is not a key of a case; did you mean pressure_cutoff?"),
+    ("solver.corant", "0.3", "~ is not a key of a case; did you mean courant?"),
+    ("bird.shape", "elipsoid", '~ = elipsoid is unknown; did you mean "ellipsoid"?'),
+    (
+        'sensors."a b".kind',
+        "displacement",
+        'sensors."a b" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)',
+    ),
+]
+NOT_YET = [
+    ("bird.method", "hexahedra", f"~ = hexahedra {LATER}; available: sph"),
+    ("bird.material.model", "elastic", f"~ = elastic {LATER}; available: null"),
+    ("bird.material.eos.kind", "porous", f"~ = porous {LATER}; available: grueneisen"),
+    ("sensors.gauge.kind", "strain", f"~ = strain {LATER}; available: displacement, contact_force, reaction_force"),
+    ("plate.material.rate_c", "9 1/s", f"~ = 9 1/s: rate hardening {LATER}; leave it out"),
+    ("impact.friction", "0.2", f"~ = 0.2: friction {LATER}; leave it out"),
+    ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
+    ("instrument.contact_force.gain", "1.1", f"instrument {LATER}; leave the section out"),
+    ("inversion.nuisance.speed", "1 m/s", f"inversion.nuisance names speed, which {LATER}; available: time_offset"),
+]
+BETWEEN_FIELDS = [
+    ("bird.length", "9 cm", "~ = 9 cm is less than the diameter; length is overall, hemispheres included"),
+    ("plate.material.tangent_modulus", "71 GPa", "~ = 71 GPa is not below young; megapascals?"),
+    ("time.snapshots", '["4 ms"]', '~: "4 ms" is after time.end = 3 ms'),
+    ("sensors.displacement_centre.at", '["3 m", "0 m"]', "~.0 = 3 m is outside -2500 mm .. 2500 mm; millimetres?"),
+    (
+        "sensors.contact_force.at",
+        '["0 m", "0 m"]',
+        "~ = ['0 m', '0 m']: only a displacement sensor has a place; leave it out",
+    ),
+]
+INVERSION = [
+    ("viscsity", "[1, 2]", "~ = [1, 2] belongs to no quantity of a case; did you mean bird.material.viscosity?"),
+    ("viscosity", '["2 Pa s", "1 Pa s"]', "~ = ['2 Pa s', '1 Pa s'] must rise: the lower limit first"),
+    ("viscosity", '["1 Pa s"]', """~ = ['1 Pa s'] must be two limits such as ["0 Pa s", "10000 Pa s"]"""),
+    ("viscosity", "[1, 2]", '~ = [1, 2] has no unit; write "1 Pa s" (accepted units: Pa s, MPa ms, N*ms/mm^2)'),
+]
+
+
+@pytest.mark.parametrize(("key", "text", "expected"), [*QUANTITIES, *NAMES, *NOT_YET, *BETWEEN_FIELDS])
+def test_each_mistake_is_one_line_of_field_value_and_remedy(key: str, text: str, expected: str) -> None:
+    assert errors_with({key: text}) == [expected.replace("~", key)]
+
+
+@pytest.mark.parametrize(("parameter", "text", "expected"), INVERSION)
+def test_a_wrong_range_of_a_parameter_is_one_line(parameter: str, text: str, expected: str) -> None:
+    key = f'inversion.parameters."bird.material.{parameter}".range'
+    assert errors_with({key: text}) == [expected.replace("~", key)]
+
+
+def test_a_sensor_off_the_plate_is_named_with_the_plates_size() -> None:
+    (line,) = errors_with({"sensors.displacement_centre.at": '["300 mm", "0 mm"]'})
+    assert line == (
+        'sensors.displacement_centre.at: "300 mm" is off the plate; within half of plate.length = 525 mm of its centre'
+    )
+
+
+def test_a_sensors_noise_is_in_the_unit_of_its_kind() -> None:
+    (line,) = errors_with({"sensors.contact_force.noise": "0.1 mm"})
+    assert line.endswith('"0.1 mm" is not in a unit of this dimension; accepted units: N, kN')
+
+
+def test_too_few_outputs_are_named() -> None:
+    (line,) = errors_with({"time.output_interval": "0.8 ms", "time.end": "1.5 ms", "time.snapshots": "[]"})
+    assert line == "time.output_interval = 0.8 ms leaves fewer than 3 outputs before time.end"
+
+
+def test_all_errors_come_at_once_also_those_between_fields() -> None:
+    found = errors_with(
+        {
+            "plate.thickness": "-1 mm",
+            "plate.lenght": "1 m",
+            "impact.speed": "91",
+            "bird.material.viscosity": "1 kg",
+            "time.snapshots": '["4 ms"]',
+            "effects.x": "1",
+        }
+    )
+    fields = {line.split(" ")[0].rstrip(":") for line in found}
+    sections = {
+        "plate.thickness",
+        "plate.lenght",
+        "impact.speed",
+        "bird.material.viscosity",
+        "time.snapshots",
+        "effects",
+    }
+    assert fields == sections
+    assert len(found) == 6
+
+
+def test_mass_and_density_both_or_neither_is_an_error(tmp_path: Path) -> None:
+    start = 'extends = "reference_strike"\n'
+    (tmp_path / "both.toml").write_text(start + '[bird]\nmass = "1.8 kg"\ndensity = "938 kg/m^3"\n')
+    with pytest.raises(CaseError, match="are both given"):
+        load_case(tmp_path / "both.toml")
+    whole = (Path(__file__).parents[2] / "data/cases/reference_strike.toml").read_text()
+    without = "\n".join(line for line in whole.splitlines() if not line.startswith('density = "900'))
+    (tmp_path / "neither.toml").write_text(without)
+    with pytest.raises(CaseError, match=r"bird\.mass or bird\.density is missing"):
+        load_case(tmp_path / "neither.toml")
+
+
+def test_an_empty_case_names_every_missing_section(tmp_path: Path) -> None:
+    (tmp_path / "empty.toml").write_text("")
+    with pytest.raises(CaseError) as caught:
+        load_case(tmp_path / "empty.toml")
+    assert caught.value.errors == [f"{name} is missing" for name in ("plate", "bird", "impact", "time")]
+
+
+def test_a_missing_quantity_is_named_with_its_range(tmp_path: Path) -> None:
+    (tmp_path / "c.toml").write_text("[impact]\n")
+    with pytest.raises(CaseError, match=r"impact\.speed is missing; give a value in 0\.1 m/s \.\. 1000 m/s"):
+        load_case(tmp_path / "c.toml")
+
+
+@pytest.mark.parametrize("mark", [pytest.param(mark, id=key) for key, mark in quantities()])
+def test_every_quantity_accepts_its_bounds_and_nothing_beyond(mark: Between) -> None:
+    low, high = mark.bounds
+    assert low < high
+    assert mark.validate(mark.low) == low
+    assert mark.validate(mark.high) == high
+    beyond = f"{2.0 * high + 1.0!r} {mark.unit}" if mark.unit else 2.0 * high + 1.0
+    with pytest.raises(ValueError, match="outside"):
+        mark.validate(beyond)

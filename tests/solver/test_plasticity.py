@@ -1,0 +1,73 @@
+"""Plane-stress return mapping against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solver.kernels.plasticity import return_to_yield
+from solver.plate import ShellMaterial
+
+STEEL = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, beta=1.0)
+
+
+def uniaxial(material: ShellMaterial, strains: np.ndarray) -> tuple[np.ndarray, float]:
+    """Axial stress along a path of axial strain with the lateral stress held at zero by iteration."""
+    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
+    young, nu = material.elastic
+    plane = young / (1.0 - nu**2)
+    history = []
+    for increment in np.diff(strains):
+        low, high = -2.0 * abs(increment), 2.0 * abs(increment)
+        for _ in range(80):
+            lateral = 0.5 * (low + high)
+            s, b = stress.copy(), back.copy()
+            s[0] += plane * (increment + nu * lateral)
+            s[1] += plane * (lateral + nu * increment)
+            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening)
+            low, high = (lateral, high) if s[1] < 0.0 else (low, lateral)
+        stress, back, eps_p = s, b, after
+        history.append(stress[0])
+    return np.array(history), eps_p
+
+
+def test_uniaxial_tension_follows_the_tangent_modulus():
+    strains = np.linspace(0.0, 0.02, 201)
+    stress, eps_p = uniaxial(STEEL, strains)
+    at_yield = STEEL.yield_stress / STEEL.young
+    expected = STEEL.yield_stress + STEEL.tangent_modulus * (strains[-1] - at_yield)
+    assert stress[-1] == pytest.approx(expected, rel=1e-10)
+    assert eps_p == pytest.approx(strains[-1] - expected / STEEL.young, rel=1e-9)
+
+
+@pytest.mark.parametrize(("beta", "factor"), [(0.0, 0.0), (0.5, 0.5), (1.0, 1.0)])
+def test_reverse_yield_shows_the_kind_of_hardening(beta, factor):
+    """After hardening by d, reverse yield comes at -(yield + (2 beta - 1) d): Bauschinger for kinematic hardening."""
+    material = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 20e9, beta)
+    forward = np.linspace(0.0, 0.01, 101)
+    back = np.linspace(0.01, -0.01, 4001)[1:]
+    stress, _ = uniaxial(material, np.concatenate([forward, back]))
+    top = stress[99]
+    hardening = top - material.yield_stress
+    slope = np.diff(stress[99:]) / np.diff(np.concatenate([forward[-1:], back]))
+    reverse = stress[99:][np.argmax(slope < 0.9 * material.young)]
+    assert reverse == pytest.approx(-(material.yield_stress + (2.0 * factor - 1.0) * hardening), rel=0.01)
+
+
+def test_pure_shear_yields_at_the_von_mises_stress():
+    perfect = ShellMaterial(200e9, 0.3, 7800.0, 250e6)
+    stress = np.array([0.0, 0.0, 400e6])
+    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening)
+    assert stress[2] == pytest.approx(250e6 / np.sqrt(3.0), rel=1e-12)
+
+
+def test_returned_stress_lies_on_the_yield_surface():
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        stress, back = rng.normal(0.0, 1e9, 3), rng.normal(0.0, 3e7, 3)
+        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening)
+        xi = stress - back
+        equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
+        yield_now = STEEL.yield_stress + STEEL.hardening[1] * eps_p
+        assert equivalent <= yield_now * (1.0 + 1e-10)
+        assert eps_p == pytest.approx(0.01) or equivalent == pytest.approx(yield_now, rel=1e-10)

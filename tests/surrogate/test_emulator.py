@@ -1,0 +1,136 @@
+"""The forward emulator against the curves that it stands in for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sklearn.gaussian_process import GaussianProcessRegressor
+
+from data.dataset import Dataset
+from data.errors import UserError
+from surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator
+from surrogate.files import load_emulator, save_emulator
+from surrogate.gaussian_process import GaussianProcess
+from surrogate.validation import leave_one_out, q2, rmse
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIME, TIMES, campaign, pulse, spread
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    return campaign(spread())
+
+
+@pytest.fixture(scope="module")
+def emulator(dataset: Dataset) -> Emulator:
+    return fit_emulator(dataset, [CHANNEL, "contact_force"])
+
+
+@pytest.fixture(scope="module")
+def unseen() -> np.ndarray:
+    return LOWS + np.random.default_rng(7).random((60, 4)) * (HIGHS - LOWS) * 0.9 + 0.05 * (HIGHS - LOWS)
+
+
+def test_predicts_curves_it_never_saw(emulator: Emulator, unseen: np.ndarray) -> None:
+    truth = np.stack([pulse(theta) for theta in unseen])
+    mean, sd = emulator.predict(unseen, CHANNEL)
+    assert q2(truth, mean) > 0.99
+    assert rmse(truth, mean) < 0.01 * np.abs(truth).max()
+    moving = TIME > 0.4e-3
+    inside = np.abs(truth - mean)[:, moving] <= 1.96 * sd[:, moving]
+    assert inside.mean() > 0.9  # its own error bars hold
+
+
+def test_leave_one_out_figure_is_that_of_unseen_runs(emulator: Emulator, unseen: np.ndarray) -> None:
+    for channel in (CHANNEL, "contact_force"):
+        assert emulator.channels[channel].validation.q2 > 0.99
+    truth = np.stack([pulse(theta) for theta in unseen])
+    claimed = emulator.channels[CHANNEL].validation.rmse
+    assert 0.3 < claimed / rmse(truth, emulator.predict(unseen, CHANNEL)[0]) < 3.0
+
+
+def test_leave_one_out_formula_is_refitting_without_each_run() -> None:
+    rng = np.random.default_rng(0)
+    u = rng.random((14, 2))
+    y = np.sin(4.0 * u[:, 0]) + u[:, 1] ** 2 + 0.01 * rng.normal(size=14)
+    process = GaussianProcess.fit(u, y - y.mean(), seed=0)
+    mean, sd = leave_one_out(process.kernel(u), (y - y.mean()) / process.scale)
+    fixed = None
+    for i in range(14):
+        rest = np.arange(14) != i
+        refit = GaussianProcessRegressor(process.kernel, optimizer=fixed, alpha=0.0)
+        refit.fit(u[rest], (y - y.mean())[rest] / process.scale)
+        expected_mean, expected_sd = refit.predict(u[i : i + 1], return_std=True)
+        assert mean[i] == pytest.approx(expected_mean[0], abs=1e-6)
+        assert sd[i] == pytest.approx(expected_sd[0], rel=1e-5)
+
+
+def test_error_covers_what_the_components_do_not_predict() -> None:
+    """A component of pure noise stays at its mean and is carried as error, instants moving together."""
+    rng, time = np.random.default_rng(0), np.linspace(0.0, 1.0, 50, endpoint=False)
+    signal, noise = np.sin(2.0 * np.pi * time), np.cos(2.0 * np.pi * time)
+    u = rng.random((60, 1))
+    emulator = CurveEmulator.fit(time, u * signal + rng.normal(0.0, 0.1, (60, 1)) * noise, u)
+    factor = emulator.error_factor(np.array([0.5]), time)
+    sd, strong = np.linalg.norm(factor, axis=1), np.abs(noise) > 0.7
+    np.testing.assert_allclose(sd[strong] / np.abs(noise[strong]), 0.1, rtol=0.3)  # 60 draws: 9 % at one sigma
+    opposite = factor[0] @ factor[25] / (sd[0] * sd[25])
+    assert opposite < -0.9  # instants half a period apart err against each other
+
+
+def test_refuses_to_extrapolate(emulator: Emulator) -> None:
+    with pytest.raises(ExtrapolationError, match=r"pulse\.peak = 0\.009"):
+        emulator.predict(np.array([[9e-3, *(0.5 * (LOWS + HIGHS))[1:]]]), CHANNEL)
+
+
+def test_rests_before_the_record_and_ends_with_it(emulator: Emulator) -> None:
+    middle = 0.5 * (LOWS + HIGHS)[None]
+    mean, _ = emulator.predict(middle, CHANNEL, np.array([-1e-3, 0.0, 3.0e-3, 3.1e-3]))
+    assert mean[0, 0] == mean[0, 1] == pytest.approx(0.0, abs=1e-9)
+    assert np.isfinite(mean[0, 2])
+    assert np.isnan(mean[0, 3])
+
+
+def test_covariance_has_the_standard_deviations_on_its_diagonal(emulator: Emulator) -> None:
+    middle = 0.5 * (LOWS + HIGHS)
+    covariance = emulator.covariance(middle, CHANNEL, TIMES)
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), emulator.predict(middle[None], CHANNEL, TIMES)[1][0])
+    assert np.linalg.eigvalsh(covariance).min() > -1e-12 * np.trace(covariance)
+
+
+def test_only_smooth_runs_are_learnt(dataset: Dataset, emulator: Emulator) -> None:
+    curves, smooth = dataset.curves[CHANNEL].copy(), dataset.smooth.copy()
+    extra = dataset.parameters[:3] * 1.01
+    spoilt = replace(
+        dataset,
+        runs=np.arange(1, len(smooth) + 4),
+        parameters=np.vstack([dataset.parameters, extra]),
+        curves={CHANNEL: np.vstack([curves, 100.0 * curves[:3]])},
+        smooth=np.append(smooth, [False] * 3),
+    )
+    middle = 0.5 * (LOWS + HIGHS)[None]
+    found = fit_emulator(spoilt, [CHANNEL]).predict(middle, CHANNEL)[0]
+    np.testing.assert_array_equal(found, emulator.predict(middle, CHANNEL)[0])
+
+
+def test_too_few_smooth_runs_are_an_error(dataset: Dataset) -> None:
+    smooth = np.zeros(len(dataset.runs), dtype=bool)
+    smooth[:4] = True
+    with pytest.raises(UserError, match="4 runs of the campaign are smooth"):
+        fit_emulator(replace(dataset, smooth=smooth), [CHANNEL])
+
+
+def test_channel_that_never_changes_is_emulated_as_it_is(dataset: Dataset) -> None:
+    still = replace(dataset, curves={CHANNEL: np.full_like(dataset.curves[CHANNEL], 0.25)})
+    mean, sd = fit_emulator(still, [CHANNEL]).predict(0.5 * (LOWS + HIGHS)[None], CHANNEL)
+    assert (mean == 0.25).all()
+    assert sd.max() < 1e-9
+
+
+def test_read_back_emulator_predicts_the_same(emulator: Emulator, dataset: Dataset, unseen, tmp_path) -> None:
+    save_emulator(tmp_path / "emulator.npz", emulator, dataset)
+    again = load_emulator(tmp_path / "emulator.npz")
+    for channel in (CHANNEL, "contact_force"):
+        for found, expected in zip(again.predict(unseen, channel), emulator.predict(unseen, channel), strict=True):
+            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)

@@ -1,0 +1,73 @@
+"""The inverse network trained on a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data.errors import UserError
+from surrogate.files import load_network, save_network
+from surrogate.inverse_network import fit_network, sampled
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
+
+
+@pytest.mark.parametrize("trainer", ["lm", "adam"])
+def test_learns_its_training_runs_and_judges_itself_on_the_others(trainer: str) -> None:
+    dataset = campaign(spread(25))
+    fit = fit_network(dataset, {CHANNEL: TIMES}, trainer)
+    assert str(fit.network.shape) == "12-9-4"
+    assert (fit.held_out + 1).tolist() == [1, 5, 10, 15, 20, 25]
+    assert fit.training.mse.min() < 5e-3 < fit.training.mse[0]
+    predicted = fit.network.predict(sampled(dataset, {CHANNEL: TIMES}))
+    np.testing.assert_allclose(predicted[fit.held_out] - dataset.parameters[fit.held_out], fit.errors)
+    train = np.setdiff1d(np.arange(25), fit.held_out)
+    unit_error = (predicted - dataset.parameters)[train] / (HIGHS - LOWS)
+    assert np.mean(unit_error**2) == pytest.approx(fit.training.mse.min(), rel=1e-9)
+
+
+def test_held_out_runs_have_no_influence() -> None:
+    dataset = campaign(spread(25))
+    fit = fit_network(dataset, {CHANNEL: TIMES})
+    curves = dataset.curves[CHANNEL].copy()
+    curves[fit.held_out] *= 3.0
+    other = fit_network(replace(dataset, curves={CHANNEL: curves}), {CHANNEL: TIMES})
+    np.testing.assert_array_equal(fit.training.weights, other.training.weights)
+    assert not np.allclose(fit.errors, other.errors)
+
+
+def test_inputs_that_never_change_are_named() -> None:
+    fit = fit_network(campaign(spread(25)), {CHANNEL: np.array([0.0, 0.1e-3, 1.0e-3, 1.5e-3, 2.0e-3, 2.5e-3])})
+    assert fit.notes == ("2 of the network's 6 inputs are the same in all training runs and tell it nothing",)
+    assert np.isfinite(fit.training.mse).all()
+
+
+def test_several_channels_are_read_one_after_the_other() -> None:
+    dataset = campaign(spread(25))
+    fit = fit_network(dataset, {CHANNEL: TIMES, "contact_force": TIMES[:5]})
+    assert str(fit.network.shape) == "17-9-4"
+
+
+def test_before_the_record_everything_rests_and_after_it_nothing_is_known() -> None:
+    dataset = campaign(spread(5))
+    values = sampled(dataset, {CHANNEL: np.array([-1e-3, 0.0])})
+    np.testing.assert_array_equal(values[:, 0], values[:, 1])
+    with pytest.raises(UserError, match=r"raise time\.end"):
+        sampled(dataset, {CHANNEL: np.array([3.2e-3])})
+
+
+def test_unknown_trainer_is_an_error() -> None:
+    with pytest.raises(UserError, match=r'trainer = "sgd" is unknown; use one of: lm, adam'):
+        fit_network(campaign(spread(5)), {CHANNEL: TIMES}, "sgd")
+
+
+def test_read_back_network_answers_the_same(tmp_path) -> None:
+    dataset = campaign(spread(10))
+    network = fit_network(dataset, {CHANNEL: TIMES}).network
+    save_network(tmp_path / "network.npz", network)
+    again = load_network(tmp_path / "network.npz")
+    values = sampled(dataset, {CHANNEL: TIMES})
+    np.testing.assert_array_equal(again.predict(values), network.predict(values))
+    assert again.names == network.names
+    np.testing.assert_array_equal(again.times[CHANNEL], TIMES)
