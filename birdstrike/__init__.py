@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
-    from birdstrike.cli.close_the_loop import close_the_loop
-    from birdstrike.cli.report import report
     from birdstrike.cli.run_doe import run_doe
+    from birdstrike.loop import close_the_loop
     from inversion.train_and_invert import train_and_invert
+    from reports.page import report
     from solver.case import load_case
     from solver.simulate import simulate
 
@@ -28,8 +28,8 @@ _PUBLIC = {
     "simulate": ("solver.simulate", "simulate"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
-    "report": ("birdstrike.cli.report", "report"),
-    "close_the_loop": ("birdstrike.cli.close_the_loop", "close_the_loop"),
+    "report": ("reports.page", "report"),
+    "close_the_loop": ("birdstrike.loop", "close_the_loop"),
 }
 
 __all__ = ["check", "close_the_loop", "load_case", "report", "run_doe", "simulate", "train_and_invert"]

@@ -1,92 +1,242 @@
-"""Close the loop: check, campaign, inversion with its verification, report; each stage skipped while still valid."""
+"""Close the loop: campaign, inversion with its verification, report, from one case and one record."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import time
+import warnings
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from data.errors import UserError
-from data.files import plain, write_json
-from data.paths import resolve_case, resolve_measured
+from birdstrike.stages import Display, Ledger, Progress, Stage, digest, quiet, run_stages, source_digest
+from data.errors import MeasuredError, UserError
+from data.paths import resolve_measured
 
 if TYPE_CHECKING:
     from data.histories import Histories
+    from doe.designs import Design
+    from doe.runner import Progress as Counts
+    from doe.attempt import Simulate
+    from inversion.forward import Forward
     from solver.case import Case
 
-ROOT = Path(__file__).resolve().parent.parent
-RECORD = "close_the_loop.json"
-SCHEMA_VERSION = 1
-
-Progress = Callable[[float], None]
-Display = Callable[[str], AbstractContextManager[Progress]]
-"""Shows a stage's heading and gives what takes its progress, 0..1."""
-
 
 @dataclass(frozen=True)
-class Stage:
-    """One arrow of the flow. inputs: whatever changes its outcome; outputs: what it leaves; run: does it."""
+class Plan:
+    """What is to be closed. simulate: another solver in place of ours; say: takes what the user should know."""
 
-    name: str
-    heading: str
-    inputs: Callable[[], Any]
-    outputs: tuple[Path, ...]
-    run: Callable[[Progress], None]
+    case: Case
+    measured: Path
+    out: Path
+    design: Design
+    seed: int
+    workers: int | None
+    trainer: str
+    simulate: Simulate | None
+    say: Callable[[str], None]
 
-    def fingerprint(self) -> str:
-        """Digest of the inputs: the stage is valid while it stays the same."""
-        return hashlib.sha256(json.dumps(plain(self.inputs()), sort_keys=True).encode()).hexdigest()[:32]
+    @property
+    def doe(self) -> Path:
+        """The campaign's folder."""
+        return self.out / "doe"
 
+    @property
+    def inversion(self) -> Path:
+        """The inversion's folder."""
+        return self.out / "inversion"
 
-@dataclass(frozen=True)
-class Closed:
-    """A closed loop: the page, the five findings, and the content of `close_the_loop.json`."""
+    @property
+    def report(self) -> Path:
+        """The page."""
+        return self.out / "report.html"
 
-    report: Path
-    findings: tuple[str, ...]
-    record: Mapping[str, Any]
-
-
-def quiet(_: str) -> AbstractContextManager[Progress]:
-    """No display."""
-    return nullcontext(lambda fraction: None)
-
-
-def run_stages(stages: tuple[Stage, ...], out: Path, display: Display) -> dict[str, Any]:
-    """Run the stages that are due, noting each as soon as it is done, so that the next call resumes after it."""
-    done: dict[str, Any] = _noted(out).get("stages", {})
-    for stage in stages:
-        fingerprint, before = stage.fingerprint(), done.get(stage.name, {})
-        if before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs):
-            done[stage.name] = {**before, "reused": True}
-            with display(f"{stage.heading}: still valid"):
-                continue
-        started = time.perf_counter()
-        with display(stage.heading) as progress:
-            stage.run(progress)
-        seconds = time.perf_counter() - started
-        # A stage may settle what its own inputs look like (a resumed campaign); what counts is what it ran on.
-        done[stage.name] = {"fingerprint": fingerprint, "seconds": seconds, "reused": False}
-        write_json(out / RECORD, {**_noted(out), "stages": done}, SCHEMA_VERSION)
-    return done
+    @property
+    def ledger(self) -> Ledger:
+        """Stages, findings and figures of the loop."""
+        return Ledger(self.out / "close_the_loop.json")
 
 
-def _noted(out: Path) -> dict[str, Any]:
-    """The record of an earlier call, {} where there is none or it is damaged (then every stage runs again)."""
-    path = out / RECORD
-    try:
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    except ValueError:
-        return {}
+def close_the_loop(
+    case: str | Path | Case,
+    measured: str | Path,
+    out: str | Path,
+    *,
+    design: str | Path = "uniform",
+    runs: int = 25,
+    seed: int = 0,
+    workers: int | None = None,
+    trainer: str = "lm",
+    simulate: Simulate | None = None,
+    display: Display = quiet,
+    say: Callable[[str], None] = warnings.warn,
+) -> dict[str, Any]:
+    """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
+
+    case, measured: files or shipped names. The campaign's workers are started afresh: a script that calls this needs
+    `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
+    """
+    plan = prepare(case, measured, out, design, runs, seed, workers, trainer, simulate, say)
+    _hand_over(plan)
+    plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
+    run_stages(stages(plan), plan.ledger, display)
+    return conclude(plan)
 
 
-def digest(*paths: Path) -> dict[str, str]:
-    """Name -> SHA-256 of the content of files and, for folders, of the Python sources and templates in them."""
-    files = [p for path in paths for p in (sorted(path.rglob("*.*")) if path.is_dir() else [path])]
-    wanted = [p for p in files if p.is_file() and (p in paths or p.suffix in (".py", ".j2"))]
-    return {str(p): hashlib.sha256(p.read_bytes()).hexdigest() for p in wanted}
+def prepare(
+    case: str | Path | Case,
+    measured: str | Path,
+    out: str | Path,
+    design: str | Path,
+    runs: int,
+    seed: int,
+    workers: int | None,
+    trainer: str,
+    simulate: Simulate | None = None,
+    say: Callable[[str], None] = warnings.warn,
+) -> Plan:
+    """Read and check everything before the first strike is paid for; raises UserError."""
+    from data.curves import read_measured
+    from doe.designs import make_design
+    from doe.space import ParameterSpace
+    from solver.case import load_case
+
+    loaded = load_case(case) if isinstance(case, str | Path) else case
+    record = resolve_measured(measured)
+    unknown = [name for name in read_measured(record).channels if name not in loaded.sensors]
+    if unknown:
+        known = f"is no sensor of case {loaded.name}; its sensors: {', '.join(loaded.sensors)}"
+        raise MeasuredError([f'{record}: channel "{name}" {known}' for name in unknown])
+    planned = make_design(design, ParameterSpace.of(loaded.parameters()), runs, seed)
+    quality = planned.quality()
+    if quality.deficient:
+        raise UserError(quality.sentence)
+    return Plan(loaded, record, Path(out), planned, seed, workers, trainer, simulate, say)
+
+
+def stages(plan: Plan) -> tuple[Stage, ...]:
+    """The flow; a diagnosis will stand between inversion and report."""
+    count = len(plan.design.numbers)
+    return (
+        Stage(
+            "doe",
+            f"Campaign: {count} strikes, {plan.design.kind} design",
+            partial(_campaign_inputs, plan),
+            tuple(plan.doe / name for name in ("case.toml", "design.csv", "curves.csv", "summary.json")),
+            partial(_campaign, plan),
+        ),
+        Stage(
+            "inversion",
+            "Inversion: network and emulator, each verified by the solver",
+            partial(_inversion_inputs, plan),
+            tuple(plan.inversion / name for name in ("inversion.json", "verification.csv")),
+            partial(_inversion, plan),
+        ),
+        Stage("report", "Report", partial(_report_inputs, plan), (plan.report,), partial(_report, plan)),
+    )
+
+
+def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
+    from solver.version import SOLVER_VERSION
+
+    return {
+        "case": plan.case.model_dump(mode="json"),
+        "names": plan.design.names,
+        "values": plan.design.values,
+        "numbers": plan.design.numbers,
+        "solver": SOLVER_VERSION,
+        "code": source_digest("doe"),
+    }
+
+
+def _campaign(plan: Plan, progress: Progress) -> None:
+    from doe.campaign import run_campaign
+
+    def counted(counts: Counts) -> None:
+        progress((counts.finished + counts.failed) / counts.total)
+
+    run_campaign(
+        plan.case,
+        plan.design,
+        plan.doe,
+        workers=plan.workers,
+        simulate=plan.simulate,
+        progress=counted,
+        say=plan.say,
+    )
+
+
+def _hand_over(plan: Plan) -> None:
+    """Let a campaign of another case or design take over `doe/`, where that folder is the loop's own.
+
+    Only the claim on the folder goes; the strikes in `runs/` are named by what defines them and stay of use.
+    """
+    if plan.ledger.path.is_file():
+        for name in ("case.json", "design.csv"):
+            (plan.doe / name).unlink(missing_ok=True)
+
+
+def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
+    return {
+        "campaign": digest(plan.doe / "case.toml", plan.doe / "design.csv", plan.doe / "curves.csv"),
+        "measured": digest(plan.measured),
+        "name": plan.measured.name,
+        "trainer": plan.trainer,
+        "seed": plan.seed,
+        "code": source_digest("surrogate", "inversion"),
+    }
+
+
+def _inversion(plan: Plan, progress: Progress) -> None:
+    from inversion.train_and_invert import train_and_invert
+
+    train_and_invert(
+        plan.doe,
+        plan.measured,
+        plan.inversion,
+        trainer=plan.trainer,
+        seed=plan.seed,
+        forward=_forward(plan),
+        progress=progress,
+    )
+
+
+def _forward(plan: Plan) -> Forward | None:
+    """The other solver as a forward model; None is ours, behind the run store."""
+    solver = plan.simulate
+    if solver is None:
+        return None
+
+    def forward(theta: Mapping[str, float]) -> Histories:
+        return solver(plan.case.with_values(theta), step_factor=1.0, threads=None)
+
+    return forward
+
+
+def _report_inputs(plan: Plan) -> Mapping[str, Any]:
+    made = (plan.doe / "summary.json", plan.inversion / "inversion.json", plan.inversion / "verification.csv")
+    return {"made": digest(*made), "code": source_digest("reports")}
+
+
+def _report(plan: Plan, progress: Progress) -> None:
+    from reports.page import report
+
+    report(plan.out, plan.report, progress=progress)
+
+
+def conclude(plan: Plan) -> dict[str, Any]:
+    """Findings, figures and paths, noted in the ledger and returned with the stages."""
+    from reports.findings import findings, key_figures
+    from reports.folder import read_results
+    from solver.case import case_hash
+
+    results = read_results(plan.out)
+    return plan.ledger.write(
+        case_hash=case_hash(plan.case),
+        simulated_record=results.record.simulated,
+        findings=findings(results),
+        figures=key_figures(results),
+        warnings=results.warnings,
+        paths={"report": plan.report, "doe": plan.doe, "inversion": plan.inversion},
+        failed_strikes=dict(results.failures),
+    )

@@ -11,17 +11,15 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
+from data.histories import Array
 from inversion.coordinates import Coordinates
 from inversion.curve_model import CurveModel
 from inversion.whitening import Whitening
 from surrogate.features import Region
-
-Array = NDArray[np.float64]
 
 CANDIDATES = 128
 STARTS = 3

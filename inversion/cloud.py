@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from data.dataset import Dataset
@@ -14,8 +13,6 @@ from inversion.misfit import rmse
 from inversion.observations import Observations
 from inversion.words import plain, quantity
 from surrogate.inverse_network import sampled
-
-Array = NDArray[np.float64]
 
 REJECT = 1e-3
 NOISE_MAY_BE_WRONG_BY = 1.5

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import truncnorm
 
 from data.dataset import Dataset
+from data.histories import Array
 from surrogate.features import Region
-
-Array = NDArray[np.float64]
 
 UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
 

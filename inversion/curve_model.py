@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from data.histories import Array
 from inversion.observations import Observations
 from surrogate.emulator import Emulator
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

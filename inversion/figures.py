@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data.curves import Measured
 from data.dataset import Dataset
+from data.histories import Array
 from inversion.inversion import EmulatorFigures, MeasuredFigures, TrainingFigures
 from inversion.observations import Observations
 from inversion.words import plain, quantity
@@ -16,8 +16,6 @@ from surrogate.emulator import Emulator
 from surrogate.holdout import describe, describe_times
 from surrogate.inverse_network import NetworkFit
 from surrogate.levenberg_marquardt import Settings
-
-Array = NDArray[np.float64]
 
 TRAINING_FILE = "training.csv"
 POOR_Q2 = 0.9

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from data.histories import Array
 from inversion.calibration import Calibrator, Mode
 from inversion.time_origin import NORMAL_95
 from inversion.words import plain, quantity
-
-Array = NDArray[np.float64]
 
 NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 LOOKS_ALIKE = 0.8  # correlation from which another parameter is named

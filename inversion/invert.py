@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import RunFailed, UserError
+from data.histories import Array
 from inversion import cloud as clouds
 from inversion.calibration import Calibrator
 from inversion.coordinates import carried_coordinates, parameter_coordinates
@@ -28,7 +26,6 @@ from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
 from surrogate.holdout import input_times
 from surrogate.inverse_network import NetworkFit, fit_network
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network", "emulator")}

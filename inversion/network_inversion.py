@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from data.dataset import Dataset
+from data.histories import Array
 from inversion.coordinates import Coordinates
 from inversion.emulator_inversion import OUTSIDE
 from inversion.identifiability import NEWS
@@ -17,8 +17,6 @@ from inversion.inversion import Estimate
 from inversion.observations import Observations
 from inversion.words import plain, quantity
 from surrogate.inverse_network import NetworkFit
-
-Array = NDArray[np.float64]
 
 FEWEST_HELD_OUT = 3
 

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import MeasuredError
+from data.histories import Array
 from inversion.words import quantity
-
-Array = NDArray[np.float64]
 
 DEFAULT_NOISE = 0.01  # of the channel's measured peak, when nobody states any
 FEWEST_BEFORE_CONTACT = 8

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data.dataset import Dataset
+from data.histories import Array
 from inversion.calibration import Calibrator, Mode
 from inversion.coordinates import Coordinates
 from inversion.design_gate import DesignFigures
@@ -18,8 +18,6 @@ from inversion.inversion import Combination, Estimate
 from inversion.network_inversion import NetworkAnswer, network_estimates
 from inversion.words import plain, quantity
 from surrogate.inverse_network import NetworkFit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

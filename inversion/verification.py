@@ -8,18 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from data.curves import Measured
 from data.errors import RunFailed
 from data.files import write_atomically
-from data.histories import Histories
+from data.histories import Array, Histories
 from inversion.forward import Forward
 from inversion.inversion import ChannelScore
 from inversion.misfit import relative, rmse
 from inversion.observations import Observations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -78,4 +78,5 @@ def drawing(name: str, figure: Figure, caption: str) -> Picture:
 def photograph(name: str, figure: Figure, caption: str, alternative: str) -> Picture:
     """A figure of thousands of marks: PNG inside the page; `alternative` says in words what it shows."""
     data = base64.b64encode(png(figure)).decode("ascii")
-    return Picture(name, f'<img alt="{escape(alternative)}" src="data:image/png;base64,{data}">', caption, pixels(figure))
+    markup = f'<img alt="{escape(alternative)}" src="data:image/png;base64,{data}">'
+    return Picture(name, markup, caption, pixels(figure))

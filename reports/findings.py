@@ -40,7 +40,7 @@ def verified(results: Results) -> str:
     line = f"Verified: the solver re-run at the {first}'s answer misses the record by {error_text(results, first)}"
     for other in others:
         line += f"; at the {other}'s answer by {error_text(results, other)}"
-    return f"{line}; {offset_text(results)}."
+    return f"{line} ({offset_text(results)})."
 
 
 def error_text(results: Results, method: str) -> str:
@@ -68,7 +68,7 @@ def offset_text(results: Results) -> str:
     if abs(results.offset) < 5e-7:
         return "the clocks of record and simulation agree within 1 µs, as the record lets one tell"
     later = "later" if results.offset > 0 else "earlier"
-    return f"for this the simulation's clock is set {quantity(abs(results.offset), 's')} {later}, as the record tells"
+    return f"the simulation's clock set {quantity(abs(results.offset), 's')} {later} to fit the record"
 
 
 def identified(results: Results) -> str:
@@ -80,7 +80,7 @@ def identified(results: Results) -> str:
         if not estimate.identified:
             reasons.setdefault(estimate.reason, []).append(symbol(name))
     untold = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
-    first = f"Identified by the {results.best}: {'; '.join(told)}" if told else f"Identified by the {results.best}: none"
+    first = f"Identified by the {results.best}: {'; '.join(told) or 'none'}"
     return f"{first}. Not identified: {untold}." if untold else f"{first}. No parameter is left open."
 
 
@@ -118,7 +118,8 @@ def cloud_text(results: Results, channel: str) -> str:
     seen, unit = cloud(results, channel), results.record.units[channel]
     count = int(seen.outside.sum())
     if not count:
-        return f"the record's {words(channel)} lies among the campaign's strikes, within noise, at all {seen.time.size} points"
+        points = f"within noise at all {seen.time.size} points"
+        return f"the record's {words(channel)} lies among the campaign's strikes, {points}"
     at, value = peak(seen.time, seen.excess)
     side = "above" if value > 0 else "below"
     return (
@@ -141,3 +142,20 @@ def books(results: Results) -> str:
 def worst_book(results: Results, key: str) -> float:
     """Largest magnitude of one entry in the books of all strikes."""
     return float(np.max(np.abs([float(books[key]) for books in results.books.values()])))
+
+
+def key_figures(results: Results) -> dict[str, object]:
+    """The numbers behind the findings for other programs, SI."""
+    return {
+        "best": results.best,
+        "methods": {
+            method: {"verified_rmse": answer.verified_rmse, "verified_relative": answer.verified_relative}
+            for method, answer in results.inversion.methods.items()
+        },
+        "identified": [name for name, estimate in results.answer.parameters.items() if estimate.identified],
+        "inside_cloud": results.inversion.cloud.inside,
+        "time_offset": results.offset,
+        "strikes": len(results.books),
+        "worst_energy_error": worst_book(results, "energy_error"),
+        "solver_s": sum(float(books["wall_s"]) for books in results.books.values()),
+    }

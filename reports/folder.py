@@ -32,7 +32,7 @@ def read_results(folder: Path) -> Results:
     if inversion.case_hash != dataset.case_hash:
         raise UserError(
             f"{inverted} was made from another campaign (case hash {inversion.case_hash}) than {doe} holds "
-            f"({dataset.case_hash}); repeat: birdstrike train-and-invert {doe} --measured CSV --out {inverted}"
+            f"({dataset.case_hash}); repeat: {_invert_again(folder)}"
         )
     campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
     case = load_case(doe / "case.toml")
@@ -64,8 +64,12 @@ def _missing(folder: Path) -> Iterator[str]:
         yield f"no finished campaign in {doe}; make it with: birdstrike run-doe CASE --out {doe}"
     for name in ("inversion.json", "verification.csv"):
         if not (inverted / name).is_file():
-            command = f"birdstrike train-and-invert {doe} --measured CSV --out {inverted}"
-            yield f"no {name} in {inverted}; make it with: {command}"
+            yield f"no {name} in {inverted}; make it with: {_invert_again(folder)}"
+
+
+def _invert_again(folder: Path) -> str:
+    """The command that makes the inversion of a folder."""
+    return f"birdstrike train-and-invert {folder / 'doe'} --measured CSV --out {folder / 'inversion'}"
 
 
 def _inversion(path: Path) -> Inversion:
@@ -73,7 +77,7 @@ def _inversion(path: Path) -> Inversion:
     try:
         inversion = Inversion.load(path)
     except ValidationError as error:
-        raise UserError(f"{path} is damaged or of another version ({error.error_count()} errors); repeat train-and-invert") from error
+        raise UserError(f"{path} is damaged or of another version; repeat train-and-invert") from error
     if inversion.best is None:
         raise UserError(f"{path} names no best method: no verification run finished; repeat train-and-invert")
     return inversion
@@ -102,7 +106,7 @@ def _verified(folder: Path, inversion: Inversion, method: str) -> Histories:
             return replace(found, summary={**found.summary, "run_key": key})
     path = inverted / f"verified_{method}.csv"
     if not path.is_file():
-        raise UserError(f"{path} is missing; repeat: birdstrike train-and-invert {folder / 'doe'} --measured CSV --out {inverted}")
+        raise UserError(f"{path} is missing; repeat: {_invert_again(folder)}")
     return read_histories(path)
 
 
@@ -114,7 +118,9 @@ def _convergence(inverted: Path, inversion: Inversion) -> Convergence | None:
     return Convergence(*(table[column].to_numpy(float) for column in ("epoch", "mse", "test_mse")))
 
 
-def _books(doe: Path, campaign: Mapping[str, Any], inversion: Inversion, verified: Mapping[str, Histories]) -> dict[str, Books]:
+def _books(
+    doe: Path, campaign: Mapping[str, Any], inversion: Inversion, verified: Mapping[str, Histories]
+) -> dict[str, Books]:
     """Books of every finished strike: from the run store, and where that was cleared from the campaign's summary."""
     store, books = RunStore(doe / "runs"), dict[str, Books]()
     entries = [entry for entry in campaign["runs"] if entry["status"] == "finished"]

@@ -33,8 +33,12 @@ def report(
     folder: str | Path, out: str | Path | None = None, *, progress: Callable[[float], None] | None = None
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError."""
-    results = read_results(Path(folder))
     path = Path(out) if out is not None else Path(folder) / "report.html"
+    return write_page(read_results(Path(folder)), path, progress)
+
+
+def write_page(results: Results, path: Path, progress: Callable[[float], None] | None = None) -> Path:
+    """Write the page about results at hand; its path."""
     write_atomically(path, page(results, progress))
     return path
 

@@ -33,9 +33,9 @@ class Convergence:
 class Results:
     """Everything the report says, read from a finished folder.
 
-    record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN where
-    it has no value; verified: method -> its run; books: run's label -> its summary; failures: run's label -> reason;
-    campaign: content of the campaign's `summary.json`.
+    record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
+    where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
+    label -> its summary; failures: run's label -> reason.
     """
 
     folder: Path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data.histories import Array
 from solver.kernels.contact import bilinear
@@ -11,14 +12,14 @@ from solver.plate import Plate
 UNITS = {"displacement": "m", "contact_force": "N", "reaction_force": "N"}
 
 
-def nodes_at(plate: Plate, at: tuple[float, float]) -> tuple[Array, Array]:
+def nodes_at(plate: Plate, at: tuple[float, float]) -> tuple[NDArray[np.int64], Array]:
     """The four nodes and shape functions of the undeformed point `at` [m] from the plate's centre."""
     corners = plate.mesh.nodes[plate.quads][:, :, :2]
     low, high = corners.min(axis=1), corners.max(axis=1)
-    point = np.asarray(at)
-    element = int(np.argmin(np.maximum(np.maximum(low - point, point - high), 0.0).sum(axis=1)))
-    local = 2.0 * (point - low[element]) / (high[element] - low[element]) - 1.0
-    return plate.quads[element], np.array(bilinear(*np.clip(local, -1.0, 1.0)))
+    outside = np.maximum(np.maximum(low - at, at - high), 0.0).sum(axis=1)
+    element = int(np.argmin(outside))
+    xi, eta = np.clip(2.0 * (at - low[element]) / (high[element] - low[element]) - 1.0, -1.0, 1.0)
+    return plate.quads[element], np.array(bilinear(xi, eta))
 
 
 class Recorder:
@@ -36,11 +37,14 @@ class Recorder:
         self.time[step] = time
         for name, kind in self.kinds.items():
             if kind == "displacement":
-                nodes, shape = self.places[name]
-                value = -float(np.dot(shape, plate.x[nodes, 2] - self.rest[nodes]))
+                self.readings[name][step] = self.displacement(name, plate)
             else:
-                value = contact_force if kind == "contact_force" else reaction
-            self.readings[name][step] = value
+                self.readings[name][step] = contact_force if kind == "contact_force" else reaction
+
+    def displacement(self, name: str, plate: Plate) -> float:
+        """Displacement of the sensor's point in the push [m]."""
+        nodes, shape = self.places[name]
+        return float(shape @ (self.rest[nodes] - plate.x[nodes, 2]))
 
     def sampled(self, clock: Array) -> dict[str, Array]:
         """Channels on the user's clock [s]: displacements interpolated, forces as means over the sampling interval."""

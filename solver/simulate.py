@@ -8,6 +8,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core import config
 
 from data.errors import RunFailed
 from data.histories import Array, Histories, Snapshot
@@ -34,7 +35,7 @@ def simulate(
     influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
     and UserError (a geometry that cannot be built).
     """
-    numba.set_num_threads(threads or numba.config.NUMBA_NUM_THREADS)
+    numba.set_num_threads(threads or config.NUMBA_NUM_THREADS)
     started = time.perf_counter()
     strike = Strike(case, step_factor)
     sensors = {name: (s.kind, s.at) for name, s in case.sensors.items()}
@@ -112,6 +113,10 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append(
             "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
         )
+    strain, limit = float(strike.plate.eps_p.max()), case.plate.material.failure_strain
+    if strain > limit:
+        text = f"the plate's plastic strain reached {strain:.2f}, beyond its failure strain {limit:.2f}"
+        warnings.append(f"{text}: it would have torn, and tearing is not available in this version")
     hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]
     if hourglass > 0.05 * internal > 0.0:
         warnings.append(

@@ -30,7 +30,7 @@ class VerletList:
         self.rebuilds = 0
 
     def refresh(self, x: Array, active: NDArray[np.bool_]) -> None:
-        """Rebuild if the list may have become incomplete. The bird's mean motion is common to all and does not count."""
+        """Rebuild if the list may have become incomplete; the bird's mean motion, common to all, does not count."""
         drift = (x[: self.n] - self.built_at).mean(axis=0) if self.rebuilds else np.zeros(3)
         moved = largest_displacement_squared(x[: self.n], self.built_at, drift)
         if not moved < (0.5 * SKIN * self.support) ** 2:

@@ -6,19 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from sklearn.decomposition import PCA
 from sklearn.gaussian_process.kernels import Kernel
 from threadpoolctl import threadpool_limits
 
 from data.dataset import Dataset
 from data.errors import UserError
+from data.histories import Array
 from surrogate.features import Region, features, regions
 from surrogate.gaussian_process import GaussianProcess
 from surrogate.scaling import Scaling
 from surrogate.validation import Validation, q2, rmse
-
-Array = NDArray[np.float64]
 
 VARIANCE_KEPT = 0.9999
 FEWEST_RUNS = 5

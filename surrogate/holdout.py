@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data.dataset import Dataset
-
-Array = NDArray[np.float64]
+from data.histories import Array
 
 MOST_TIMES = 12  # the bird-strike network reads 12 displacements
 FIRST_MOTION = 0.01  # of the campaign's largest value in that channel

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from data.dataset import Dataset
 from data.errors import UserError
+from data.histories import Array
 from surrogate import adam, levenberg_marquardt
 from surrogate.holdout import held_out
 from surrogate.network import Shape, forward, nguyen_widrow
 from surrogate.scaling import Scaling
 from surrogate.training import Samples, Training
-
-Array = NDArray[np.float64]
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 from threadpoolctl import threadpool_limits
 
+from data.histories import Array
 from surrogate.network import Shape, jacobian
 from surrogate.training import Samples, Training
-
-Array = NDArray[np.float64]
 
 _posv: Any = get_lapack_funcs("posv", dtype=np.float64)  # Cholesky and solve in one call, without cho_factor's checks
 

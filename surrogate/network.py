@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from data.histories import Array
 
 # tanh is close to straight for |net input| < 2 and flat outside; the start spreads each neuron over that stretch.
 ACTIVE_NET_INPUT = 2.0

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from data.files import write_atomically
+from data.histories import Array
 from surrogate.network import Shape, forward
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
-from importlib.util import find_spec
 from typing import Annotated
 
 import typer
@@ -21,15 +21,17 @@ app = typer.Typer(
 )
 
 for _name in COMMANDS:
-    _module = f"birdstrike.cli.{_name.replace('-', '_')}"
-    if find_spec(_module):
-        app.command(_name)(import_module(_module).command)
+    app.command(_name)(import_module(f"birdstrike.cli.{_name.replace('-', '_')}").command)
 
 
 def _print_version(wanted: bool) -> None:
-    if wanted:
+    if not wanted:
+        return
+    try:
         typer.echo(f"birdstrike {installed_version('birdstrike')}")
-        raise typer.Exit
+    except PackageNotFoundError:
+        typer.echo("birdstrike, run from its source without being installed")
+    raise typer.Exit
 
 
 Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")]

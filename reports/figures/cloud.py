@@ -25,7 +25,7 @@ def cloud_figure(
     outside: NDArray[np.bool_],
     record_label: str,
 ) -> Figure:
-    """Strikes `curves` (n, m) SI at `time` (m,) s; `smooth` (n,) bool; record (r,) SI with its points `outside` (r,)."""
+    """Strikes `curves` (n, m) SI at `time` (m,) s, `smooth` (n,); the record (r,) SI with its points `outside` (r,)."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1))
     mean = curves[smooth if smooth.any() else slice(None)].mean(axis=0)

@@ -49,11 +49,11 @@ def _record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit
     """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known."""
     values, unit = shown(record, si_unit)
     dense = time.size > 80
-    style = {"linestyle": "-", "linewidth": 1.1} if dense else {"linestyle": "none", "marker": "o", "mfc": "white"}
-    axes.plot(milliseconds(time), values, color=BLACK, markersize=5.5, zorder=5, label=label, **style)
+    at, dots = milliseconds(time), "-" if dense else "o"
+    axes.plot(at, values, dots, color=BLACK, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, label=label)
     if sigma is not None and not dense:
-        axes.errorbar(milliseconds(time), values, 2 * shown(sigma, si_unit)[0], fmt="none", ecolor=BLACK, elinewidth=0.8)
-    _mark_peak(axes, milliseconds(time), values, unit, BLACK, above=True)
+        axes.errorbar(at, values, 2 * shown(sigma, si_unit)[0], fmt="none", ecolor=BLACK, elinewidth=0.8)
+    _mark_peak(axes, at, values, unit)
 
 
 def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str) -> None:
@@ -65,16 +65,15 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str) -> N
     axes.plot(milliseconds(curve.time)[top], values[top], marker="v", color=colour, markersize=6, zorder=6)
 
 
-def _mark_peak(axes: Axes, time: Array, values: Array, unit: str, colour: str, above: bool) -> None:
+def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
     """A drop line to the time axis and the peak's value beside it, clear of the curve."""
     top = int(np.nanargmax(np.abs(values)))
-    axes.vlines(time[top], 0.0, values[top], color=colour, linewidth=0.7, linestyle=":")
+    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":")
     axes.annotate(
         f"peak {values[top]:.2f} {unit} at {time[top]:.2f} ms",
         xy=(time[top], 0.0),
-        xytext=(5, 5 if above else -5),
+        xytext=(5, 5),
         textcoords="offset points",
-        color=colour,
         fontsize=8,
     )
 
@@ -110,4 +109,4 @@ def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) ->
     last = milliseconds(time)[-1]
     below.set_xlim(min(0.0, milliseconds(time)[0]), last * 1.04)
     above.margins(y=0.08)
-    legend_above(above, columns=2)
+    legend_above(above, columns=3)

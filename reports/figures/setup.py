@@ -114,7 +114,8 @@ def _angle(axes: Axes, end: Array, angle: float) -> None:
     """Arc between the surface and the axis of flight, at the point that the axis meets."""
     axes.add_patch(Arc(tuple(end), 130, 130, theta1=180 - np.degrees(angle), theta2=180, color=VERMILION, lw=1.0))
     half = np.array([-np.cos(angle / 2), np.sin(angle / 2)])
-    axes.text(*(end + 82 * half), f"{np.degrees(angle):.3g}°", color=VERMILION, ha="center", va="center", fontsize=8.5)
+    x, y = end + 82 * half
+    axes.text(x, y, f"{np.degrees(angle):.3g}°", color=VERMILION, ha="center", va="center", fontsize=8.5)
 
 
 def _top(axes: Axes, setup: SetUp, outline: Array) -> None:
@@ -125,7 +126,7 @@ def _top(axes: Axes, setup: SetUp, outline: Array) -> None:
     axes.add_patch(frame)
     axes.add_patch(Rectangle((-length / 2, -width / 2), length, width, facecolor="#DFE7ED", edgecolor=BLACK, lw=0.8))
     axes.add_patch(Polygon(_shadow(setup, outline) * 1e3, facecolor="#F6DFC1", edgecolor=ORANGE, lw=1.2))
-    axes.axhline(0.0, color=GREY, lw=0.7, linestyle="-.")
+    axes.plot((-length / 2 - 20, length / 2 + 20), (0.0, 0.0), color=GREY, lw=0.7, linestyle="-.")
     for name, (x, y) in setup.sensors.items():
         axes.plot(x * 1e3, y * 1e3, "P", color=BLUE, markersize=8)
         axes.annotate(words(name), (x * 1e3, y * 1e3), xytext=(8, 8), textcoords="offset points", color=BLUE)

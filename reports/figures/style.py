@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import wraps
 from io import BytesIO, StringIO
-from typing import ParamSpec
+from typing import Any, ParamSpec
 
-import matplotlib
+import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -24,7 +25,7 @@ METHOD_MARKERS = {"network": "s", "emulator": "D"}
 
 WIDE = 8.6  # in: the page's column at 96 dots per inch is a little wider, so text is never scaled down
 
-RULES: dict[str, object] = {
+RULES: dict[str, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same figure on every machine
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -49,12 +50,17 @@ RULES: dict[str, object] = {
 }
 
 
+def _rules() -> AbstractContextManager[None]:
+    """Matplotlib's own defaults under the house style: what a user has set elsewhere changes no figure."""
+    return mpl.rc_context({**dict(mpl.rcParamsDefault), **RULES})  # pyright: ignore[reportArgumentType]
+
+
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Draws under the house style, whatever the caller's matplotlib settings are."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+        with _rules():
             return draw(*args, **kwargs)
 
     return drawn
@@ -71,7 +77,7 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
 def inline_svg(figure: Figure, prefix: str) -> str:
     """The figure as an SVG element for a page; `prefix` keeps its ids apart from other figures' ids."""
     buffer = StringIO()
-    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+    with _rules():
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, bbox_inches="tight")
     return _embedded(buffer.getvalue(), prefix)
 
@@ -84,7 +90,7 @@ def pixels(figure: Figure) -> int:
 def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
     """The figure as PNG bytes: for pictures of thousands of particles, where SVG would weigh megabytes."""
     buffer = BytesIO()
-    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **RULES}):
+    with _rules():
         figure.savefig(buffer, format="png", dpi=dots_per_inch, bbox_inches="tight", metadata={"Software": None})
     return buffer.getvalue()
 
@@ -93,7 +99,8 @@ def _embedded(svg: str, prefix: str) -> str:
     """Drops the XML head, metadata and fixed size, and makes every id unique to the page."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', r'<svg xmlns="http://www.w3.org/2000/svg" role="img" \1>', body, count=1)
+    head = r'<svg xmlns="http://www.w3.org/2000/svg" role="img" \1>'
+    body = re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', head, body, count=1)
     body = re.sub(r'\bid="', f'id="{prefix}-', body)
     body = re.sub(r'xlink:href="#', f'href="#{prefix}-', body)
     return body.replace("url(#", f"url(#{prefix}-")

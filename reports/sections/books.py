@@ -12,11 +12,12 @@ LIMIT_ENERGY = 0.02  # of the initial normal kinetic energy
 def section(results: Results) -> Section:
     """One row a strike; failed strikes stand above with their reason."""
     above = sum(abs(float(book["energy_error"])) > LIMIT_ENERGY for book in results.books.values())
+    energy, momentum = (worst_book(results, key) for key in ("energy_error", "momentum_error"))
     words = (
-        f"{len(results.books)} strikes stand behind this report. Worst energy error {percent(worst_book(results, 'energy_error'))} "
-        f"of the bird's initial kinetic energy normal to the plate ({above} strikes above {percent(LIMIT_ENERGY)}), worst momentum "
-        f"error {worst_book(results, 'momentum_error'):.1e} of the bird's initial momentum. Every term is integrated from its own "
-        "rate; none is the difference of the others."
+        f"{len(results.books)} strikes stand behind this report. Worst energy error {percent(energy)} of the bird's "
+        f"initial kinetic energy normal to the plate ({above} strikes above {percent(LIMIT_ENERGY)}), worst momentum "
+        f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
+        "difference of the others."
     )
     blocks: list[Block] = [Paragraph(words)]
     if results.failures:
@@ -25,12 +26,13 @@ def section(results: Results) -> Section:
 
 
 def _table(results: Results) -> Table:
-    head = ("strike", "energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded", "steps", "time [s]")
+    books = ("energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded")
+    head = ("strike", *books, "steps", "time [s]")
     rows = tuple((label, *_row(book)) for label, book in results.books.items())
     caption = (
-        "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial momentum; "
-        "hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the shear viscosity MU that "
-        "would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock of the run."
+        "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
+        "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "
+        "MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock of the run."
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
 

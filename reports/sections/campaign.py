@@ -22,11 +22,11 @@ def _quality(results: Results) -> Table:
     rows = (
         ("design", ", ".join(f"{key} {value}" for key, value in _kind(kind).items())),
         ("strikes used", f"{results.inversion.runs_used}, {len(results.failures)} failed, {lost} over 5 % eroded"),
-        ("rank", f"{design.rank} of {design.parameters}: " + _verdict(design.rank, design.parameters)),
-        ("largest correlation of two parameters", _figure(design.max_correlation) + " (0 is best, 1 cannot be told apart)"),
+        ("rank", f"{design.rank} of {design.parameters}: {design.finding}"),
+        ("largest correlation of two parameters", _figure(design.max_correlation) + " (0 is best)"),
         ("centred L2 discrepancy, squared", _figure(design.discrepancy) + " (smaller fills the box more evenly)"),
     )
-    return Table(("what", "value"), rows, "Quality of the design over the smooth strikes, parameters scaled to their ranges.")
+    return Table(("what", "value"), rows, "Quality of the design over the smooth strikes, parameters scaled to ranges.")
 
 
 def _kind(design: object) -> dict[str, object]:
@@ -34,12 +34,6 @@ def _kind(design: object) -> dict[str, object]:
     if isinstance(design, dict):
         return {key: design[key] for key in ("kind", "seed", "runs") if design.get(key) is not None}
     return {"kind": design}
-
-
-def _verdict(rank: int, parameters: int) -> str:
-    if rank < parameters:
-        return "too few independent directions for separate values"
-    return "every parameter varies independently"
 
 
 def _figure(value: float | None) -> str:
@@ -60,7 +54,8 @@ def _projections(results: Results) -> Picture:
         held_out,
         limits,
     )
-    text = f"The {len(dataset.runs)} strikes seen two parameters at a time; {int(held_out.sum())} were held out of training."
+    kept = f"{int(held_out.sum())} were held out of training"
+    text = f"The {len(dataset.runs)} strikes seen two parameters at a time; {kept}."
     if limits:
-        text += " Dashed: TEROD acts above 1 only and CEROD below 1 only; on the other side no value of theirs changes anything."
+        text += " Dashed: TEROD acts only above 1 and CEROD only below 1; beyond, no value of theirs changes a curve."
     return drawing("design", figure, text)

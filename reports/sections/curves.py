@@ -59,7 +59,7 @@ def _comparison_caption(results: Results, channel: str) -> str:
             f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
             f"{error_text(results, method)}; largest residual {miss}."
         )
-    parts.append(f"Clocks: {offset_text(results)}. Below: residual, simulated minus record; triangles: simulated peaks.")
+    parts.append(f"Clocks: {offset_text(results)}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured
     size = f"{quantity(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
     known = f"Grey band: two standard deviations of the record's noise, {size}."

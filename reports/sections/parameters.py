@@ -28,7 +28,9 @@ def parameter_rows(results: Results) -> list[ParameterRow]:
     """The parameters with their ranges, SI, and what each method's answer lets one draw."""
     dataset = results.dataset
     ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, strict=True)
-    return [ParameterRow(name, unit, float(low), float(high), _marks(results, name)) for name, unit, low, high in ranges]
+    return [
+        ParameterRow(name, unit, float(low), float(high), _marks(results, name)) for name, unit, low, high in ranges
+    ]
 
 
 def _marks(results: Results, name: str) -> dict[str, Mark]:
@@ -49,7 +51,11 @@ def _caption(results: Results) -> str:
 def _table(results: Results, rows: list[ParameterRow]) -> Table:
     head = ("parameter", "range", "method", "value", "95 % interval", "identified", "reason")
     cells = [
-        (*(_named(row) if method == results.best else ("", "")), method, *_estimate(results.inversion.methods[method].parameters[row.name]))
+        (
+            *(_named(row) if method == results.best else ("", "")),
+            method,
+            *_estimate(results.inversion.methods[method].parameters[row.name]),
+        )
         for row in rows
         for method in results.finished
     ]

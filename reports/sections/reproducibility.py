@@ -18,8 +18,8 @@ def section(results: Results) -> Section:
     """Hashes and versions, then the whole case in SI."""
     facts = Table(("what", "value"), (*_made_from(results), *_made_with()), "What made these numbers.")
     words = (
-        "The case below is complete and in SI; with it, the seeds and the solver's version the same machine gives the same "
-        "curves bit for bit. The point at which each verification ran is in inversion/inversion.json."
+        "The case below is complete and in SI; with it, the seeds and the solver's version the same machine gives "
+        "the same curves bit for bit. The point at which each verification ran is in inversion/inversion.json."
     )
     return Section("reproducibility", "To do it again", (facts, Paragraph(words), _case(results)))
 
@@ -42,7 +42,10 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
 def _made_with() -> tuple[tuple[str, str], ...]:
     return (
         ("birdstrike", installed("birdstrike")),
-        ("Python and libraries", f"Python {platform.python_version()}, " + ", ".join(f"{n} {installed(n)}" for n in LIBRARIES)),
+        (
+            "Python and libraries",
+            f"Python {platform.python_version()}, " + ", ".join(f"{n} {installed(n)}" for n in LIBRARIES),
+        ),
         ("machine that wrote this report", f"{platform.platform()}, {platform.machine()}, {os.cpu_count()} processors"),
     )
 

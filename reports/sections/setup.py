@@ -19,11 +19,13 @@ def section(results: Results) -> Section:
 
 def _caption(case: Case) -> str:
     degrees = display(case.impact.angle, "rad")[0]
-    aimed = "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
+    aimed = (
+        "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
+    )
     return (
-        f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's surface, "
-        f"so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to it; {aimed}; "
-        f"first contact {quantity(case.first_contact, 's')} after the start."
+        f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
+        f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to it; "
+        f"{aimed}; first contact {quantity(case.first_contact, 's')} after the start."
     )
 
 
@@ -57,7 +59,10 @@ def _plate(case: Case) -> tuple[tuple[str, str], ...]:
     return (
         ("plate", f"{size}, edges {plate.edges}; {plate.elements[0]} × {plate.elements[1]} shell elements"),
         ("plate's metal", f"E {metal.young / 1e9:.4g} GPa, ν {metal.poisson:g}, density {metal.density:g} kg/m³"),
-        ("plate's yield", f"{quantity(metal.yield_stress, 'Pa')}, tangent modulus {quantity(metal.tangent_modulus, 'Pa')}"),
+        (
+            "plate's yield",
+            f"{quantity(metal.yield_stress, 'Pa')}, tangent modulus {quantity(metal.tangent_modulus, 'Pa')}",
+        ),
     )
 
 
@@ -66,8 +71,14 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
     size = f"{quantity(bird.diameter, 'm')} × {quantity(bird.length, 'm')} overall"
     momentum = bird.actual_mass * case.normal_speed
     return (
-        ("bird", f"{words(bird.shape)}, {size}; {quantity(bird.actual_mass, 'kg', 4)} at {bird.actual_density:.4g} kg/m³"),
-        ("bird's model", f"{material.model} material, {material.eos.kind} equation of state; {bird.method}, {bird.lattice}"),
+        (
+            "bird",
+            f"{words(bird.shape)}, {size}; {quantity(bird.actual_mass, 'kg', 4)} at {bird.actual_density:.4g} kg/m³",
+        ),
+        (
+            "bird's model",
+            f"{material.model} material, {material.eos.kind} equation of state; {bird.method}, {bird.lattice}",
+        ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
@@ -77,10 +88,11 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
 def _record(results: Results) -> tuple[tuple[str, str], ...]:
     record, noise = results.record, results.inversion.measured
     sizes = (
-        f"{words(name)} {quantity(size, record.units[name], 2)} ({noise.noise_source[name]})" for name, size in noise.noise.items()
+        f"{words(name)} {quantity(size, record.units[name], 2)} ({noise.noise_source[name]})"
+        for name, size in noise.noise.items()
     )
     return (
         ("record", f"{short_name(record)}: {origin(record)}"),
         ("record's noise", "; ".join(sizes)),
-        *(("provenance", line) for line in record.provenance),
+        *([("provenance", " ".join(record.provenance))] if record.provenance else []),
     )

@@ -39,8 +39,9 @@ def _pictures(results: Results) -> tuple[Block, ...]:
     times = ", ".join(f"{float(milliseconds(np.asarray(s.time))):.2f}" for s in snapshots[:4])
     factor = magnification(snapshots[:4], resting)
     caption = (
-        f"Simulated bird and plate from the side at {times} ms, one scale of pressure (its top is the 99th percentile). "
-        f"The plate's mid line (blue) has its displacement magnified × {factor}; dashed: at rest. Grey: eroded particles."
+        f"Simulated bird and plate from the side at {times} ms, one scale of pressure (its top is the 99th "
+        f"percentile). Blue: the plate's mid line with its displacement magnified × {factor}; dashed: the same at rest. "
+        "Grey: eroded particles."
     )
     side = photograph("strike", strike_figure(snapshots, resting), caption, f"Side views of the strike at {times} ms")
     nearest = min(snapshots, key=lambda s: abs(s.time - PICTURE_TIME))
@@ -48,8 +49,8 @@ def _pictures(results: Results) -> tuple[Block, ...]:
     deflection = push * (nearest.nodes[:, 2] - resting[:, 2])
     at = quantity(nearest.time, "s")
     words = (
-        f"The simulated plate from above at {at}: displacement up to {quantity(float(deflection.max()), 'm')}, von Mises "
-        f"stress up to {shown(nearest.plate_stress, 'Pa')[0].max():.3g} MPa (yield "
+        f"The simulated plate from above at {at}: displacement up to {quantity(float(deflection.max()), 'm')}, von "
+        f"Mises stress up to {shown(nearest.plate_stress, 'Pa')[0].max():.3g} MPa (yield "
         f"{quantity(plate.material.yield_stress, 'Pa')}). White dots: the bird's particles."
     )
     top = photograph("plate", plate_figure(nearest, resting, push), words, f"Plate from above at {at}")
@@ -67,7 +68,9 @@ def _forces(results: Results) -> tuple[Block, ...]:
     for name, force in forces.items():
         top, given = int(np.argmax(np.abs(force))), float(impulse(run.time, force)[-1])
         peak = f"{quantity(float(force[top]), 'N')} at {quantity(float(run.time[top]), 's')}"
-        parts.append(f"{name.replace('_', ' ')}: peak {peak}, impulse {given:.3g} N s, {given / momentum:.0%} of that momentum")
+        parts.append(
+            f"{name.replace('_', ' ')}: peak {peak}, impulse {given:.3g} N s, {given / momentum:.0%} of that momentum"
+        )
     caption = (
         f"Simulated forces on the plate and their impulse; the bird brings {momentum:.3g} N s normal to the plate. "
         f"{'; '.join(parts).replace('%', ' %')}, by the end of the run."

@@ -19,12 +19,21 @@ def section(results: Results) -> Section:
 
 def _methods(results: Results) -> Table:
     """Errors of each method's verification run, one row a method and channel."""
-    head = ("verification run", "RMS error", "of the peak", "RMS, clocks not shifted", "predicted RMS", "peak", "peak time")
+    head = (
+        "verification run",
+        "RMS error",
+        "of the peak",
+        "RMS, clocks not shifted",
+        "predicted RMS",
+        "peak",
+        "peak time",
+    )
     rows = [_row(results, method, channel) for method in results.finished for channel in results.channels]
+    better = f"; the {results.best} is the better verified" if len(results.finished) > 1 else ""
     caption = (
-        f"Simulated verification runs against the record ({origin(results.record)}). The {results.best} is the better "
-        "verified. Predicted: RMS error that the emulator expected at that answer, before the solver was re-run. Peak and "
-        "its time: simulated minus record, both at the record's instants."
+        f"Simulated verification runs against the record ({origin(results.record)}){better}. Predicted: the RMS error "
+        "that the emulator expected at that answer, before the solver was re-run. Peak and its time: simulated against "
+        "record, both at the record's instants."
     )
     return Table(head, tuple(rows), caption, frozenset(range(1, len(head))))
 

@@ -6,7 +6,7 @@ from inversion.inversion import TrainingFigures
 from reports.blocks import Block, Paragraph, Section, Table, drawing
 from reports.figures.quantities import quantity, words
 from reports.figures.training import training_figure
-from reports.results import Convergence, Results
+from reports.results import Results
 
 
 def section(results: Results) -> Section:
@@ -28,10 +28,10 @@ def _network(results: Results) -> tuple[Block, ...]:
         ),
         "The network's training.",
     )
-    return drawing("training", figure, _caption(training, convergence)), facts
+    return drawing("training", figure, _caption(training)), facts
 
 
-def _caption(training: TrainingFigures, convergence: Convergence) -> str:
+def _caption(training: TrainingFigures) -> str:
     """Where both errors ended, and whether the network learnt more than its own strikes."""
     reached = "reached" if training.mse <= training.goal else "not reached"
     text = (
@@ -65,10 +65,14 @@ def _emulator(results: Results) -> Table:
     caption = (
         "The forward emulator (principal components of the curves, a Gaussian process each), tested by predicting each "
         "strike from all others. Q²: 1 is perfect, 0 no better than the mean curve. Standardised error: 1 when the "
-        f"emulator's own error bars are honest. Strikes left out: {', '.join(map(str, figures.runs_left_out)) or 'none'}."
+        f"emulator's own error bars are honest. Strikes left out: {_numbers(figures.runs_left_out)}."
     )
     head = ("channel", "components", "leave-one-out Q²", "leave-one-out RMS error", "standardised error")
     return Table(head, rows, caption, frozenset(range(1, len(head))))
+
+
+def _numbers(runs: tuple[int, ...]) -> str:
+    return ", ".join(map(str, runs)) or "none"
 
 
 def _known(value: float | None) -> str:

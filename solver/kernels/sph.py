@@ -4,7 +4,8 @@ Every sum gathers over one particle's own list in a fixed order, so the result d
 forces are antisymmetric and central: linear and angular momentum are conserved to rounding. Equal particle masses.
 
 Particles carry one packed row each, so that a neighbour costs two cache lines:
-    0-2 position [m], 3-5 velocity [m/s], 6 (p + q)/rho^2 [m^5/(kg s^2)], 7 1/rho [m^3/kg], 8 sound speed times shock share [m/s],
+    0-2 position [m], 3-5 velocity [m/s], 6 (p + q)/rho^2 [m^5/(kg s^2)], 7 1/rho [m^3/kg],
+    8 sound speed times shock share [m/s],
     9-14 rate of deformation xx yy zz xy yz zx [1/s], 15 divergence [1/s].
 """
 

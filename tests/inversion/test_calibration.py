@@ -18,13 +18,17 @@ from surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, record, truth
 
 
-def calibrator(dataset: Dataset, emulator: Emulator, measured: Measured, noise: float, sigma: float = 0.0) -> Calibrator:
+def calibrator(
+    dataset: Dataset, emulator: Emulator, measured: Measured, noise: float, sigma: float = 0.0
+) -> Calibrator:
     observations = observe(measured, dataset, {CHANNEL: noise})
     return Calibrator(CurveModel(emulator, observations), parameter_coordinates(dataset, emulator.regions), sigma)
 
 
 @pytest.mark.parametrize("share", [(0.5, 0.5, 0.5, 0.5), (0.2, 0.8, 0.3, 0.6), (0.85, 0.3, 0.75, 0.25)])
-def test_parameters_are_recovered_from_clean_data(dataset: Dataset, emulator: Emulator, share: tuple[float, ...]) -> None:
+def test_parameters_are_recovered_from_clean_data(
+    dataset: Dataset, emulator: Emulator, share: tuple[float, ...]
+) -> None:
     modes = calibrator(dataset, emulator, record(truth(share)), 5e-6).fit()
     np.testing.assert_allclose(modes[0].z, share, atol=0.02)  # of the ranges
 

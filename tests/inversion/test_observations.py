@@ -28,7 +28,9 @@ def test_points_outside_the_record_are_left_out_aloud(dataset: Dataset) -> None:
     times = np.array([-0.2e-3, -0.1e-3, 0.0, 1.0e-3, 3.0e-3, 3.1e-3])
     found = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5})
     np.testing.assert_array_equal(found.channels[0].times, times[2:5])
-    assert found.warnings == (f"{CHANNEL}: 2 points before and 1 after the simulated record 0 .. 3 ms are left out of the fit",)
+    assert found.warnings == (
+        f"{CHANNEL}: 2 points before and 1 after the simulated record 0 .. 3 ms are left out of the fit",
+    )
 
 
 def test_record_on_another_clock_is_refused(dataset: Dataset) -> None:

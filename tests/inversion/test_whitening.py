@@ -25,7 +25,9 @@ def test_more_directions_than_points_are_fine() -> None:
     rng = np.random.default_rng(1)
     noise, factor, residual = np.ones(3), rng.normal(size=(3, 8)), rng.normal(size=3)
     white = Whitening.of(noise, factor).apply(residual)
-    assert white @ white == pytest.approx(residual @ np.linalg.solve(np.eye(3) + factor @ factor.T, residual), rel=1e-10)
+    assert white @ white == pytest.approx(
+        residual @ np.linalg.solve(np.eye(3) + factor @ factor.T, residual), rel=1e-10
+    )
 
 
 def test_misfits_skip_what_is_missing() -> None:

@@ -42,7 +42,8 @@ def strike(
     channels = {
         "displacement_centre": displacement(time, peak, period),
         "contact_force": force,
-        "reaction_force": np.interp(time - 0.1e-3, time, force) + 6e3 * np.sin(2 * np.pi * time / 0.6e-3) * (time > 2e-4),
+        "reaction_force": np.interp(time - 0.1e-3, time, force)
+        + 6e3 * np.sin(2 * np.pi * time / 0.6e-3) * (time > 2e-4),
     }
     units = {"displacement_centre": "m", "contact_force": "N", "reaction_force": "N"}
     snapshots = tuple(snapshot(t, peak) for t in (0.5e-3, 1.0e-3, 1.5e-3, 2.5e-3))
@@ -98,8 +99,8 @@ def _bird(time: float) -> tuple[Array, Array]:
     forward, up = np.array([np.cos(angle), -np.sin(angle)]), np.array([np.sin(angle), np.cos(angle)])
     x = a * forward[0] + c * up[0] - 0.21 + 78.9 * time
     z = a * forward[1] + c * up[1] + 0.121 - 45.6 * time
-    below = np.clip(0.009 - z, 0.0, None)
-    return np.column_stack((x + 0.5 * below, b * (1 + 8 * below), np.maximum(z, 0.009 + 0.1 * below))), (a + 0.131) / 0.262
+    below, place = np.clip(0.009 - z, 0.0, None), (a + 0.131) / 0.262
+    return np.column_stack((x + 0.5 * below, b * (1 + 8 * below), np.maximum(z, 0.009 + 0.1 * below))), place
 
 
 def simulate(case: Case, **_: object) -> Histories:
@@ -110,7 +111,7 @@ def simulate(case: Case, **_: object) -> Histories:
     return strike(peak, {"case_hash": case_hash(case)}, period=period)
 
 
-def write_record(path: Path, peak: float = 5.5e-3, period: float = 2.38e-3, provenance: str = "Shot 7, plate A.") -> Path:
+def write_record(path: Path, peak: float = 5.5e-3, period: float = 2.38e-3, provenance: str = "Shot 7.") -> Path:
     """A measured-data CSV at twelve instants; whether it counts as simulated is for `provenance` to say."""
     values = displacement(RECORD_TIMES, peak, period)
     record = Measured(RECORD_TIMES, {"displacement_centre": values}, {}, {"displacement_centre": "m"}, (provenance,))

@@ -85,10 +85,10 @@ def test_rigid_motion_strains_nothing():
     axis = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
     angle, velocity = 0.7, np.array([3.0, -2.0, 1.0])
     k = np.cross(np.eye(3), axis)
-    turn = np.eye(3) - np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+    turn = np.eye(3) - np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
     plate.x = plate.x @ turn.T
     plate.omega[:] = 50.0 * axis
-    plate.v = velocity + np.cross(50.0 * axis, plate.x)
+    plate.v[:] = velocity + np.cross(50.0 * axis, plate.x)
     plate.update_forces(1e-6)
     assert np.abs(plate.strain).max() < 1e-15
     assert np.abs(plate.hourglass_strain).max() < 1e-15

@@ -66,6 +66,13 @@ def test_leave_one_out_formula_is_refitting_without_each_run() -> None:
         assert sd[i] == pytest.approx(expected_sd[0], rel=1e-5)
 
 
+def test_mean_is_that_of_the_checked_prediction() -> None:
+    rng = np.random.default_rng(0)
+    process = GaussianProcess.fit(rng.random((20, 3)), rng.normal(size=20), seed=0)
+    places = rng.random((9, 3))
+    np.testing.assert_allclose(process.mean(places), process.predict(places)[0], rtol=1e-10, atol=1e-12)
+
+
 def test_error_covers_what_the_components_do_not_predict() -> None:
     """A component of pure noise stays at its mean and is carried as error, instants moving together."""
     rng, time = np.random.default_rng(0), np.linspace(0.0, 1.0, 50, endpoint=False)

@@ -17,7 +17,9 @@ def test_step_solves_the_damped_normal_equations(runs: int) -> None:
     here = Linearised.at(SHAPE, start, samples, np.zeros((runs, 1, SHAPE.weights)))
     assert len(here.gram) == min(runs, SHAPE.weights)
     hessian = here.rows.T @ here.rows + mu * np.eye(SHAPE.weights)
-    np.testing.assert_allclose(here.step(mu), np.linalg.solve(hessian, -here.rows.T @ here.error), rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(
+        here.step(mu), np.linalg.solve(hessian, -here.rows.T @ here.error), rtol=1e-7, atol=1e-10
+    )
 
 
 def test_step_survives_a_singular_system() -> None:

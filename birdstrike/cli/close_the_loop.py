@@ -1,0 +1,84 @@
+"""`birdstrike close-the-loop`: from a case and a record to the report, stage by stage, resumable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say
+from data.errors import RunFailed
+
+
+class Trainer(StrEnum):
+    """How the network is trained."""
+
+    lm = "lm"
+    adam = "adam"
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    measured: Annotated[str, typer.Option(help="Measured-data CSV, or the name of a shipped curve.")],
+    out: Annotated[Path, typer.Option(help="Folder of the loop; run again to resume.")],
+    design: Annotated[
+        str, typer.Option(help="uniform, orthogonal, lhs, sobol, or a CSV file of runs.", metavar="NAME|FILE")
+    ] = "uniform",
+    runs: Annotated[int, typer.Option(help="Number of strikes; a FILE is run whole.")] = 25,
+    seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
+    workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
+    trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    settings: Settings = [],  # noqa: B006 (typer copies it)
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Campaign, inversion, verification and report in one go; what is still valid is not done again.
+
+    Example: birdstrike close-the-loop demo --measured table7_group5 --out loop
+    """
+    from birdstrike.loop import close_the_loop
+    from solver.case import load_case
+
+    closed = close_the_loop(
+        load_case(case, overrides(settings)),
+        measured,
+        out,
+        design=design,
+        runs=runs,
+        seed=seed,
+        workers=workers,
+        trainer=trainer.value,
+        display=stage_display,
+        say=lambda line: say(f"  {line}"),
+    )
+    _last_lines(closed)
+    return closed
+
+
+@contextmanager
+def stage_display(heading: str) -> Iterator[Callable[[float], None]]:
+    """A line with the stage's heading, and its bar below."""
+    say(heading)
+    with progress_bar(f"  {heading.split(':')[0].lower()}") as progress:
+        yield progress
+
+
+def _last_lines(closed: Mapping[str, Any]) -> None:
+    """Warnings, the report's path, the five findings; RunFailed when strikes had to be left out."""
+    for line in closed["warnings"]:
+        say(f"warning: {line}")
+    seconds = {name: stage["seconds"] for name, stage in closed["stages"].items() if not stage["reused"]}
+    parts = ", ".join(f"{name} {spent:.0f} s" for name, spent in seconds.items())
+    say(f"Time: {parts}." if parts else "Nothing was due.")
+    say(f"Report: {closed['paths']['report']}")
+    for number, line in enumerate(closed["findings"], 1):
+        say(f"{number}. {line}")
+    if failed := closed["failed_strikes"]:
+        raise RunFailed(
+            f"{len(failed)} strikes of the campaign failed and are left out: {', '.join(failed)}",
+            "the report stands on the others; the reasons are in it",
+        )

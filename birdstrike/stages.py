@@ -1,0 +1,98 @@
+"""Stages of a flow, each done once: what it was made from is remembered, and a stage whose inputs changed is redone."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from data.files import plain, write_json
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = (".py", ".j2")
+
+Progress = Callable[[float], None]
+Display = Callable[[str], AbstractContextManager[Progress]]
+"""Shows a stage's heading and gives what takes its progress, 0..1."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One arrow of the flow.
+
+    inputs: all that changes its outcome, asked when the stages before it are done; outputs: files that it leaves; run:
+    does the work.
+    """
+
+    name: str
+    heading: str
+    inputs: Callable[[], Any]
+    outputs: tuple[Path, ...]
+    run: Callable[[Progress], None]
+
+    def fingerprint(self) -> str:
+        """Digest of the inputs: what the stage left is valid while it stays the same."""
+        text = json.dumps(plain(self.inputs()), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """The file in which a flow notes its stages: name -> fingerprint, seconds of its last run, reused or not."""
+
+    path: Path
+    schema_version: int = 1
+
+    def read(self) -> dict[str, Any]:
+        """Content of the file, {} where there is none; a damaged file counts as none: every stage then runs again."""
+        try:
+            return json.loads(self.path.read_text(encoding="utf-8")) if self.path.is_file() else {}
+        except ValueError:
+            return {}
+
+    def write(self, **entries: Any) -> dict[str, Any]:
+        """Note `entries` beside what is there, whole or not at all; the new content."""
+        content = {**self.read(), **entries}
+        content.pop("schema_version", None)
+        write_json(self.path, content, self.schema_version)
+        return self.read()
+
+
+def quiet(_: str) -> AbstractContextManager[Progress]:
+    """No display."""
+    return nullcontext(lambda _: None)
+
+
+def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = quiet) -> None:
+    """Run what is due, in order, noting each stage as soon as it is done: the next call resumes behind it."""
+    for stage in stages:
+        done, fingerprint = ledger.read().get("stages", {}), stage.fingerprint()
+        before = done.get(stage.name, {})
+        if before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs):
+            with display(f"{stage.heading}: still valid"):
+                ledger.write(stages={**done, stage.name: {**before, "reused": True}})
+            continue
+        started = time.perf_counter()
+        with display(stage.heading) as progress:
+            stage.run(progress)
+        entry = {"fingerprint": fingerprint, "seconds": time.perf_counter() - started, "reused": False}
+        ledger.write(stages={**done, stage.name: entry})
+
+
+def digest(*files: Path) -> str:
+    """SHA-256 over the content of files, in the order given."""
+    whole = hashlib.sha256()
+    for file in files:
+        whole.update(hashlib.sha256(file.read_bytes()).digest())
+    return whole.hexdigest()
+
+
+def source_digest(*packages: str) -> str:
+    """SHA-256 over the sources of birdstrike's packages: another version of the code makes its results stale."""
+    files = (path for package in packages for path in sorted((ROOT / package).rglob("*")))
+    return digest(*(path for path in files if path.suffix in SOURCES))
