@@ -15,9 +15,9 @@ from data.paths import resolve_measured
 
 if TYPE_CHECKING:
     from data.histories import Histories
+    from doe.attempt import Simulate
     from doe.designs import Design
     from doe.runner import Progress as Counts
-    from doe.attempt import Simulate
     from inversion.forward import Forward
     from solver.case import Case
 

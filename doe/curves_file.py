@@ -40,7 +40,7 @@ def read_curves(path: Path) -> tuple[NDArray[np.int64], Array, dict[str, Array],
     first = np.flatnonzero(np.diff(table[:, 0], prepend=np.nan))
     numbers = table[first, 0].astype(np.int64)
     by_run = table.reshape(len(numbers), -1, table.shape[1])
-    curves = {name: by_run[:, :, column].copy() for column, name in enumerate(named, start=2)}
+    curves: dict[str, Array] = {name: by_run[:, :, column].copy() for column, name in enumerate(named, start=2)}
     return numbers, by_run[0, :, 1].copy(), curves, named
 
 

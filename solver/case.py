@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
-from pydantic import BaseModel, PrivateAttr, ValidationError, field_validator
+from pydantic import PrivateAttr, ValidationError, field_validator
 
 from data.errors import CaseError
 from data.units import quantity_text
-from solver.case_fields import Between, Later
+from solver.case_fields import Later
 from solver.case_files import Raw, overlay, override_table, read_case
+from solver.case_messages import error_line
 from solver.case_rules import broken_rules
-from solver.case_sections import Bird, Impact, Plate, Section, Time, metadata_of, quantity_at
+from solver.case_sections import Bird, Impact, Plate, Section, Time, quantity_at
 from solver.case_settings import DEFAULT_SENSORS, InversionSettings, Sensor, SolverSettings
 
 
@@ -103,7 +103,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
     try:
         case = Case.model_validate(table)
     except ValidationError as error:
-        errors = [_line(entry["type"], entry["loc"], entry["msg"], entry["input"]) for entry in error.errors()]
+        errors = [error_line(Case, entry) for entry in error.errors()]
     errors += broken_rules(table)
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
@@ -127,41 +127,3 @@ def _table(values: Mapping[str, float]) -> Raw:
             content = {part: content}
         table = overlay(table, content)
     return table
-
-
-def _line(kind: str, loc: tuple[str | int, ...], message: str, value: Any) -> str:
-    """One error as one line: field, value, what is wrong, remedy."""
-    key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
-    if kind == "extra_forbidden":
-        return f"{key} is not a key of a case; {_did_you_mean(loc)}"
-    if kind == "missing":
-        mark = next((m for m in _metadata(loc) if isinstance(m, Between)), None)
-        return f"{key} is missing" + (f"; give a value in {mark.low} .. {mark.high}" if mark else "")
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{key} = {value} must be a table of keys"
-    if kind == "tuple_type":
-        return f"{key} = {value} must be a list in brackets"
-    return f"{key} = {value} {message}" if not isinstance(value, dict) else f"{key} {message}"
-
-
-def _did_you_mean(loc: tuple[str | int, ...]) -> str:
-    """The nearest key that the section knows, or all of them."""
-    known = list(_fields(loc[:-1]))
-    close = difflib.get_close_matches(str(loc[-1]), known, n=1)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
-
-
-def _fields(loc: tuple[str | int, ...]) -> Mapping[str, Any]:
-    """Fields of the section at a place in the case; the names of sensors and parameters are the user's."""
-    model: Any = Case
-    for part in loc:
-        if isinstance(model, type) and issubclass(model, BaseModel):
-            model = model.model_fields[str(part)].annotation
-        else:
-            model = get_args(model)[-1]
-    return model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}
-
-
-def _metadata(loc: tuple[str | int, ...]) -> Iterator[Any]:
-    field = _fields(loc[:-1]).get(str(loc[-1]))
-    return iter(metadata_of(field) if field is not None else ())

@@ -1,25 +1,27 @@
-"""Simulate one strike: the loop, its histories and its summary; and what can be said of a case beforehand."""
+"""Simulate one strike: the loop, its histories and its summary."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
-from numba.core import config
 
 from data.errors import RunFailed
 from data.histories import Array, Histories, Snapshot
 from solver.case import Case, case_hash
+from solver.estimate import estimate
 from solver.sensors import UNITS, Recorder
 from solver.strike import Strike
 from solver.version import SOLVER_VERSION
 
+__all__ = ["SOLVER_VERSION", "estimate", "simulate"]
+
 AUDIT_EVERY = 50
 BALANCE_LIMIT = 0.05  # beyond it a run is not believed; physics.md's 1 % is what it should reach
-COST = 1.0e-6  # [s] per particle-step on one core, measured; the shells of the reference strike included
 
 
 def simulate(
@@ -35,7 +37,7 @@ def simulate(
     influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
     and UserError (a geometry that cannot be built).
     """
-    numba.set_num_threads(threads or config.NUMBA_NUM_THREADS)
+    numba.set_num_threads(threads or os.cpu_count() or 1)
     started = time.perf_counter()
     strike = Strike(case, step_factor)
     sensors = {name: (s.kind, s.at) for name, s in case.sensors.items()}
@@ -123,19 +125,3 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
             f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements"
         )
     return warnings
-
-
-def estimate(case: Case) -> dict[str, float]:
-    """Facts derived from a case without running it, SI: what `birdstrike check` prints."""
-    strike = Strike(case)
-    seconds = COST * strike.steps * strike.bird.n
-    return {
-        "mass": case.bird.actual_mass,
-        "normal_speed": case.normal_speed,
-        "first_contact": case.impact.standoff / case.impact.speed,
-        "stable_step": strike.dt,
-        "steps": strike.steps,
-        "particles": strike.bird.n,
-        "shells": len(strike.plate.quads),
-        "estimated_wall_s": seconds,
-    }

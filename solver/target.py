@@ -5,6 +5,8 @@ from __future__ import annotations
 import llvmlite.binding
 from numba.core import config
 
+FEATURES = "CPU_FEATURES"  # numba makes its settings at run time, where type checkers do not see them
+
 
 def use_full_vectors() -> None:
     """Let LLVM use 512-bit vectors where the processor has them; it would hold itself to half of that.
@@ -13,5 +15,5 @@ def use_full_vectors() -> None:
     NUMBA_CPU_FEATURES of the user's own is left alone.
     """
     features = llvmlite.binding.get_host_cpu_features()
-    if config.CPU_FEATURES is None and features.get("avx512f"):
-        config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
+    if getattr(config, FEATURES) is None and features.get("avx512f"):
+        setattr(config, FEATURES, f"{features.flatten()},-prefer-256-bit")

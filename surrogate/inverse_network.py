@@ -98,7 +98,7 @@ def fit_network(
 
 
 def _least(dataset: Dataset, times: Mapping[str, Array]) -> Array:
-    """Span (inputs,) SI up to which an input counts as constant: before first motion the runs differ by rounding only."""
+    """Span (inputs,) SI up to which an input is constant: before first motion the runs differ by rounding only."""
     peaks = [np.full(len(t), np.abs(dataset.curves[channel]).max()) for channel, t in times.items()]
     return ROUNDING * np.concatenate(peaks)
 

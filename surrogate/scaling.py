@@ -22,7 +22,7 @@ class Scaling:
 
     @classmethod
     def over(cls, values: Array, least: Array | float = 0.0) -> Scaling:
-        """The map that puts the rows of `values` (n, k) between 0 and 1; a span up to `least` (k,) counts as constant."""
+        """The map that puts the rows of `values` (n, k) in 0..1; a span up to `least` (k,) counts as constant."""
         low, high = values.min(axis=0), values.max(axis=0)
         return cls(low, np.where(high - low <= least, low, high))
 

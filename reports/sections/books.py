@@ -32,7 +32,7 @@ def _table(results: Results) -> Table:
     caption = (
         "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
         "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "
-        "MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock of the run."
+        "MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock."
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
 

@@ -24,8 +24,8 @@ def _caption(case: Case) -> str:
     )
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
-        f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to it; "
-        f"{aimed}; first contact {quantity(case.first_contact, 's')} after the start."
+        f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "
+        f"it; {aimed}; first contact {quantity(case.first_contact, 's')} after the start."
     )
 
 

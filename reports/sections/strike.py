@@ -40,7 +40,7 @@ def _pictures(results: Results) -> tuple[Block, ...]:
     factor = magnification(snapshots[:4], resting)
     caption = (
         f"Simulated bird and plate from the side at {times} ms, one scale of pressure (its top is the 99th "
-        f"percentile). Blue: the plate's mid line with its displacement magnified × {factor}; dashed: the same at rest. "
+        f"percentile). Blue: the plate's mid line with its displacement magnified × {factor}; dashed: at rest. "
         "Grey: eroded particles."
     )
     side = photograph("strike", strike_figure(snapshots, resting), caption, f"Side views of the strike at {times} ms")

@@ -20,7 +20,8 @@ def sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x
     """Counting sort of the active particles into cells; within a cell the particle order is kept.
 
     x: (N, 3) positions [m]; edge: of a cell, at least the cut-off / REACH [m]; lower: (3,) corner of the grid [m];
-    shape: (3,) cells; out: cell_start (cells + 1,), members (N,) particle numbers and sorted_x (3, N) positions in cell order.
+    shape: (3,) cells; out: cell_start (cells + 1,), members (N,) particle numbers and sorted_x (3, N) positions in
+    cell order.
     """
     cell = np.empty(x.shape[0], np.int64)
     cell_start[:] = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.stats import qmc
@@ -65,7 +65,7 @@ def diagonal(runs: int = 25) -> Array:
     return np.stack([1.0 - k, k, k, 1.0 - k], axis=1)
 
 
-def truth(share: float | Array) -> Array:
+def truth(share: float | Sequence[float] | Array) -> Array:
     """Parameters at a share of their ranges."""
     return LOWS + np.asarray(share) * (HIGHS - LOWS)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,11 +56,12 @@ def test_leave_one_out_formula_is_refitting_without_each_run() -> None:
     u = rng.random((14, 2))
     y = np.sin(4.0 * u[:, 0]) + u[:, 1] ** 2 + 0.01 * rng.normal(size=14)
     process = GaussianProcess.fit(u, y - y.mean(), seed=0)
-    mean, sd = leave_one_out(process.kernel(u), (y - y.mean()) / process.scale)
-    fixed = None
+    kernel: Any = process.kernel
+    mean, sd = leave_one_out(kernel(u), (y - y.mean()) / process.scale)
+    fixed: Any = None  # no optimiser
     for i in range(14):
         rest = np.arange(14) != i
-        refit = GaussianProcessRegressor(process.kernel, optimizer=fixed, alpha=0.0)
+        refit = GaussianProcessRegressor(kernel, optimizer=fixed, alpha=0.0)
         refit.fit(u[rest], (y - y.mean())[rest] / process.scale)
         expected_mean, expected_sd = refit.predict(u[i : i + 1], return_std=True)
         assert mean[i] == pytest.approx(expected_mean[0], abs=1e-6)

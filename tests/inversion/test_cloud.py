@@ -1,0 +1,60 @@
+"""A curve that the model cannot produce is flagged, not refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data.curves import Measured
+from data.dataset import Dataset
+from inversion.invert import Options, invert
+from tests.inversion.stand_in import CHANNEL, TIMES, forward, pulse, record, truth
+
+OPTIONS = Options(noise={CHANNEL: 3e-5})
+
+
+def foreign(measured: Measured) -> Measured:
+    """The record with a kink that no parameter makes: 0.3 mm at its middle."""
+    bump = 0.3e-3 * np.exp(-(((TIMES - 1.4e-3) / 0.1e-3) ** 2))
+    return replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + bump})
+
+
+def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset) -> None:
+    found = invert(dataset, foreign(record(truth(0.5))), forward, OPTIONS).inversion
+    assert not found.cloud.inside
+    assert found.warnings[0].startswith("the model cannot produce this curve: nearest is run ")
+    assert " mm RMS in displacement centre" in found.warnings[0]
+    for answer in found.methods.values():
+        assert not any(estimate.identified for estimate in answer.parameters.values())
+        assert all("cannot produce" in estimate.reason for estimate in answer.parameters.values())
+        assert answer.verified_rmse is not None
+    assert found.best in found.methods
+
+
+def test_nearest_run_is_the_nearest(dataset: Dataset) -> None:
+    measured = foreign(record(dataset.parameters[16]))
+    found = invert(dataset, measured, forward, replace(OPTIONS, method="emulator")).inversion.cloud
+    assert found.nearest_run == 17
+    expected = np.sqrt(np.mean((measured.channels[CHANNEL] - pulse(dataset.parameters[16], TIMES)) ** 2))
+    assert found.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.01)  # the record is sampled off the grid
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_curve_of_the_model_is_inside(dataset: Dataset, seed: int) -> None:
+    theta = truth(np.random.default_rng(seed).random(4))
+    options = replace(OPTIONS, method="emulator")
+    found = invert(dataset, record(theta, noise=3e-5, seed=seed), forward, options).inversion
+    assert found.cloud.inside
+    assert 0.3 < found.cloud.fit < 1.5
+    assert found.cloud.outside_envelope == 0.0
+    assert not any("cannot produce" in warning for warning in found.warnings)
+
+
+def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset) -> None:
+    far = record(truth(0.5))
+    far = replace(far, channels={CHANNEL: 2.5 * far.channels[CHANNEL]})
+    found = invert(dataset, far, forward, replace(OPTIONS, method="emulator")).inversion.cloud
+    assert not found.inside
+    assert found.outside_envelope > 0.5

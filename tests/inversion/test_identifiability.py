@@ -1,0 +1,74 @@
+"""What the curve cannot tell is said to be unknown, with the reason."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from data.dataset import Dataset
+from inversion.inversion import Estimate
+from inversion.invert import Options, invert
+from tests.inversion import eroding, stand_in
+from tests.inversion.stand_in import CHANNEL, TIMES, record, truth
+
+VISCOSITY, TENSION, COMPRESSION = eroding.NAMES
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Dataset:
+    return eroding.campaign()
+
+
+def estimates(campaign: Dataset, theta: list[float], noise: float = 3e-5) -> dict[str, Estimate]:
+    measured = record(truth(0.5))
+    values = np.interp(TIMES, eroding.TIME, eroding.curve(np.array(theta)))
+    values = values + noise * np.random.default_rng(0).normal(size=len(TIMES))
+    measured = type(measured)(TIMES, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "eroding.csv")
+    options = Options(method="emulator", noise={CHANNEL: noise})
+    return dict(invert(campaign, measured, eroding.forward, options).inversion.methods["emulator"].parameters)
+
+
+def test_campaign_has_a_run_that_lost_the_bird(campaign: Dataset) -> None:
+    assert 0 < (~campaign.smooth).sum() < 5
+
+
+def test_parameter_that_is_off_is_not_identified_and_the_felt_one_is(campaign: Dataset) -> None:
+    found = estimates(campaign, [600.0, 0.4, 0.5])
+    assert found[VISCOSITY].identified
+    assert found[VISCOSITY].value == pytest.approx(600.0, abs=60.0)
+    assert not found[TENSION].identified
+    assert found[TENSION].interval_95 is not None
+    assert found[TENSION].interval_95[0] == pytest.approx(0.05)
+    assert found[TENSION].interval_95[1] >= 1.0
+    assert "off" in found[TENSION].reason
+
+
+def test_parameter_without_any_effect_says_how_little_it_does(campaign: Dataset) -> None:
+    """Compression erosion is flat below 0.97 and off from 1: its interval is the whole range, across the gap."""
+    found = estimates(campaign, [600.0, 0.4, 0.5])[COMPRESSION]
+    assert not found.identified
+    assert found.interval_95 == pytest.approx((0.05, 1.25))
+    assert "over its whole range, less than the noise (0.03 mm)" in found.reason
+
+
+def test_active_limit_is_found_on_its_own_side(campaign: Dataset) -> None:
+    found = estimates(campaign, [600.0, 1.15, 0.5])[TENSION]
+    assert found.value == pytest.approx(1.15, abs=0.02)
+    assert found.interval_95 is not None
+    assert found.interval_95[0] > 1.0
+    assert found.identified
+
+
+def test_two_parameters_that_make_up_for_each_other_name_each_other() -> None:
+    """Few early points: peak and period of the pulse can be traded."""
+    dataset, times = stand_in.campaign(stand_in.spread()), np.linspace(0.4e-3, 0.7e-3, 6)
+    options = Options(method="emulator", noise={CHANNEL: 5e-5})
+    found = (
+        invert(dataset, record(truth(0.5), times), stand_in.forward, options).inversion.methods["emulator"].parameters
+    )
+    assert not found["pulse.period"].identified
+    unclear = [e.reason for e in found.values() if not e.identified]
+    assert any("can make up for it (correlation" in text for text in unclear)
+    rebound = found["pulse.rebound"]
+    assert not rebound.identified
+    assert "less than the noise" in rebound.reason

@@ -1,0 +1,215 @@
+"""The whole inversion on the stand-in: truth found, verified, and written as the formats promise."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from data.dataset import Dataset
+from data.errors import RunFailed, UserError
+from data.histories import Histories
+from inversion.inversion import Inversion
+from inversion.invert import Options, Outcome, invert
+from inversion.misfit import rmse
+from inversion.verdict import verdict
+from inversion.verification import write_verification
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, forward, pulse, record, truth
+
+SHARE = (0.4, 0.6, 0.45, 0.5)
+OPTIONS = Options(noise={CHANNEL: 1e-5})
+
+
+@pytest.fixture(scope="module")
+def clean(dataset: Dataset) -> Outcome:
+    return invert(dataset, record(truth(SHARE)), forward, OPTIONS)
+
+
+def test_emulator_recovers_every_parameter_within_two_per_cent_of_its_range(clean: Outcome) -> None:
+    for i, estimate in enumerate(clean.inversion.methods["emulator"].parameters.values()):
+        assert estimate.identified
+        assert estimate.value is not None
+        assert abs(estimate.value - truth(SHARE)[i]) < 0.02 * (HIGHS - LOWS)[i]
+        assert estimate.interval_95 is not None
+        assert estimate.interval_95[0] < truth(SHARE)[i] < estimate.interval_95[1]
+
+
+def test_every_answer_is_verified_by_the_forward_model(clean: Outcome) -> None:
+    for method, answer in clean.inversion.methods.items():
+        theta = np.array([answer.parameters[name].value for name in NAMES], dtype=float)
+        expected = rmse(
+            np.interp(TIMES, clean.verified[method].histories.time, pulse(theta)), pulse(truth(SHARE), TIMES)
+        )
+        assert answer.verified_rmse == pytest.approx(expected, rel=1e-9)
+        assert answer.verified_relative == pytest.approx(expected / np.abs(pulse(truth(SHARE), TIMES)).max(), rel=1e-9)
+
+
+def test_best_is_the_better_verified_and_the_verdict_says_so(clean: Outcome) -> None:
+    errors = {name: answer.verified_relative for name, answer in clean.inversion.methods.items()}
+    assert clean.inversion.best == min(errors, key=lambda name: errors[name])
+    assert verdict(clean.inversion).startswith(f"better verified by the solver: the {clean.inversion.best} (")
+    flipped = replace(clean.inversion, best=max(errors, key=lambda name: errors[name]))
+    assert verdict(flipped) != verdict(clean.inversion)
+
+
+def test_network_interval_is_from_the_held_out_samples(clean: Outcome) -> None:
+    assert clean.network is not None
+    for i, estimate in enumerate(clean.inversion.methods["network"].parameters.values()):
+        assert "held-out samples" in estimate.reason
+        assert estimate.interval_95 is not None
+        assert estimate.value is not None
+        size = np.sqrt(np.mean(clean.network.errors[:, i] ** 2))
+        assert estimate.interval_95[1] <= estimate.value + 2.3 * size  # Student's t for 9 samples: 2.26
+        assert LOWS[i] <= estimate.interval_95[0] <= estimate.value <= estimate.interval_95[1] <= HIGHS[i]
+
+
+def test_network_on_few_runs_gives_no_interval(dataset: Dataset) -> None:
+    few = replace(
+        dataset,
+        runs=dataset.runs[:8],
+        parameters=dataset.parameters[:8],
+        curves={name: curves[:8] for name, curves in dataset.curves.items()},
+        smooth=dataset.smooth[:8],
+    )
+    found = invert(few, record(truth(0.5)), forward, replace(OPTIONS, method="network")).inversion
+    assert list(found.methods) == ["network"]
+    for estimate in found.methods["network"].parameters.values():
+        assert estimate.interval_95 is None
+        assert not estimate.identified
+
+
+def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset) -> None:
+    tall = record(truth((1.35, 0.5, 0.5, 0.5)))
+    found = invert(dataset, tall, forward, replace(OPTIONS, method="network")).inversion
+    assert found.methods["network"].parameters["pulse.peak"].value == HIGHS[0]
+    assert any("the network gives peak" in w and "outside its range; 7 mm is used" in w for w in found.warnings)
+    assert any("lie outside what it was trained on" in w for w in found.warnings)
+
+
+def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset) -> None:
+    options = replace(OPTIONS, time_offset=0.1e-3)
+    found = invert(dataset, record(truth(SHARE), TIMES, t0=0.12e-3), forward, options).inversion
+    assert found.time_offset.value == pytest.approx(0.12e-3, abs=3e-6)
+    for method in ("network", "emulator"):
+        score = found.methods[method].channels[CHANNEL]
+        assert score.verified_rmse is not None
+        assert score.verified_rmse_at_zero_offset is not None
+        assert score.verified_rmse_at_zero_offset > 2.0 * score.verified_rmse
+    assert "+0.1" in found.time_offset.sentence
+
+
+def test_gap_in_the_record_changes_nothing_but_the_points(dataset: Dataset, clean: Outcome) -> None:
+    values = pulse(truth(SHARE), TIMES)
+    values[[3, 8]] = np.nan
+    measured = replace(record(truth(SHARE)), channels={CHANNEL: values})
+    found = invert(dataset, measured, forward, OPTIONS).inversion
+    assert found.measured.points == {CHANNEL: 10}
+    assert found.training is not None
+    assert found.training.shape == "10-9-4"
+    for name, estimate in found.methods["emulator"].parameters.items():
+        expected = clean.inversion.methods["emulator"].parameters[name].value
+        assert estimate.value == pytest.approx(expected, abs=0.03 * (HIGHS - LOWS)[NAMES.index(name)])
+
+
+def test_two_channels_are_inverted_together(dataset: Dataset) -> None:
+    run = forward(dict(zip(NAMES, truth(SHARE), strict=True)))
+    measured = replace(
+        record(truth(SHARE)),
+        channels={name: run.at(name, TIMES) for name in (CHANNEL, "contact_force")},
+        units=dict(run.units),
+    )
+    found = invert(dataset, measured, forward, Options(noise={CHANNEL: 1e-5, "contact_force": 0.05})).inversion
+    assert found.training is not None
+    assert found.training.shape == "24-9-4"
+    answer = found.methods["emulator"]
+    assert set(answer.channels) == {CHANNEL, "contact_force"}
+    shares = [answer.channels[name].verified_relative or np.nan for name in answer.channels]
+    assert answer.verified_relative == pytest.approx(np.sqrt(np.mean(np.square(shares))))
+    theta = np.array([answer.parameters[name].value for name in NAMES], dtype=float)
+    np.testing.assert_allclose((theta - LOWS) / (HIGHS - LOWS), SHARE, atol=0.02)
+
+
+def test_failed_verification_is_reported_and_the_other_method_goes_on(dataset: Dataset, clean: Outcome) -> None:
+    answer = clean.inversion.methods["network"].parameters["pulse.peak"].value
+
+    def fragile(theta: Mapping[str, float]) -> Histories:
+        if theta["pulse.peak"] == answer:
+            raise RunFailed("energy balance off by 9 %", "lower solver.courant")
+        return forward(theta)
+
+    found = invert(dataset, record(truth(SHARE)), fragile, OPTIONS).inversion
+    assert found.best == "emulator"
+    assert found.methods["network"].verified_rmse is None
+    assert "energy balance" in (found.methods["network"].failure or "")
+    assert any("verification run of the network failed" in warning for warning in found.warnings)
+
+
+def test_no_verification_at_all_is_a_failed_run(dataset: Dataset) -> None:
+    def broken(_: Mapping[str, float]) -> Histories:
+        raise RunFailed("unstable")
+
+    with pytest.raises(RunFailed, match="no verification run finished"):
+        invert(dataset, record(truth(SHARE)), broken, OPTIONS)
+
+
+def test_unknown_method_is_an_error(dataset: Dataset) -> None:
+    with pytest.raises(UserError, match='method = "magic" is unknown'):
+        invert(dataset, record(truth(0.5)), forward, Options(method="magic"))
+
+
+def test_json_has_the_keys_other_programs_read(clean: Outcome, tmp_path) -> None:
+    clean.inversion.save(tmp_path / "inversion.json")
+    found = json.loads((tmp_path / "inversion.json").read_text())
+    assert found["schema_version"] == 1
+    assert set(found["methods"]) == {"network", "emulator"}
+    for answer in found["methods"].values():
+        assert {"parameters", "predicted_rmse", "verified_rmse", "verified_relative"} <= set(answer)
+        assert set(answer["parameters"]) == set(NAMES)
+        for estimate in answer["parameters"].values():
+            assert set(estimate) == {"value", "interval_95", "unit", "identified", "reason"}
+            assert isinstance(estimate["identified"], bool)
+    assert found["best"] in found["methods"]
+    assert {"rank", "discrepancy", "max_correlation"} <= set(found["design"])
+    assert found["runs_used"] == 40
+    assert found["time_offset"] == {"value": 0.0, "sigma": None, "interval_95": None}
+    assert {"trainer", "epochs", "mse", "test_mse", "history", "status", "holdout"} <= set(found["training"])
+    assert {"components", "q2", "loo_rmse"} <= set(found["emulator"])
+    assert found["measured"]["simulated"] is True
+    assert "NaN" not in (tmp_path / "inversion.json").read_text()
+
+
+def test_json_read_back_is_the_same(clean: Outcome, tmp_path) -> None:
+    clean.inversion.save(tmp_path / "inversion.json")
+    assert Inversion.load(tmp_path / "inversion.json") == clean.inversion
+
+
+def test_same_seed_same_inversion(dataset: Dataset, clean: Outcome) -> None:
+    assert invert(dataset, record(truth(SHARE)), forward, OPTIONS).inversion == clean.inversion
+
+
+def test_verification_file_lies_on_the_records_clock(dataset: Dataset, tmp_path) -> None:
+    times = np.append(TIMES, 3.5e-3)
+    measured = record(truth(SHARE), times, t0=0.1e-3)
+    values = measured.channels[CHANNEL].copy()
+    values[4] = np.nan
+    measured = replace(measured, channels={CHANNEL: values})
+    outcome = invert(dataset, measured, forward, replace(OPTIONS, time_offset=0.1e-3))
+    t0 = outcome.inversion.time_offset.value
+    write_verification(tmp_path / "v.csv", measured, outcome.observations, outcome.verified, t0)
+    table = pd.read_csv(tmp_path / "v.csv")
+    assert list(table) == ["time_s", *(f"{who}_{CHANNEL}_m" for who in ("measured", "network", "emulator"))]
+    np.testing.assert_allclose(table["time_s"], times)
+    assert np.isnan(table[f"measured_{CHANNEL}_m"][4])
+    assert np.isnan(table[f"emulator_{CHANNEL}_m"][12])  # after the simulated record
+    np.testing.assert_allclose(table[f"emulator_{CHANNEL}_m"][:12], pulse(truth(SHARE), TIMES - 0.1e-3), atol=5e-5)
+
+
+def test_progress_rises_to_the_end(dataset: Dataset) -> None:
+    seen: list[float] = []
+    invert(dataset, record(truth(SHARE)), forward, OPTIONS, seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
