@@ -16,7 +16,7 @@ FIRST_MODE = {"clamped": (1.506, 1.248), "pinned": (1.0, 1.0)}
 def first_period(plate: Plate) -> float | None:
     """First natural period [s] of the thin plate; None for free edges.
 
-    G. B. Warburton, Proc. I. Mech. E. 168 (1954) 371: beam functions on both axes; within 1 % of Ritz for clamped edges.
+    G. B. Warburton, Proc. I. Mech. E. 168 (1954) 371: within 1 % of Ritz for clamped edges.
     """
     if plate.edges not in FIRST_MODE:
         return None
@@ -24,7 +24,7 @@ def first_period(plate: Plate) -> float | None:
     ratio = (plate.length / plate.width) ** 2
     m = plate.material
     rigidity = m.young * plate.thickness**3 / (12.0 * (1.0 - m.poisson**2))
-    factor = g**4 * (1.0 + ratio**2) + 2.0 * ratio * h**4
+    factor = g**4 * (1.0 + ratio**2) + 2.0 * ratio * h**2
     omega = math.pi**2 / plate.length**2 * math.sqrt(rigidity / (m.density * plate.thickness) * factor)
     return 2.0 * math.pi / omega
 

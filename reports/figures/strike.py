@@ -1,4 +1,4 @@
-"""Side views of the strike at its snapshots: particles coloured by pressure over the magnified bending of the plate."""
+"""Side views of the strike at its snapshots: bird and plate to scale, and below them the plate's displacement magnified."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from data.histories import Array, Snapshot
 from reports.figures.quantities import milliseconds, shown
 from reports.figures.style import BLUE, GREY, WIDE, styled
+
+BELOW = -0.025  # m: height at which the magnified displacement is drawn, clear of the plate itself
 
 # Even steps of lightness, dark is high: safe for all kinds of colour vision and in a black-and-white print.
 PRESSURE_COLOURS = LinearSegmentedColormap.from_list("pressure", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
@@ -39,7 +41,7 @@ def mid_line(resting: Array) -> NDArray[np.intp]:
 
 
 @styled
-def strike_figure(snapshots: Sequence[Snapshot], resting: Array) -> Figure:
+def strike_figure(snapshots: Sequence[Snapshot], resting: Array, thickness: float) -> Figure:
     """Side views at up to four instants on one scale; `resting` (m, 3) [m]: the plate's nodes before the strike."""
     chosen = list(snapshots)[:4]
     up, factor, norm = -push_direction(chosen), magnification(chosen, resting), pressure_scale(chosen)
@@ -51,7 +53,8 @@ def strike_figure(snapshots: Sequence[Snapshot], resting: Array) -> Figure:
     figure = Figure(figsize=(WIDE, height), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axes, snapshot in zip(grid.flat, chosen, strict=False):
-        _side(axes, snapshot, resting, up, factor, norm)
+        _bird(axes, snapshot, up, norm)
+        _plate(axes, snapshot, resting, up, factor, thickness)
     grid[0, 0].set(xlim=x_limits, ylim=z_limits)
     for axes in grid.flat[len(chosen) :]:
         axes.set_axis_off()
@@ -79,21 +82,28 @@ def _limits(snapshots: Sequence[Snapshot], resting: Array, up: float, factor: in
     x = np.array([max(min(low, -edge), -1.6 * edge) - 0.02, min(max(high, edge), 1.6 * edge) + 0.02])
     bend = np.concatenate([up * factor * (s.nodes[:, 2] - resting[:, 2]) for s in snapshots])
     top = float(np.percentile(up * particles[:, 2], 99.5))
-    return x * 1e3, np.array([min(bend.min(), 0.0) - 0.015, max(top, bend.max()) + 0.02]) * 1e3
+    return x * 1e3, np.array([BELOW + min(bend.min(), 0.0) - 0.015, max(top, 0.0) + 0.02]) * 1e3
 
 
-def _side(axes: Axes, snapshot: Snapshot, resting: Array, up: float, factor: int, norm: Normalize) -> None:
-    """Particles by pressure (those nearest the eye last), eroded ones grey, the plate's mid line magnified."""
+def _bird(axes: Axes, snapshot: Snapshot, up: float, norm: Normalize) -> None:
+    """Particles by pressure, those of the middle plane last, so that one looks into the bird; eroded ones grey."""
     order = np.argsort(np.abs(snapshot.particles[:, 1]))[::-1]
     where, alive = shown(snapshot.particles[order], "m")[0], ~snapshot.eroded[order]
     pressure = shown(snapshot.pressure[order], "Pa")[0]
     axes.scatter(where[~alive, 0], up * where[~alive, 2], s=2.5, color=GREY, linewidths=0)
     dots = {"s": 5.0, "cmap": PRESSURE_COLOURS, "norm": norm, "linewidths": 0}
     axes.scatter(where[alive, 0], up * where[alive, 2], c=pressure[alive], **dots)
-    line = mid_line(resting)
-    x, rest = (shown(resting[line, i], "m")[0] for i in (0, 2))
-    deflected = rest + factor * (shown(snapshot.nodes[line, 2], "m")[0] - rest)
-    axes.plot(x, up * rest, color=GREY, linewidth=0.8, linestyle="--")
-    axes.plot(x, up * deflected, color=BLUE, linewidth=2.2)
     axes.set_title(f"Simulated, {float(milliseconds(np.asarray(snapshot.time))):.2f} ms")
     axes.set_aspect("equal", adjustable="box")
+
+
+def _plate(axes: Axes, snapshot: Snapshot, resting: Array, up: float, factor: int, thickness: float) -> None:
+    """The plate's middle section to scale, and below it the displacement of its mid line, magnified."""
+    line = mid_line(resting)
+    rest, now = up * shown(resting[line, 2], "m")[0], up * shown(snapshot.nodes[line, 2], "m")[0]
+    x, half = shown(snapshot.nodes[line, 0], "m")[0], float(shown(np.asarray(thickness / 2), "m")[0])
+    axes.fill_between(x, now - half, now + half, color="#9FB4C4", linewidth=0.5, edgecolor="#4A5A66")
+    below = float(shown(np.asarray(BELOW), "m")[0])
+    axes.plot(x, np.full(x.size, below), color=GREY, linewidth=0.8, linestyle="--")
+    axes.plot(x, below + factor * (now - rest), color=BLUE, linewidth=1.8)
+    axes.text(x[-1], below - 4, f"displacement × {factor}", color=BLUE, fontsize=8, ha="right", va="top")

@@ -40,10 +40,12 @@ def _pictures(results: Results) -> tuple[Block, ...]:
     factor = magnification(snapshots[:4], resting)
     caption = (
         f"Simulated bird and plate from the side at {times} ms, one scale of pressure (its top is the 99th "
-        f"percentile). Blue: the plate's mid line with its displacement magnified × {factor}; dashed: at rest. "
+        f"percentile). Bird and plate are to scale; blue: the plate's displacement along its length, × {factor}. "
         "Grey: eroded particles."
     )
-    side = photograph("strike", strike_figure(snapshots, resting), caption, f"Side views of the strike at {times} ms")
+    side = photograph(
+        "strike", strike_figure(snapshots, resting, plate.thickness), caption, f"Side views of the strike at {times} ms"
+    )
     nearest = min(snapshots, key=lambda s: abs(s.time - PICTURE_TIME))
     push = push_direction(snapshots)
     deflection = push * (nearest.nodes[:, 2] - resting[:, 2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -19,8 +20,9 @@ from tests.doe.stand_in import strike
 
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    """The embedded solver replaced by a formula; workers get the formula too, since tasks carry it by name."""
+    """The embedded solver replaced by a formula, its processes by threads (tests/doe has the processes)."""
     monkeypatch.setattr("solver.simulate.simulate", strike)
+    monkeypatch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
     return monkeypatch
 
 
