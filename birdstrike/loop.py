@@ -14,17 +14,14 @@ from data.errors import MeasuredError, UserError
 from data.paths import resolve_measured
 
 if TYPE_CHECKING:
-    from data.histories import Histories
-    from doe.attempt import Simulate
     from doe.designs import Design
     from doe.runner import Progress as Counts
-    from inversion.forward import Forward
     from solver.case import Case
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be closed. simulate: another solver in place of ours; say: takes what the user should know."""
+    """What is to be closed. say: takes what the user should know, one line at a time."""
 
     case: Case
     measured: Path
@@ -33,7 +30,6 @@ class Plan:
     seed: int
     workers: int | None
     trainer: str
-    simulate: Simulate | None
     say: Callable[[str], None]
 
     @property
@@ -67,7 +63,6 @@ def close_the_loop(
     seed: int = 0,
     workers: int | None = None,
     trainer: str = "lm",
-    simulate: Simulate | None = None,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
@@ -76,29 +71,18 @@ def close_the_loop(
     case, measured: files or shipped names. The campaign's workers are started afresh: a script that calls this needs
     `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
     """
-    plan = prepare(case, measured, out, design, runs, seed, workers, trainer, simulate, say)
-    _hand_over(plan)
+    with display("Check: case, record and design") as progress:
+        loaded, record = checked(case, measured)
+        planned = planned_strikes(loaded, design, runs, seed, progress)
+    plan = Plan(loaded, record, Path(out), planned, seed, workers, trainer, say)
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
 
 
-def prepare(
-    case: str | Path | Case,
-    measured: str | Path,
-    out: str | Path,
-    design: str | Path,
-    runs: int,
-    seed: int,
-    workers: int | None,
-    trainer: str,
-    simulate: Simulate | None = None,
-    say: Callable[[str], None] = warnings.warn,
-) -> Plan:
-    """Read and check everything before the first strike is paid for; raises UserError."""
+def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
+    """The case and the record's file, which must fit each other; raises UserError before any strike is paid for."""
     from data.curves import read_measured
-    from doe.designs import make_design
-    from doe.space import ParameterSpace
     from solver.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
@@ -107,11 +91,19 @@ def prepare(
     if unknown:
         known = f"is no sensor of case {loaded.name}; its sensors: {', '.join(loaded.sensors)}"
         raise MeasuredError([f'{record}: channel "{name}" {known}' for name in unknown])
-    planned = make_design(design, ParameterSpace.of(loaded.parameters()), runs, seed)
+    return loaded, record
+
+
+def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
+    """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
+    from doe.designs import make_design
+    from doe.space import ParameterSpace
+
+    planned = make_design(design, ParameterSpace.of(case.parameters()), runs, seed, progress)
     quality = planned.quality()
     if quality.deficient:
         raise UserError(quality.sentence)
-    return Plan(loaded, record, Path(out), planned, seed, workers, trainer, simulate, say)
+    return planned
 
 
 def stages(plan: Plan) -> tuple[Stage, ...]:
@@ -155,25 +147,27 @@ def _campaign(plan: Plan, progress: Progress) -> None:
     def counted(counts: Counts) -> None:
         progress((counts.finished + counts.failed) / counts.total)
 
+    _hand_over(plan)
     run_campaign(
         plan.case,
         plan.design,
         plan.doe,
         workers=plan.workers,
-        simulate=plan.simulate,
         progress=counted,
         say=plan.say,
     )
 
 
 def _hand_over(plan: Plan) -> None:
-    """Let a campaign of another case or design take over `doe/`, where that folder is the loop's own.
+    """Let a campaign of another case or design take over `doe/`, where the loop itself has made that folder.
 
     Only the claim on the folder goes; the strikes in `runs/` are named by what defines them and stay of use.
     """
-    if plan.ledger.path.is_file():
-        for name in ("case.json", "design.csv"):
-            (plan.doe / name).unlink(missing_ok=True)
+    claims = [plan.doe / name for name in ("case.json", "design.csv")]
+    if plan.ledger.read().get("campaign_is_own") or not any(claim.exists() for claim in claims):
+        plan.ledger.write(campaign_is_own=True)
+        for claim in claims:
+            claim.unlink(missing_ok=True)
 
 
 def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
@@ -196,21 +190,8 @@ def _inversion(plan: Plan, progress: Progress) -> None:
         plan.inversion,
         trainer=plan.trainer,
         seed=plan.seed,
-        forward=_forward(plan),
         progress=progress,
     )
-
-
-def _forward(plan: Plan) -> Forward | None:
-    """The other solver as a forward model; None is ours, behind the run store."""
-    solver = plan.simulate
-    if solver is None:
-        return None
-
-    def forward(theta: Mapping[str, float]) -> Histories:
-        return solver(plan.case.with_values(theta), step_factor=1.0, threads=None)
-
-    return forward
 
 
 def _report_inputs(plan: Plan) -> Mapping[str, Any]:

@@ -11,7 +11,7 @@ from data.dataset import Dataset
 from data.histories import Array
 from inversion.inversion import EmulatorFigures, MeasuredFigures, TrainingFigures
 from inversion.observations import Observations
-from inversion.words import plain, quantity
+from inversion.words import plain, span
 from surrogate.emulator import Emulator
 from surrogate.holdout import describe, describe_times
 from surrogate.inverse_network import NetworkFit
@@ -49,7 +49,7 @@ def emulator_figures(emulator: Emulator, dataset: Dataset) -> EmulatorFigures:
         q2=q2,
         loo_rmse={name: curve.validation.rmse for name, curve in emulator.channels.items()},
         standardised_rms={n: float(np.sqrt(np.mean(s**2))) if s.size else None for n, s in standardised.items()},
-        runs_left_out=tuple(int(run) for run in dataset.runs[~dataset.smooth]),
+        runs_left_out=tuple(int(run) for run in dataset.runs if int(run) not in emulator.runs),
     )
 
 
@@ -70,13 +70,12 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     sentences: list[str] = []
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
-        sentences.append(f"runs {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
+        many = "s" if len(lost) > 1 else ""
+        sentences.append(f"run{many} {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
-            a, b = quantity(low, dataset.units[i]), quantity(high, dataset.units[i])
-            sentences.append(
-                f"{plain(name)} between {a} and {b}: no smooth run stands there, no answer is sought there"
-            )
+            where = span(low, high, dataset.units[i])
+            sentences.append(f"{plain(name)} {where}: too few smooth runs stand there, so no answer is sought there")
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:

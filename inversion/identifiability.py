@@ -70,12 +70,15 @@ def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float
     felt = sensitivity(calibrator, modes[0], i)
     if felt.change < felt.noise:
         return felt.sentence
-    share = f"the interval is {width:.0%} of what was known before; {felt.sentence}"
+    share = f"the interval is {100 * width:.0f} % as wide as the prior's; {felt.sentence}"
     if identified:
         return share + _at_bound(modes[0], i)
+    fit_as_well = len({(mode.box.lows[i], mode.box.highs[i]) for mode in modes}) > 1
     if modes[0].box.flat[i]:
-        return "best where the parameter is off, and no value changes the curve there" + _several(modes)
-    return share + _look_alike(calibrator, modes[0], i) + _several(modes)
+        also = "; where it acts, some values fit as well" if fit_as_well else "; no value at which it acts fits"
+        return f"it is off at the best fit, where no value changes the curve{also}"
+    also = "; where it is off, the curve fits as well" if fit_as_well else ""
+    return share + _look_alike(calibrator, modes[0], i) + also
 
 
 def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
@@ -95,8 +98,3 @@ def _at_bound(mode: Mode, i: int) -> str:
     if min(mode.z[i], 1.0 - mode.z[i]) > 1e-3:
         return ""
     return f"; the best fit is at the {'lower' if mode.z[i] < 0.5 else 'upper'} end of the range"
-
-
-def _several(modes: tuple[Mode, ...]) -> str:
-    extra = len({(*mode.box.lows, *mode.box.highs) for mode in modes}) - 1
-    return "; values on the other side of an activity limit fit as well" if extra else ""

@@ -94,7 +94,7 @@ def invert(
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
-        answer = network_answer(dataset, network, located.observations, read)
+        answer = network_answer(dataset, network, located.observations, read, choice.seed)
         proposals["network"] = by_network(located.ground, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings

@@ -19,61 +19,74 @@ from inversion.words import plain, quantity
 from surrogate.inverse_network import NetworkFit
 
 FEWEST_HELD_OUT = 3
+NOISE_DRAWS = 200
 
 
 @dataclass(frozen=True)
 class NetworkAnswer:
-    """What the network says: theta (k,) SI inside the ranges, and sentences for the user."""
+    """What the network says of the measured values.
 
+    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that the
+    measurement's noise alone gives to raw; warnings: sentences for the user.
+    """
+
+    raw: Array
     theta: Array
+    noise_error: Array
     warnings: tuple[str, ...]
 
 
 def network_answer(
-    dataset: Dataset, fit: NetworkFit, observations: Observations, read: Mapping[str, Array]
+    dataset: Dataset, fit: NetworkFit, observations: Observations, read: Mapping[str, Array], seed: int = 0
 ) -> NetworkAnswer:
     """The network's parameters for the measured values, clipped to the ranges.
 
     read: channel -> measured instants [s] at which the network reads, on the record's clock.
     """
-    values = np.concatenate([c.values[np.isin(c.times, read[c.name])] for c in observations.channels])
+    chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
+    values, noise = observations.values[chosen], observations.noise[chosen]
     raw = fit.network.predict(values[None])[0]
+    draws = values + noise * np.random.default_rng(seed).normal(size=(NOISE_DRAWS, len(values)))
+    noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
     theta = np.clip(raw, dataset.lows, dataset.highs)
+    warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
-    strange = int(((scaled < 0.0) | (scaled > 1.0)).sum())
-    warnings = [_clipped(dataset, i, raw[i]) for i in range(len(raw)) if theta[i] != raw[i]]
-    if strange:
+    if strange := int(((scaled < 0.0) | (scaled > 1.0)).sum()):
         warnings.append(f"{strange} of the network's {len(values)} inputs lie outside what it was trained on")
-    return NetworkAnswer(theta, (*fit.notes, *warnings))
+    return NetworkAnswer(raw, theta, noise_error, (*fit.notes, *warnings))
 
 
 def network_estimates(
     dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside_cloud: bool
 ) -> dict[str, Estimate]:
-    """Values with intervals from the errors on the held-out samples; none where those are fewer than three."""
+    """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them."""
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit.errors[:, i], float(answer.theta[i]), i)
+        interval, why = _interval(dataset, fit.errors[:, i], answer, i)
         identified = inside_cloud and interval is not None and interval[1] - interval[0] < NEWS * prior[i]
         why = why if inside_cloud else OUTSIDE
         estimates[name] = Estimate(float(answer.theta[i]), interval, dataset.units[i], bool(identified), why)
     return estimates
 
 
-def _interval(dataset: Dataset, errors: Array, value: float, i: int) -> tuple[tuple[float, float] | None, str]:
-    """value +- Student's t times the root mean square error of the held-out samples, inside the range."""
+def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) -> tuple[tuple[float, float] | None, str]:
+    """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
     if len(errors) < FEWEST_HELD_OUT:
         return None, f"only {len(errors)} held-out samples: too few for an interval"
-    size = float(np.sqrt(np.mean(errors**2)))
-    spread = float(student.ppf(0.975, len(errors))) * size
-    low, high = float(dataset.lows[i]), float(dataset.highs[i])
-    typical = f"{quantity(size, dataset.units[i])} ({size / (high - low):.0%} of the range)"
-    why = f"interval from the {len(errors)} held-out samples, on which the network errs by {typical}"
-    return (max(value - spread, low), min(value + spread, high)), why
+    low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
+    error, noise, raw = float(np.sqrt(np.mean(errors**2))), float(answer.noise_error[i]), float(answer.raw[i])
+    spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
+    if raw + spread < low or raw - spread > high:
+        return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
+    why = (
+        f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
+        f"({100 * error / (high - low):.0f} % of the range), and the noise, which moves it by {quantity(noise, unit)}"
+    )
+    return (max(raw - spread, low), min(raw + spread, high)), why
 
 
 def _clipped(dataset: Dataset, i: int, raw: float) -> str:
     limit = float(np.clip(raw, dataset.lows[i], dataset.highs[i]))
-    said, kept = (quantity(value, dataset.units[i], 4) for value in (float(raw), limit))
+    said, kept = (quantity(value, dataset.units[i], 4) for value in (raw, limit))
     return f"the network gives {plain(dataset.names[i])} {said}, outside its range; {kept} is used"

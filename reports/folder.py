@@ -85,7 +85,7 @@ def _inversion(path: Path) -> Inversion:
 
 def _verification(path: Path, inversion: Inversion) -> tuple[Measured, Simulated]:
     """The record as it was inverted, and the finished methods' values at its times."""
-    table = pd.read_csv(path, float_precision="round_trip")
+    table = pd.read_csv(path)
     best, source = inversion.methods[str(inversion.best)], inversion.measured
     units = {channel: score.unit for channel, score in best.channels.items()}
     columns = {channel: f"{channel}_{unit}".rstrip("_") for channel, unit in units.items()}

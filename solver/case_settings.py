@@ -6,6 +6,7 @@ import difflib
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from solver.case_fields import Between, Count, Later, OneOf, complaint
 from solver.case_sections import Section, quantities, quantity_at
@@ -102,6 +103,8 @@ class InversionSettings(Section):
     def _each_parameter_knows_its_key(cls, value: Any) -> Any:
         if not isinstance(value, dict):
             return value
+        if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
+            raise complaint('has an entry with a key named "key"; known here: range')
         return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
 
     @field_validator("nuisance", mode="before")
@@ -115,4 +118,7 @@ def _nuisance(name: str, sigma: Any) -> float:
     if name not in NUISANCE:
         reason = "is not available in this version" if name in NUISANCE_LATER else "is unknown"
         raise complaint(f"names {name}, which {reason}; available: {', '.join(NUISANCE)}")
-    return NUISANCE[name].validate(sigma)
+    try:
+        return NUISANCE[name].validate(sigma)
+    except PydanticCustomError as error:
+        raise complaint(f"{name} = {sigma} {error.message()}") from error

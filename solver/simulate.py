@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -20,6 +19,7 @@ from solver.version import SOLVER_VERSION
 
 __all__ = ["SOLVER_VERSION", "estimate", "simulate"]
 
+MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
 AUDIT_EVERY = 50
 BALANCE_LIMIT = 0.05  # beyond it a run is not believed; physics.md's 1 % is what it should reach
 
@@ -33,11 +33,11 @@ def simulate(
 ) -> Histories:
     """Run one strike and return its histories at `time.output_interval`.
 
-    step_factor: scales the stable step (a safer retry uses 0.5); threads: numba threads, all by default, without
-    influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
+    step_factor: scales the stable step (a safer retry uses 0.5); threads: of this run, else `solver.threads`, else all;
+    without influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
     and UserError (a geometry that cannot be built).
     """
-    numba.set_num_threads(threads or os.cpu_count() or 1)
+    numba.set_num_threads(min(threads or case.solver.threads or MOST_THREADS, MOST_THREADS))
     started = time.perf_counter()
     strike = Strike(case, step_factor)
     sensors = {name: (s.kind, s.at) for name, s in case.sensors.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from sklearn.decomposition import PCA
@@ -13,12 +13,13 @@ from threadpoolctl import threadpool_limits
 from data.dataset import Dataset
 from data.errors import UserError
 from data.histories import Array
-from surrogate.features import Region, features, regions
+from surrogate.features import Region, covered, features, regions
 from surrogate.gaussian_process import GaussianProcess
 from surrogate.scaling import Scaling
 from surrogate.validation import Validation, q2, rmse
 
 VARIANCE_KEPT = 0.9999
+WORTH_PREDICTING = 0.3  # leave-one-out Q2; a process can be fitted to a few dozen draws of noise with less
 FEWEST_RUNS = 5
 
 
@@ -48,8 +49,8 @@ class CurveEmulator:
     ) -> CurveEmulator:
         """From curves (n, m) at scaled features u (n, d); `kernels`: of an emulator fitted before on the same runs.
 
-        Components are added until they hold 99.99 % of the variance or the next one is noise to its own process
-        (leave-one-out Q2 <= 0). Curves are standardised by one number, so that millimetres and meganewtons fare alike.
+        Components are added until they hold 99.99 % of the variance or the next one is mostly noise to its own process
+        (leave-one-out Q2 <= 0.3). Curves are standardised by one number, so that millimetres and meganewtons fare alike.
         """
         size = float(curves.std(axis=0).max()) or 1.0
         with np.errstate(invalid="ignore"):  # curves that never change have no shares of variance, which is fine
@@ -92,10 +93,12 @@ class CurveEmulator:
 class Emulator:
     """All channels of a campaign.
 
-    names: (k) dotted case keys; regions: boxes in which runs stand behind it; scaling: of the features to 0..1.
+    names: (k) dotted case keys; runs: numbers of those it learnt from; regions: boxes in which these stand behind it;
+    scaling: of the features to 0..1.
     """
 
     names: tuple[str, ...]
+    runs: tuple[int, ...]
     regions: tuple[Region, ...]
     scaling: Scaling
     channels: Mapping[str, CurveEmulator]
@@ -124,10 +127,9 @@ class Emulator:
 
     def check(self, theta: Array) -> None:
         """Raises ExtrapolationError unless every row of theta (q, k) lies in one of the regions."""
-        for row in theta:
-            if not any(_inside(row, region) for region in self.regions):
-                values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, row, strict=True))
-                raise ExtrapolationError(f"no run of the campaign stands behind the emulator at {values}")
+        for row in theta[~covered(self.regions, theta)]:
+            values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, row, strict=True))
+            raise ExtrapolationError(f"no run of the campaign stands behind the emulator at {values}")
 
 
 def fit_emulator(
@@ -136,42 +138,41 @@ def fit_emulator(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Emulator:
-    """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few."""
-    theta = dataset.parameters[dataset.smooth]
-    if len(theta) < FEWEST_RUNS:
-        raise UserError(
-            f"{len(theta)} runs of the campaign are smooth, the emulator needs {FEWEST_RUNS}: extend it by run-doe"
-        )
+    """Fit the given channels of a campaign's smooth runs; raises UserError when those are too few.
+
+    Runs in a part of a range that too few of them cover are left out as well: they could only mislead.
+    """
+    needed = max(FEWEST_RUNS, len(dataset.names) + 1)
+    if dataset.smooth.sum() < needed:
+        many = f"{dataset.smooth.sum()} runs of the campaign are smooth"
+        raise UserError(f"{many}, the emulator needs {needed}: extend it by run-doe")
+    boxes = regions(dataset.names, dataset.lows, dataset.highs, dataset.parameters[dataset.smooth])
+    used = dataset.smooth & covered(boxes, dataset.parameters)
+    theta = dataset.parameters[used]
     scaling = Scaling.over(features(dataset.names, theta))
-    boxes = regions(dataset.names, dataset.lows, dataset.highs, theta)
-    emulator = Emulator(dataset.names, boxes, scaling, {})
+    emulator = Emulator(dataset.names, tuple(map(int, dataset.runs[used])), boxes, scaling, {})
     u = emulator.inputs(theta)
     fitted: dict[str, CurveEmulator] = {}
     for i, channel in enumerate(channels):
         with threadpool_limits(limits=1, user_api="blas"):  # matrices of a few dozen rows: threads only cost
-            fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][dataset.smooth], u, seed)
+            fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][used], u, seed)
         if progress is not None:
             progress((i + 1) / len(channels))
-    return Emulator(dataset.names, boxes, scaling, fitted)
+    return replace(emulator, channels=fitted)
 
 
 def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
-    """Processes of the first components of scores (n, c), until they hold the variance or the next one is noise."""
+    """Processes of the first components of scores (n, c) until they hold the variance or the next one is mostly noise."""
     variance = np.mean(scores**2, axis=0)
     processes: list[GaussianProcess] = []
     for c in range(scores.shape[1]):
         if variance[:c].sum() >= VARIANCE_KEPT * variance.sum():
             break
         process = GaussianProcess.fit(u, scores[:, c], seed)
-        if not process.q2 > 0.0:
+        if not process.q2 > WORTH_PREDICTING:
             break
         processes.append(process)
     return processes
-
-
-def _inside(row: Array, region: Region) -> bool:
-    slack = 1e-9 * (region.highs - region.lows)
-    return bool(np.all(row >= region.lows - slack) and np.all(row <= region.highs + slack))
 
 
 def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:

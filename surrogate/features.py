@@ -59,10 +59,12 @@ def regions(names: Sequence[str], lows: Array, highs: Array, runs: Array) -> tup
     """The boxes of the case's ranges lows..highs (k,) that the smooth runs (n, k) cover.
 
     A range is trusted one mean spacing beyond the runs' ends. No derivative is taken across an activity limit, so a
-    range that contains one is cut there, and its active part is trusted only as far towards the limit as an active
-    smooth run reaches: beyond it the bird may be lost at once. Where a parameter is off, one run speaks for all values.
+    range that contains one is cut there. Its active part is trusted only as far towards the limit as an active smooth
+    run reaches, beyond which the bird may be lost at once, and not at all with fewer runs than it takes to tell the
+    parameters apart there. Where a parameter is off, one run speaks for all values.
     """
-    pieces = [_pieces(_key(name), lows[i], highs[i], runs[:, i]) for i, name in enumerate(names)]
+    needed = len(names) + 1
+    pieces = [_pieces(_key(name), lows[i], highs[i], runs[:, i], needed) for i, name in enumerate(names)]
     boxes = [np.array(box, dtype=np.float64).T for box in product(*pieces)]
     return tuple(Region(low, high, flat.astype(bool)) for low, high, flat in boxes)
 
@@ -70,18 +72,28 @@ def regions(names: Sequence[str], lows: Array, highs: Array, runs: Array) -> tup
 Piece = tuple[float, float, bool]  # low, high, off
 
 
-def _pieces(key: str, low: float, high: float, runs: Array) -> list[Piece]:
-    """Parts of one parameter's range that the runs (n,) cover."""
+def covered(boxes: Sequence[Region], runs: Array) -> NDArray[np.bool_]:
+    """(n,) whether each run (n, k) lies in one of the boxes, ends included."""
+    inside = [((runs >= b.lows - _slack(b)) & (runs <= b.highs + _slack(b))).all(axis=1) for b in boxes]
+    return np.any(inside, axis=0)
+
+
+def _slack(box: Region) -> Array:
+    return 1e-9 * (box.highs - box.lows)
+
+
+def _pieces(key: str, low: float, high: float, runs: Array, needed: int) -> list[Piece]:
+    """Parts of one parameter's range that the runs (n,) cover; an active part needs so many runs."""
     if key not in FEATURES:
-        return [(*_trusted(low, high, runs, len(runs)), False)]
+        return [(*_trusted(low, high, runs), False)]
     below, above = (low, min(high, LIMIT)), (max(low, LIMIT), high)
     off, on = (below, above) if key == "tension_erosion" else (above, below)
     active = FEATURES[key](runs) > 0.0
     pieces: list[Piece] = []
     if off[0] < off[1] and not active.all():
         pieces.append((*off, True))
-    if active.any():
-        start, end = _trusted(*on, runs[active], len(runs))
+    if active.sum() >= needed:
+        start, end = _trusted(*on, runs[active])
         towards_limit = (
             (float(runs[active].min()), end) if key == "tension_erosion" else (start, float(runs[active].max()))
         )
@@ -89,7 +101,7 @@ def _pieces(key: str, low: float, high: float, runs: Array) -> list[Piece]:
     return pieces
 
 
-def _trusted(low: float, high: float, runs: Array, count: int) -> tuple[float, float]:
-    """The runs' extent widened by one mean spacing of a campaign of `count` runs, inside low..high."""
-    spacing = (high - low) / max(count - 1, 1)
+def _trusted(low: float, high: float, runs: Array) -> tuple[float, float]:
+    """The extent of runs (n,) widened by the mean spacing of n runs in low..high, inside low..high."""
+    spacing = (high - low) / max(len(runs) - 1, 1)
     return max(low, float(runs.min()) - spacing), min(high, float(runs.max()) + spacing)

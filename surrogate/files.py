@@ -42,10 +42,12 @@ def load_network(path: Path) -> InverseNetwork:
 
 
 def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
-    """One npz: the smooth runs and the fitted hyperparameters; the rest follows from them."""
+    """One npz: the runs learnt from and the fitted hyperparameters; the rest follows from them."""
+    used = np.isin(dataset.runs, emulator.runs)
     arrays: dict[str, Any] = {
         "names": np.array(emulator.names),
-        "u": emulator.inputs(dataset.parameters[dataset.smooth]),
+        "runs": np.array(emulator.runs),
+        "u": emulator.inputs(dataset.parameters[used]),
         "scaling": np.stack([emulator.scaling.low, emulator.scaling.high]),
         "lows": np.stack([r.lows for r in emulator.regions]),
         "highs": np.stack([r.highs for r in emulator.regions]),
@@ -54,7 +56,7 @@ def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
     }
     for i, (channel, curve) in enumerate(emulator.channels.items()):
         arrays[f"time_{i}"] = curve.time
-        arrays[f"curves_{i}"] = dataset.curves[channel][dataset.smooth]
+        arrays[f"curves_{i}"] = dataset.curves[channel][used]
         arrays[f"kernels_{i}"] = np.array([p.kernel.theta for p in curve.processes])
     np.savez(path, **arrays)
 
@@ -67,4 +69,5 @@ def load_emulator(path: Path) -> Emulator:
             kernels = [kernel_of(u.shape[1], theta) for theta in file[f"kernels_{i}"]]
             channels[str(channel)] = CurveEmulator.fit(file[f"time_{i}"], file[f"curves_{i}"], u, kernels=kernels)
         boxes = tuple(Region(*box) for box in zip(file["lows"], file["highs"], file["flat"], strict=True))
-        return Emulator(tuple(map(str, file["names"])), boxes, Scaling(*file["scaling"]), channels)
+        names, runs = tuple(map(str, file["names"])), tuple(map(int, file["runs"]))
+        return Emulator(names, runs, boxes, Scaling(*file["scaling"]), channels)

@@ -71,8 +71,9 @@ class GaussianProcess:
 
 def kernel_of(features: int, theta: Array | None = None) -> Kernel:
     """Constant x Matern 5/2 with a length for each feature + white noise; at hyperparameters theta (logs), if given."""
+    # A few dozen runs in several dimensions lie about half a range apart: they cannot show anything shorter than 0.2.
     lengths: Any = np.ones(features)
-    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, (0.05, 1e2), nu=2.5) + WhiteKernel(
+    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, (0.2, 1e2), nu=2.5) + WhiteKernel(
         1e-3, (1e-6, 2.0)
     )
     return kernel if theta is None else kernel.clone_with_theta(theta)

@@ -90,20 +90,14 @@ def table(inversion: Inversion, name: str, answer: Answer) -> Table:
     return shown
 
 
-def _cells(estimate: Estimate, span: tuple[float, float]) -> tuple[str, str, str]:
+def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:
     """A parameter that is not identified is shown as its range, never as a number with digits."""
-    from inversion.words import quantity
+    from inversion.words import quantity, span
 
-    def words(ends: tuple[float, float]) -> str:
-        return " .. ".join(quantity(end, estimate.unit) for end in ends)
-
+    interval = span(*estimate.interval_95, estimate.unit) if estimate.interval_95 else "-"
     if not estimate.identified or estimate.value is None:
-        return f"in {words(span)}", words(estimate.interval_95) if estimate.interval_95 else "-", "no"
-    return (
-        quantity(estimate.value, estimate.unit, 4),
-        words(estimate.interval_95) if estimate.interval_95 else "-",
-        "yes",
-    )
+        return f"in {span(*limits, estimate.unit)}", interval, "no"
+    return quantity(estimate.value, estimate.unit, 4), interval, "yes"
 
 
 def _errors(answer: Answer) -> str:

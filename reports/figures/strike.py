@@ -1,4 +1,4 @@
-"""Side views of the strike at its snapshots: bird and plate to scale, and below them the plate's displacement magnified."""
+"""Side views of the strike: bird and plate to scale, and below them the plate's displacement magnified."""
 
 from __future__ import annotations
 
@@ -106,4 +106,4 @@ def _plate(axes: Axes, snapshot: Snapshot, resting: Array, up: float, factor: in
     below = float(shown(np.asarray(BELOW), "m")[0])
     axes.plot(x, np.full(x.size, below), color=GREY, linewidth=0.8, linestyle="--")
     axes.plot(x, below + factor * (now - rest), color=BLUE, linewidth=1.8)
-    axes.text(x[-1], below - 4, f"displacement × {factor}", color=BLUE, fontsize=8, ha="right", va="top")
+    axes.text(0.02, 0.04, f"displacement × {factor}", color=BLUE, fontsize=8, transform=axes.transAxes)

@@ -78,7 +78,7 @@ def inline_svg(figure: Figure, prefix: str) -> str:
     """The figure as an SVG element for a page; `prefix` keeps its ids apart from other figures' ids."""
     buffer = StringIO()
     with _rules():
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, bbox_inches="tight")
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return _embedded(buffer.getvalue(), prefix)
 
 
@@ -91,7 +91,7 @@ def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
     """The figure as PNG bytes: for pictures of thousands of particles, where SVG would weigh megabytes."""
     buffer = BytesIO()
     with _rules():
-        figure.savefig(buffer, format="png", dpi=dots_per_inch, bbox_inches="tight", metadata={"Software": None})
+        figure.savefig(buffer, format="png", dpi=dots_per_inch, metadata={"Software": None})
     return buffer.getvalue()
 
 

@@ -26,7 +26,8 @@ def section(results: Results) -> Section:
 
 def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
     inversion = results.inversion
-    solvers = sorted({str(books["solver_version"]) for books in results.books.values()})
+    stored = {str(books["solver_version"]) for books in results.books.values() if "solver_version" in books}
+    solvers = sorted({str(results.campaign["solver_version"]), *stored})
     runs = {m: inversion.methods[m].run for m in results.finished}
     return (
         ("case", f"{results.case.name}, hash {case_hash(results.case)}"),

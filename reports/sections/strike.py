@@ -33,7 +33,11 @@ def _pictures(results: Results) -> tuple[Block, ...]:
     """Side views of all snapshots, the plate from above at the one nearest 1.5 ms."""
     snapshots = results.verified[results.best].snapshots
     if not snapshots:
-        return (Paragraph("The case asks for no snapshots (time.snapshots), so there is no picture of the strike."),)
+        return (
+            Paragraph(
+                "There is no picture of the strike: the case names no time.snapshots, or its run was cleared away."
+            ),
+        )
     plate = results.case.plate
     resting = plate_mesh(plate.length, plate.width, plate.elements).nodes
     times = ", ".join(f"{float(milliseconds(np.asarray(s.time))):.2f}" for s in snapshots[:4])

@@ -15,7 +15,8 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
     drho_dt: (n,) [kg/m^3/s]; heating: (n,) viscous power per reference volume [W/m^3];
     in and out: rho, p, energy [J/m^3], active; out: c [m/s], eroded_now, work = p dV per reference volume [J/m^3].
 
-    The floor acts on the pressure, not on the energy's own state: the work is that of the pressure that acted.
+    The work is that of the pressure that acted: after the floor, and none at the end of the step in which a particle
+    erodes, because its neighbours no longer feel it.
     """
     for a in prange(n):
         eroded_now[a] = False
@@ -29,10 +30,11 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
             continue
         warm = energy[a] + dt * heating[a]
         pressure, _, c[a] = grueneisen_update(after, before, p_before, warm, eos)
-        p[a] = max(pressure, limits[0])
-        work[a] = 0.5 * (p_before + p[a]) * (eos[0] / before - eos[0] / after)
-        energy[a] = warm + work[a]
         volume = eos[0] / after
         if volume > limits[1] or volume < limits[2]:
             active[a] = False
             eroded_now[a] = True
+            pressure = 0.0
+        p[a] = max(pressure, limits[0])
+        work[a] = 0.5 * (p_before + p[a]) * (eos[0] / before - volume)
+        energy[a] = warm + work[a]

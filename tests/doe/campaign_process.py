@@ -7,11 +7,13 @@ from functools import partial
 from pathlib import Path
 
 import solver.simulate
+import solver.version
 from birdstrike.cli.app import main
-from tests.doe.stand_in import strike
+from tests.doe.stand_in import VERSION, strike
 
 if __name__ == "__main__":
     diary, seconds, *arguments = sys.argv[1:]
     solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
+    solver.version.SOLVER_VERSION = VERSION  # the stand-in's runs are not the solver's, whatever its sources are
     sys.argv[1:] = arguments
     main()

@@ -108,7 +108,10 @@ def test_a_stopped_campaign_loses_only_the_strikes_in_flight(tmp_path: Path, und
 
     with ThreadPoolExecutor(1) as executor:
         simulate = partial(strike, diary=diary)
-        run_campaign(reference(), design(RUNS), out, simulate=simulate, say=lambda _: None, executor=executor)
+        run_campaign(
+            reference(), design(RUNS), out, simulate=simulate, solver_version=VERSION, say=lambda _: None,
+            executor=executor,
+        )  # fmt: skip
     assert len(attempts(diary)) - begun == RUNS - kept
     assert (out / "curves.csv").read_bytes() == undisturbed
 

@@ -16,7 +16,7 @@ LOWS, HIGHS = np.array([0.0, 0.05, 0.05]), np.array([1500.0, 1.25, 1.25])
 
 
 def curve(theta: Array) -> Array:
-    """Viscosity lowers and delays the peak; active tension erosion takes from the tail; compression erosion does nothing."""
+    """Viscosity lowers and delays the peak; active tension erosion takes from the tail; the third does nothing."""
     viscosity, tension = theta[0] / 1500.0, theta[1]
     y = pulse(np.array([6.0e-3 - 1.0e-3 * viscosity, 2.4e-3 + 0.2e-3 * viscosity, 0.1, 0.0]))
     taken = 0.6e-3 * (1.3 - tension) / 0.3 if tension > 1.0 else 0.0

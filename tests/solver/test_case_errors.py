@@ -97,6 +97,18 @@ def test_a_sensors_noise_is_in_the_unit_of_its_kind() -> None:
     assert line.endswith('"0.1 mm" is not in a unit of this dimension; accepted units: N, kN')
 
 
+def test_a_wrong_nuisance_is_named_with_its_value() -> None:
+    (line,) = errors_with({"inversion.nuisance.time_offset": "5"})
+    assert line == 'inversion.nuisance time_offset = 5 has no unit; write "5 ms" (accepted units: s, ms, us)'
+
+
+def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
+    (line,) = errors_with({'inversion.parameters."bird.material.viscosity".key': "plate.thickness"})
+    assert line == 'inversion.parameters has an entry with a key named "key"; known here: range'
+    (line,) = errors_with({'inversion.parameters."bird.material.viscosity".prior': "1 Pa s"})
+    assert line.endswith(f".prior = 1 Pa s {LATER}; the range alone bounds a parameter")
+
+
 def test_too_few_outputs_are_named() -> None:
     (line,) = errors_with({"time.output_interval": "0.8 ms", "time.end": "1.5 ms", "time.snapshots": "[]"})
     assert line == "time.output_interval = 0.8 ms leaves fewer than 3 outputs before time.end"

@@ -1,0 +1,209 @@
+"""`birdstrike close-the-loop` from case and record to the page, with a stand-in for the solver."""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from birdstrike import close_the_loop
+from birdstrike.cli.app import app
+from data.errors import RunFailed, UserError
+from data.histories import Histories
+from data.paths import REFERENCE
+from solver.case import Case
+from tests.reports import synthetic
+from tests.reports.synthetic import write_record
+
+RUNS = 12
+
+
+class Solver:
+    """The stand-in, counting its strikes; `fails` and `stops` name strikes (from 1) that go wrong."""
+
+    def __init__(self) -> None:
+        self.strikes = 0
+        self.fails: set[int] = set()
+        self.stops = 0
+
+    def __call__(self, case: Case, **_: object) -> Histories:
+        self.strikes += 1
+        if self.strikes == self.stops:
+            raise KeyboardInterrupt
+        if self.strikes in self.fails:
+            raise RunFailed("the step collapsed", "lower solver.courant")
+        return synthetic.simulate(case)
+
+
+@pytest.fixture
+def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
+    """In place of the embedded solver, in the campaign (on threads) and in the verification."""
+    stand_in = Solver()
+    monkeypatch.setattr("solver.simulate.simulate", stand_in)
+    monkeypatch.setattr("inversion.forward.simulate", stand_in)
+    monkeypatch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
+    return stand_in
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Path:
+    """A record that the stand-in can produce."""
+    return write_record(tmp_path / "shot7.csv")
+
+
+def invoke(out: Path, measured: Path | str, *options: str) -> Result:
+    """The command on the demo case with one worker."""
+    arguments = [
+        "demo",
+        "--measured",
+        str(measured),
+        "--out",
+        str(out),
+        "--runs",
+        str(RUNS),
+        "--workers",
+        "1",
+        *options,
+    ]
+    return CliRunner().invoke(app, ["close-the-loop", *arguments])
+
+
+def ledger(out: Path) -> dict[str, Any]:
+    return json.loads((out / "close_the_loop.json").read_text(encoding="utf-8"))
+
+
+def reused(out: Path) -> dict[str, bool]:
+    return {name: stage["reused"] for name, stage in ledger(out)["stages"].items()}
+
+
+def test_one_command_ends_with_the_page_and_five_findings(solver: Solver, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    result = invoke(out, "table7_group5")
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert lines[-6] == f"Report: {out / 'report.html'}"
+    assert [line[:2] for line in lines[-5:]] == ["1.", "2.", "3.", "4.", "5."]
+    assert "simulated by LS-DYNA, not measured" in lines[-5]
+    for heading in ("Check", "Campaign: 12 strikes, uniform design", "Inversion", "Report"):
+        assert any(line.startswith(heading) for line in lines), heading
+    assert solver.strikes == RUNS + 2
+    noted = ledger(out)
+    assert noted["schema_version"] == 1
+    assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == lines[-5:]
+    assert noted["paths"]["report"] == str(out / "report.html")
+    inversion = json.loads((out / "inversion" / "inversion.json").read_text())
+    assert noted["figures"]["methods"]["emulator"]["verified_rmse"] == inversion["methods"]["emulator"]["verified_rmse"]
+    assert all(stage["seconds"] > 0 for stage in noted["stages"].values())
+    assert "the model cannot produce this curve" in result.stdout
+
+
+def test_run_again_nothing_is_due(solver: Solver, record: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    assert invoke(out, record).exit_code == 0
+    page, before = (out / "report.html").stat().st_mtime_ns, solver.strikes
+    result = invoke(out, record, "--json")
+    assert result.exit_code == 0, result.output
+    assert solver.strikes == before
+    assert (out / "report.html").stat().st_mtime_ns == page
+    assert reused(out) == {"doe": True, "inversion": True, "report": True}
+    answer = json.loads(result.stdout.splitlines()[-1])
+    assert answer["findings"] == ledger(out)["findings"]
+
+
+def test_another_record_keeps_the_campaign_and_changes_the_findings(
+    solver: Solver, record: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "loop"
+    invoke(out, record)
+    first, campaign = ledger(out)["findings"], solver.strikes
+    write_record(record, peak=5.3e-3, period=2.42e-3)
+    assert invoke(out, record).exit_code == 0
+    assert reused(out) == {"doe": True, "inversion": False, "report": False}
+    assert solver.strikes <= campaign + 2
+    assert [a != b for a, b in zip(first, ledger(out)["findings"], strict=True)][:4] == [True] * 4
+
+
+def test_another_design_takes_the_folder_over_and_uses_the_strikes_that_it_shares(
+    solver: Solver, record: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "loop"
+    invoke(out, record)
+    assert invoke(out, record, "--seed", "1").exit_code == 0
+    assert reused(out)["doe"] is False
+    after = solver.strikes
+    assert invoke(out, record).exit_code == 0
+    assert solver.strikes == after, "the first design's strikes are still in the store"
+
+
+def test_a_campaign_that_the_loop_did_not_make_is_not_taken_over(solver: Solver, record: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    options = ["run-doe", "demo", "--out", str(out / "doe"), "--runs", "6", "--workers", "1"]
+    assert CliRunner().invoke(app, options).exit_code == 0
+    for _ in range(2):
+        result = invoke(out, record)
+        assert result.exit_code == 1
+        assert "holds a campaign with the uniform design of 6 runs" in result.stderr
+    assert solver.strikes == 6
+
+
+def test_after_ctrl_c_the_finished_strikes_are_kept(solver: Solver, record: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    solver.stops = 8
+    result = invoke(out, record)
+    assert result.exit_code == 130
+    assert "run the same command again to resume" in result.stderr
+    kept = len(list((out / "doe" / "runs").glob("*.h5")))
+    assert 0 < kept < RUNS
+    solver.strikes, solver.stops = 0, 0
+    assert invoke(out, record).exit_code == 0
+    assert solver.strikes == RUNS - kept + 2
+
+
+def test_a_strike_that_fails_is_reported_and_the_rest_is_used(solver: Solver, record: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    solver.fails = {2, 3, 4, 5}  # one strike at both steps, or two at one of them, whichever comes when
+    result = invoke(out, record)
+    failed = ledger(out)["failed_strikes"]
+    if not failed:
+        assert result.exit_code == 0
+        return
+    assert result.exit_code == 2
+    assert f"{len(failed)} strikes of the campaign failed and are left out" in result.stderr
+    assert all("the step collapsed" in reason for reason in failed.values())
+    assert (out / "report.html").is_file()
+
+
+@pytest.mark.usefixtures("solver")
+def test_mistakes_are_named_before_any_strike_is_paid_for(solver: Solver, record: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    strange = tmp_path / "strange.csv"
+    strange.write_text(record.read_text().replace("displacement_centre", "displacement_rim"))
+    table6 = str(REFERENCE / "table6_design.csv")
+    for result, words in (
+        (
+            invoke(out, strange),
+            'channel "displacement_rim" is no sensor of case demo; its sensors: displacement_centre',
+        ),
+        (invoke(out, "table7_group9"), "table7_group5"),
+        (invoke(out, record, "--design", table6), "rank 1 of 4"),
+        (invoke(out, record, "--set", "bird.speeed=3 m/s"), "bird.speeed"),
+    ):
+        assert result.exit_code == 1, result.output
+        assert words in result.stderr
+        assert "Traceback" not in result.output
+    assert solver.strikes == 0
+    assert not out.exists()
+
+
+def test_the_verb_is_a_function(solver: Solver, record: Path, tmp_path: Path) -> None:
+    heard: list[str] = []
+    closed = close_the_loop("demo", record, tmp_path / "loop", runs=RUNS, workers=1, say=heard.append)
+    assert len(closed["findings"]) == 5
+    assert any("inactive" in line for line in heard)
+    with pytest.raises(UserError):
+        close_the_loop("no_such_case", record, tmp_path / "loop")
+    assert solver.strikes == RUNS + 2

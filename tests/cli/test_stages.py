@@ -1,0 +1,105 @@
+"""Stages: done once, redone when their inputs change, kept when the flow breaks off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from birdstrike.stages import Ledger, Progress, Stage, digest, run_stages, source_digest
+
+
+class Flow:
+    """Two stages that copy their input to their output, and count how often they run."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.ran = folder, list[str]()
+        self.break_at = ""
+        (folder / "a").write_text("1")
+
+    def stage(self, name: str, source: str, target: str) -> Stage:
+        """A stage whose input is the file `source`."""
+        return Stage(
+            name,
+            name.title(),
+            lambda: (self.folder / source).read_text(),
+            (self.folder / target,),
+            self.copy(name, source, target),
+        )
+
+    def copy(self, name: str, source: str, target: str) -> Callable[[Progress], None]:
+        """The stage's work."""
+
+        def run(progress: Progress) -> None:
+            if name == self.break_at:
+                raise KeyboardInterrupt
+            self.ran.append(name)
+            (self.folder / target).write_text((self.folder / source).read_text())
+            progress(1.0)
+
+        return run
+
+    def go(self) -> dict[str, dict[str, object]]:
+        """Run the flow; the ledger's stages."""
+        ledger = Ledger(self.folder / "ledger.json")
+        self.ran = []
+        run_stages((self.stage("first", "a", "b"), self.stage("second", "b", "c")), ledger)
+        return ledger.read()["stages"]
+
+
+@pytest.fixture
+def flow(tmp_path: Path) -> Flow:
+    return Flow(tmp_path)
+
+
+def test_what_is_valid_is_not_done_again(flow: Flow) -> None:
+    assert {name: entry["reused"] for name, entry in flow.go().items()} == {"first": False, "second": False}
+    assert flow.ran == ["first", "second"]
+    assert {name: entry["reused"] for name, entry in flow.go().items()} == {"first": True, "second": True}
+    assert flow.ran == []
+
+
+def test_a_changed_input_is_followed_as_far_as_it_reaches(flow: Flow) -> None:
+    flow.go()
+    (flow.folder / "a").write_text("2")
+    flow.go()
+    assert flow.ran == ["first", "second"]
+    (flow.folder / "b").write_text("3")
+    flow.go()
+    assert flow.ran == ["second"]
+    assert (flow.folder / "c").read_text() == "3"
+
+
+def test_a_lost_output_is_made_again(flow: Flow) -> None:
+    flow.go()
+    (flow.folder / "c").unlink()
+    flow.go()
+    assert flow.ran == ["second"]
+
+
+def test_after_an_interruption_the_flow_resumes_behind_what_is_done(flow: Flow) -> None:
+    flow.break_at = "second"
+    with pytest.raises(KeyboardInterrupt):
+        flow.go()
+    assert flow.ran == ["first"]
+    flow.break_at = ""
+    flow.go()
+    assert flow.ran == ["second"]
+
+
+def test_a_damaged_ledger_costs_time_but_nothing_else(flow: Flow) -> None:
+    flow.go()
+    (flow.folder / "ledger.json").write_text("{")
+    flow.go()
+    assert flow.ran == ["first", "second"]
+    assert json.loads((flow.folder / "ledger.json").read_text())["schema_version"] == 1
+
+
+def test_digests_follow_the_content(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.write_text("x")
+    other.write_text("y")
+    assert digest(one, other) != digest(other, one)
+    assert source_digest("doe") == source_digest("doe") != source_digest("inversion")

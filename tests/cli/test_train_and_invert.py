@@ -1,0 +1,151 @@
+"""`birdstrike train-and-invert` as a user meets it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import inversion.forward
+from birdstrike.cli.app import app
+from data.errors import RunFailed
+from tests.inversion import small_campaign
+
+runner = CliRunner()
+
+
+@pytest.fixture(autouse=True)
+def formula_for_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inversion.forward, "simulate", small_campaign.strike)
+
+
+@pytest.fixture(scope="module")
+def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cli")
+    small_campaign.build(folder / "doe")
+    small_campaign.write_record(folder / "record.csv")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def diagonal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign on Table 6's diagonal."""
+    folder = tmp_path_factory.mktemp("diagonal")
+    rows = [f"{k},{-5e4 * k},{60.0 * (k - 1)},{0.05 * k},{1.30 - 0.05 * k}" for k in range(1, 26)]
+    names = ("pressure_cutoff [Pa]", "viscosity [Pa s]", "tension_erosion", "compression_erosion")
+    header = ",".join(["run", *(f"bird.material.{name}" for name in names)])
+    (folder / "design.csv").write_text("\n".join([header, *rows]) + "\n")
+    small_campaign.build(folder / "doe", folder / "design.csv")
+    return folder / "doe"
+
+
+def invoke(*args: str | Path):
+    return runner.invoke(app, ["train-and-invert", *map(str, args)], env={"COLUMNS": "200"})
+
+
+def test_help_shows_an_example() -> None:
+    assert "Example: birdstrike train-and-invert" in invoke("--help").output
+
+
+def test_prints_parameters_errors_verdict_and_next_step(loop: Path) -> None:
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", loop / "inversion")
+    assert found.exit_code == 0, found.output
+    written = json.loads((loop / "inversion" / "inversion.json").read_text())
+    for text in (
+        "is simulated, not measured",
+        "12-9-4 (lm)",
+        "leave-one-out Q2",
+        "time origin:",
+        "identified",
+        "reason",
+    ):
+        assert text in found.output
+    for method in ("network", "emulator"):
+        rms = 1e3 * written["methods"][method]["verified_rmse"]
+        assert f"{method}: displacement_centre verified at {rms:.3g} mm RMS" in found.output
+    assert f"better verified by the solver: the {written['best']}" in found.output
+    last = found.output.strip().splitlines()[-1]
+    assert str(loop / "inversion") in last
+    assert f"Next: birdstrike report {loop}" in last
+
+
+def test_parameter_that_is_not_identified_is_shown_as_its_range(loop: Path) -> None:
+    out = loop / "by_emulator"
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", out, "--method", "emulator")
+    line = next(text for text in found.output.splitlines() if "tension_erosion" in text and "in 0.05 .. 1.25" in text)
+    value = json.loads((out / "inversion.json").read_text())["methods"]["emulator"]["parameters"]
+    assert f"{value['bird.material.tension_erosion']['value']:.4g}" not in line.split("in 0.05 .. 1.25")[1]
+    assert " no " in line
+
+
+def test_json_is_the_last_line(loop: Path) -> None:
+    found = invoke(
+        loop / "doe", "--measured", loop / "record.csv", "--out", loop / "j", "--method", "emulator", "--json"
+    )
+    line = json.loads(found.output.strip().splitlines()[-1])
+    assert line["schema_version"] == 1
+    assert line["best"] == "emulator"
+    assert line["methods"]["emulator"]["verified_rmse"] > 0.0
+
+
+def test_rank_deficient_design_exits_1_and_names_the_rank(diagonal: Path, loop: Path, tmp_path: Path) -> None:
+    found = invoke(diagonal, "--measured", loop / "record.csv", "--out", tmp_path)
+    assert found.exit_code == 1
+    assert "the design carries 1 direction, not 4" in found.output
+    assert "Traceback" not in found.output
+    assert not (tmp_path / "inversion.json").exists()
+
+
+def test_rank_deficient_design_gives_its_one_combination_when_asked(diagonal: Path, loop: Path, tmp_path: Path) -> None:
+    found = invoke(diagonal, "--measured", loop / "record.csv", "--out", tmp_path, "--allow-rank-deficient")
+    assert found.exit_code == 0, found.output
+    assert "of the way through the runs, that is together" in found.output
+    written = json.loads((tmp_path / "inversion.json").read_text())
+    assert all(p["value"] is None for p in written["methods"]["emulator"]["parameters"].values())
+
+
+@pytest.mark.parametrize(
+    ("content", "text"),
+    [
+        ("time [ms],displacement_centre [mm]\n0.5,nan\n1.0,2.0\n", "line 2"),
+        ("time [ms],strain [-]\n0.5,1\n1.0,2.0\n", "sensors: displacement_centre"),
+        ("time [s],displacement_centre [mm]\n5,1\n6,2\n", "lies in the simulated record"),
+    ],
+    ids=["nan", "unknown channel", "another clock"],
+)
+def test_bad_measurement_exits_1_with_a_line_that_helps(loop: Path, tmp_path: Path, content: str, text: str) -> None:
+    (tmp_path / "bad.csv").write_text(content)
+    found = invoke(loop / "doe", "--measured", tmp_path / "bad.csv", "--out", tmp_path / "out")
+    assert found.exit_code == 1
+    assert text in found.output
+    assert "Traceback" not in found.output
+
+
+def test_gap_in_the_measurement_is_fine(loop: Path, tmp_path: Path) -> None:
+    lines = (loop / "record.csv").read_text().splitlines()
+    lines[5] = lines[5].split(",")[0] + ","
+    (tmp_path / "gap.csv").write_text("\n".join(lines) + "\n")
+    found = invoke(loop / "doe", "--measured", tmp_path / "gap.csv", "--out", tmp_path / "out")
+    assert found.exit_code == 0, found.output
+    assert "11-9-4" in found.output
+
+
+def test_curve_outside_the_cloud_warns_and_goes_on(loop: Path, tmp_path: Path) -> None:
+    rows = [f"{t},{9.0 + (i % 2)}" for i, t in enumerate((0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.3))]
+    (tmp_path / "foreign.csv").write_text("\n".join(["time [ms],displacement_centre [mm]", *rows]) + "\n")
+    found = invoke(loop / "doe", "--measured", tmp_path / "foreign.csv", "--out", tmp_path / "out")
+    assert found.exit_code == 0, found.output
+    assert "warning: the model cannot produce this curve: nearest is run" in found.output
+    assert " yes " not in found.output
+
+
+def test_failed_verification_exits_2(loop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def unstable(*_args: object, **_options: object) -> None:
+        raise RunFailed("the energy balance is off by 9 %", "lower solver.courant")
+
+    monkeypatch.setattr(inversion.forward, "simulate", unstable)
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path)
+    assert found.exit_code == 2
+    assert "energy balance is off" in found.output

@@ -1,0 +1,138 @@
+"""From a campaign's folder and a measured file to a folder with everything in it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import inversion.forward
+from data.curves import read_histories
+from data.errors import MeasuredError, UserError
+from data.store import RunStore
+from inversion.inversion import Inversion
+from inversion.train_and_invert import train_and_invert
+from solver.case import load_case
+from surrogate.files import load_emulator, load_network
+from tests.inversion import small_campaign
+from tests.inversion.stand_in import CHANNEL
+
+VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
+
+
+@pytest.fixture(autouse=True)
+def formula_for_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inversion.forward, "simulate", small_campaign.strike)
+
+
+@pytest.fixture(scope="module")
+def doe(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("loop") / "doe"
+    small_campaign.build(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def measured(doe: Path) -> Path:
+    return small_campaign.write_record(doe.parent / "record.csv")
+
+
+def test_truth_is_found_and_every_file_is_there(doe: Path, measured: Path, tmp_path: Path) -> None:
+    found = train_and_invert(doe, measured, tmp_path)
+    answer = found.methods["emulator"].parameters
+    for name, expected in ((VISCOSITY, 600.0), (CUTOFF, -0.5e6)):
+        interval = answer[name].interval_95
+        assert answer[name].identified
+        assert interval is not None
+        assert interval[0] < expected < interval[1]
+    assert not answer["bird.material.tension_erosion"].identified
+    assert not answer["bird.material.compression_erosion"].identified
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names >= {"inversion.json", "verification.csv", "training.csv", "network.npz", "emulator.npz", "runs"}
+    assert names >= {"verified_network.csv", "verified_emulator.csv"}
+    assert Inversion.load(tmp_path / "inversion.json") == found
+    assert found.measured.noise_source == {CHANNEL: "case"}
+    assert found.time_offset.sigma == pytest.approx(0.1e-3)  # the reference strike's nuisance
+
+
+def test_verified_runs_are_in_the_store_under_the_key_in_the_json(doe: Path, measured: Path, tmp_path: Path) -> None:
+    train_and_invert(doe, measured, tmp_path)
+    for method, answer in json.loads((tmp_path / "inversion.json").read_text())["methods"].items():
+        stored = RunStore(tmp_path / "runs").load(answer["run"])
+        assert stored is not None
+        written = read_histories(tmp_path / f"verified_{method}.csv")
+        np.testing.assert_allclose(written.channels[CHANNEL], stored.channels[CHANNEL], atol=1e-12)
+
+
+def test_second_call_pays_no_run(doe: Path, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = train_and_invert(doe, measured, tmp_path)
+    monkeypatch.setattr(inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice"))
+    assert train_and_invert(doe, measured, tmp_path) == first
+
+
+def test_trained_models_can_be_read_back(doe: Path, measured: Path, tmp_path: Path) -> None:
+    found = train_and_invert(doe, measured, tmp_path)
+    network, emulator = load_network(tmp_path / "network.npz"), load_emulator(tmp_path / "emulator.npz")
+    assert found.training is not None
+    assert str(network.shape) == found.training.shape
+    theta = np.array([[answer.value for answer in found.methods["emulator"].parameters.values()]], dtype=float)
+    curve, _ = emulator.predict(theta, CHANNEL)
+    truth = small_campaign.curve(theta[0, 1], theta[0, 0])
+    np.testing.assert_allclose(
+        np.interp(small_campaign.TIME, emulator.channels[CHANNEL].time, curve[0]), truth, atol=2e-5
+    )
+
+
+def test_convergence_file_is_the_training_that_is_reported(doe: Path, measured: Path, tmp_path: Path) -> None:
+    found = train_and_invert(doe, measured, tmp_path, trainer="adam", method="network")
+    assert found.training is not None
+    table = pd.read_csv(tmp_path / found.training.history)
+    assert len(table) == found.training.epochs + 1
+    assert float(np.min(table["mse"])) == pytest.approx(found.training.mse)
+    assert found.training.trainer == "adam"
+    assert not (tmp_path / "verified_emulator.csv").exists()
+
+
+def test_a_campaign_of_another_case_is_refused(doe: Path, measured: Path, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="was run for another case"):
+        train_and_invert(doe, measured, tmp_path, case="reference_strike_156mm")
+    assert not (tmp_path / "inversion.json").exists()
+
+
+def test_another_noise_is_not_another_case(doe: Path, measured: Path, tmp_path: Path) -> None:
+    noisy = load_case("reference_strike", {"sensors.displacement_centre.noise": "0.1 mm"})
+    found = train_and_invert(doe, measured, tmp_path, method="emulator", case=noisy)
+    assert found.measured.noise == {CHANNEL: pytest.approx(1e-4)}
+
+
+def test_channel_without_a_sensor_is_refused(doe: Path, tmp_path: Path) -> None:
+    (tmp_path / "strain.csv").write_text("time [ms],strain_1 [-]\n0.5,0.001\n1.0,0.002\n")
+    with pytest.raises(MeasuredError, match="sensors: displacement_centre, contact_force, reaction_force"):
+        train_and_invert(doe, tmp_path / "strain.csv", tmp_path / "out")
+
+
+def test_folder_without_a_campaign_is_refused(measured: Path, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="run-doe"):
+        train_and_invert(tmp_path, measured, tmp_path / "out")
+
+
+def test_shipped_curve_goes_by_its_name(doe: Path, tmp_path: Path) -> None:
+    found = train_and_invert(doe, "table7_group5", tmp_path)
+    assert found.measured.simulated
+    assert found.measured.points == {CHANNEL: 12}
+
+
+def test_own_forward_model_takes_the_solvers_place(doe: Path, measured: Path, tmp_path: Path) -> None:
+    seen: list[float] = []
+
+    def external(theta):
+        seen.append(theta[VISCOSITY])
+        return small_campaign.strike(load_case("reference_strike").with_values(theta))
+
+    found = train_and_invert(doe, measured, tmp_path, forward=external)
+    assert len(seen) == 2
+    assert found.methods["emulator"].run is None
+    assert not (tmp_path / "runs").exists()

@@ -1,0 +1,45 @@
+"""Two finished loops around the stand-in, made once: one on a measured record, one on a simulated one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from reports.folder import read_results
+from reports.page import report
+from reports.results import Results
+from tests.reports.synthetic import finished_folder, write_record
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A loop on a record that the stand-in can produce."""
+    folder = tmp_path_factory.mktemp("measured")
+    with pytest.MonkeyPatch.context() as patch:
+        return finished_folder(folder, write_record(folder / "shot7.csv"), patch)
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A loop on LS-DYNA's curve, which lies outside all strikes of the stand-in."""
+    with pytest.MonkeyPatch.context() as patch:
+        return finished_folder(tmp_path_factory.mktemp("simulated"), Path("table7_group5"), patch)
+
+
+@pytest.fixture(scope="session")
+def results(finished: Path) -> Results:
+    """What is read from the first loop."""
+    return read_results(finished)
+
+
+@pytest.fixture(scope="session")
+def page(finished: Path) -> Path:
+    """The first loop's page."""
+    return report(finished)
+
+
+@pytest.fixture(scope="session")
+def simulated_page(simulated: Path) -> Path:
+    """The second loop's page."""
+    return report(simulated)

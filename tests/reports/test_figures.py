@@ -1,0 +1,209 @@
+"""Every figure: ink on paper, units on the axes, no legend over data, and the same bytes for the same data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from io import BytesIO
+
+import matplotlib.image as images
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from reports.figures.cloud import cloud_figure
+from reports.figures.comparison import VerifiedCurve, comparison_figure
+from reports.figures.design import design_figure
+from reports.figures.force import force_figure, impulse
+from reports.figures.parameters import Mark, ParameterRow, parameters_figure
+from reports.figures.plate_fields import plate_figure
+from reports.figures.setup import SetUp, bird_outline, setup_figure
+from reports.figures.strike import magnification, mid_line, push_direction, strike_figure
+from reports.figures.style import inline_svg, png
+from reports.figures.training import training_figure
+from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
+
+RUN = strike()
+RESTING = plate(0.0)[0]
+RECORD = displacement(RECORD_TIMES, 5.65e-3, 2.45e-3)
+NAMES = ("bird.material.pressure_cutoff", "bird.material.viscosity", "bird.material.tension_erosion")
+
+
+def comparison(time: np.ndarray = RECORD_TIMES, sigma: float | None = 5e-5) -> Figure:
+    values = displacement(time, 5.65e-3, 2.45e-3)
+    verified = {
+        method: VerifiedCurve(run.time, run.channels["displacement_centre"], run.at("displacement_centre", time))
+        for method, run in (("network", strike(5.3e-3)), ("emulator", strike(5.9e-3)))
+    }
+    noise = None if sigma is None else np.full(time.size, sigma)
+    label = "record, simulated by LS-DYNA"
+    return comparison_figure("displacement_centre", "m", time, values, noise, label, verified)
+
+
+def cloud() -> Figure:
+    curves = np.stack([displacement(RUN.time, peak) for peak in np.linspace(5.0e-3, 5.5e-3, 25)])
+    smooth = np.arange(25) != 3
+    outside = np.interp(RECORD_TIMES, RUN.time, curves.max(axis=0)) < RECORD
+    return cloud_figure(
+        "displacement_centre", "m", RUN.time, curves, smooth, RECORD_TIMES, RECORD, outside, "record, measured"
+    )
+
+
+def design() -> Figure:
+    lows, highs = np.array([-1.25e6, 0.0, 0.05]), np.array([-5e4, 1500.0, 1.25])
+    values = lows + (highs - lows) * np.random.default_rng(0).random((25, 3))
+    return design_figure(
+        ("PC", "MU", "TEROD"), ("Pa", "Pa s", ""), values, lows, highs, np.arange(25) % 5 == 0, {2: 1.0}
+    )
+
+
+def parameters() -> Figure:
+    rows = [
+        ParameterRow(
+            NAMES[0], "Pa", -1.25e6, -5e4, {"network": Mark(-4e5, (-6e5, -2e5)), "emulator": Mark(None, None)}
+        ),
+        ParameterRow(NAMES[2], "", 0.05, 1.25, {"network": Mark(None, None), "emulator": Mark(None, None)}),
+    ]
+    return parameters_figure(rows)
+
+
+def forces() -> Figure:
+    return force_figure(RUN.time, {name: RUN.channels[name] for name in ("contact_force", "reaction_force")}, 45.5)
+
+
+def training() -> Figure:
+    epoch = np.arange(200.0)
+    return training_figure(epoch, 0.1 * np.exp(-epoch / 40) + 1e-3, 0.1 * np.exp(-epoch / 40) + 0.08, 1e-3)
+
+
+SETUP = SetUp(
+    0.525,
+    0.43,
+    0.01,
+    "clamped",
+    "hemispherical_cylinder",
+    0.106,
+    0.262,
+    np.pi / 6,
+    91.1,
+    "axis",
+    0.0077,
+    {"w": (0.0, 0.0)},
+)
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "comparison": comparison,
+    "comparison of a dense record": lambda: comparison(np.linspace(0.0, 2.4e-3, 400)),
+    "comparison without known noise": lambda: comparison(sigma=None),
+    "cloud": cloud,
+    "design": design,
+    "parameters": parameters,
+    "force": forces,
+    "training": training,
+    "setup": lambda: setup_figure(SETUP),
+    "strike": lambda: strike_figure(RUN.snapshots, RESTING, 0.01),
+    "plate": lambda: plate_figure(RUN.snapshots[2], RESTING, push_direction(RUN.snapshots)),
+}
+
+every_figure = pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES.keys())
+
+
+def laid_out(figure: Figure) -> Figure:
+    """The figure after its layout has been worked out."""
+    FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def on_show(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.axison]
+
+
+@every_figure
+def test_figure_has_ink(draw: Callable[[], Figure]) -> None:
+    pixels = images.imread(BytesIO(png(draw(), 60)))[..., :3]
+    assert np.mean(np.any(pixels < 0.9, axis=-1)) > 0.01
+
+
+@every_figure
+def test_axes_say_their_units(draw: Callable[[], Figure]) -> None:
+    labels = [text for axes in on_show(draw()) for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
+    assert labels or draw is parameters  # its bars carry their units at their ends
+    assert [text for text in labels if not re.search(r"\[.+\]$", text) and text != "Epoch"] == []
+
+
+@every_figure
+def test_no_legend_covers_data(draw: Callable[[], Figure]) -> None:
+    figure = laid_out(draw())
+    assert all(axes.get_legend() is None for axes in figure.axes)
+    for legend in figure.legends:
+        box = legend.get_window_extent()
+        assert box.width > 0
+        assert [axes for axes in on_show(figure) if box.overlaps(axes.get_window_extent())] == []
+
+
+@every_figure
+def test_text_stays_inside_the_figure(draw: Callable[[], Figure]) -> None:
+    figure = laid_out(draw())
+    for legend in figure.legends:
+        assert legend.get_window_extent().x1 <= figure.bbox.x1 + 1
+
+
+def test_simulated_curves_and_records_say_so_in_the_legend() -> None:
+    said = [text.get_text() for text in comparison().legends[0].get_texts()]
+    assert said[0] == "record, simulated by LS-DYNA"
+    assert all(text.startswith("simulated") for text in said[1:])
+    assert not any("measured" in text for text in said)
+    assert any(text.get_text() == "simulated strikes" for text in cloud().legends[0].get_texts())
+
+
+def test_the_same_data_give_the_same_drawing() -> None:
+    assert inline_svg(comparison(), "a") == inline_svg(comparison(), "a")
+
+
+def test_a_drawing_for_the_page_refers_only_to_itself() -> None:
+    svg = inline_svg(cloud(), "cloud")
+    assert "<metadata" not in svg
+    assert "<?xml" not in svg
+    assert set(re.findall(r'id="([^"-]+)-', svg)) == {"cloud"}
+    assert all(name.startswith("#cloud-") for name in re.findall(r'href="([^"]+)"', svg))
+    assert all(name.startswith("cloud-") for name in re.findall(r"url\(#([^)]+)\)", svg))
+
+
+def test_unidentified_parameters_show_no_marker() -> None:
+    (axes,) = parameters().axes
+    drawn = [np.atleast_1d(np.asarray(line.get_ydata(), dtype=float)) for line in axes.lines]
+    heights = [float(y[0]) for y in drawn if y.size]
+    assert heights, "the identified one is drawn"
+    assert all(abs(height) < 0.5 for height in heights), "nothing on the second parameter's bar"
+
+
+def test_impulse_of_a_half_sine_is_its_area() -> None:
+    time = np.linspace(0.0, 3e-3, 3001)
+    assert impulse(time, contact_force(time, 46.0))[-1] == pytest.approx(46.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("shape", ["hemispherical_cylinder", "cylinder", "ellipsoid", "sphere"])
+def test_bird_outline_hangs_the_standoff_above_the_plate(shape: str) -> None:
+    setup = SetUp(**{**vars(SETUP), "bird_shape": shape})
+    outline = bird_outline(setup, 4000)
+    assert outline[:, 1].min() == pytest.approx(0.005 + 0.0077, abs=1e-6)
+    centre = (outline.max(axis=0) + outline.min(axis=0)) / 2  # the outlines are symmetric about the bird's centre
+    assert centre[1] / -centre[0] == pytest.approx(np.tan(np.pi / 6), rel=1e-3), "the axis meets the plate's centre"
+
+
+def test_first_touch_falls_on_the_centre() -> None:
+    setup = SetUp(**{**vars(SETUP), "aim": "first_touch"})
+    outline = bird_outline(setup, 4000)
+    lowest = outline[np.argmin(outline[:, 1]), 0]
+    assert lowest + setup.standoff / np.tan(setup.angle) == pytest.approx(0.0, abs=2e-4)
+
+
+def test_the_bird_comes_from_above_and_the_bending_is_magnified_roundly() -> None:
+    assert push_direction(RUN.snapshots) == -1.0
+    assert magnification(RUN.snapshots, RESTING) == 5
+    line = mid_line(RESTING)
+    assert np.all(np.diff(RESTING[line, 0]) > 0)
+    assert np.ptp(RESTING[line, 1]) < 1e-9
+    assert len(line) == 51

@@ -1,0 +1,157 @@
+"""The five findings are computed: each follows its input."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from data.curves import Measured
+from inversion.inversion import Estimate
+from inversion.time_origin import TimeOrigin
+from reports.findings import findings, key_figures, percent
+from reports.folder import read_results
+from reports.record import cloud, origin, residual
+from reports.results import Results
+from tests.reports.synthetic import RECORD_TIMES
+
+CHANNEL = "displacement_centre"
+PC, MU = "bird.material.pressure_cutoff", "bird.material.viscosity"
+
+
+def changed(one: Results, other: Results) -> list[int]:
+    """Numbers (from 1) of the lines that differ."""
+    return [i for i, (a, b) in enumerate(zip(findings(one), findings(other), strict=True), 1) if a != b]
+
+
+def with_answer(results: Results, **changes: Any) -> Results:
+    """The best answer changed."""
+    methods = {**results.inversion.methods, results.best: replace(results.answer, **changes)}
+    return replace(results, inversion=replace(results.inversion, methods=methods))
+
+
+def with_estimate(results: Results, name: str, **changes: Any) -> Results:
+    """One estimate of the best answer changed."""
+    parameters: Mapping[str, Estimate] = results.answer.parameters
+    return with_answer(results, parameters={**parameters, name: replace(parameters[name], **changes)})
+
+
+def test_another_record_changes_what_is_said_of_it(results: Results, simulated: Path) -> None:
+    other = read_results(simulated)
+    assert changed(results, other) == [1, 2, 3, 4]
+    first, second, third, fourth, _ = findings(other)
+    assert "is simulated by LS-DYNA, not measured" in first
+    assert "peak 5.70 mm at 1.53 ms" in first
+    assert f"{1e3 * (other.answer.verified_rmse or 0.0):.3f} mm RMS" in second
+    assert ": none. Not identified: PC, MU, TEROD, CEROD" in third
+    assert re.search(r"outside all strikes of the campaign by more than noise at \d+ of 12 points", fourth)
+
+
+def test_a_measured_record_is_called_measured(results: Results) -> None:
+    assert "the record shot7 is measured: 12 points of displacement centre" in findings(results)[0]
+    assert "of 0.999 kg at 91.1 m/s (45.5 m/s normal to the plate)" in findings(results)[0]
+
+
+def test_the_verified_error_is_the_one_of_the_best_method(results: Results) -> None:
+    scores = {CHANNEL: replace(results.answer.channels[CHANNEL], verified_rmse=3.21e-4, verified_relative=0.0567)}
+    other = with_answer(results, channels=scores)
+    assert changed(results, other) == [2]
+    assert f"at the {results.best}'s answer misses the record by 0.321 mm RMS, 5.7 % of the peak" in findings(other)[1]
+
+
+def test_the_time_offset_is_said_with_its_sense(results: Results) -> None:
+    for value, words in ((5e-5, "0.0500 ms later"), (-5e-5, "0.0500 ms earlier"), (1e-8, "agree within 1 µs")):
+        moved = replace(results, inversion=replace(results.inversion, time_offset=TimeOrigin(value, 1e-4, None)))
+        assert words in findings(moved)[1]
+    fixed = replace(results, inversion=replace(results.inversion, time_offset=TimeOrigin(0.0, None, None)))
+    assert "record and simulation share one clock" in findings(fixed)[1]
+
+
+def test_identified_parameters_carry_value_and_interval(results: Results) -> None:
+    told = with_estimate(results, MU, value=640.0, interval_95=(500.0, 900.0), identified=True)
+    assert "viscosity MU 640 Pa s (95 %: 500 Pa s to 900 Pa s)" in findings(told)[2]
+
+
+def test_a_parameter_that_is_not_identified_shows_its_reason_and_no_digits(results: Results) -> None:
+    value = results.answer.parameters[PC].value
+    assert value is not None
+    lost = with_estimate(results, PC, identified=False, reason="the noise hides it")
+    assert changed(results, lost) == [3]
+    line = findings(lost)[2]
+    assert "PC: the noise hides it" in line
+    assert f"{abs(value) / 1e6:.3f}" not in line
+    assert f"{abs(value) / 1e6:.3f}" in findings(results)[2]
+
+
+def test_the_largest_residual_is_named_with_time_and_sign(results: Results) -> None:
+    values = results.simulated[results.best][CHANNEL].copy()
+    values[4] = results.record.channels[CHANNEL][4] - 0.5e-3
+    moved = replace(results, simulated={**results.simulated, results.best: {CHANNEL: values}})
+    assert changed(results, moved) == [4]
+    assert "0.500 mm at 1.09 ms, the simulation below the record" in findings(moved)[3]
+    assert residual(moved, CHANNEL, results.best).worst == (pytest.approx(1.09e-3), pytest.approx(-0.5e-3))
+
+
+def test_a_record_above_the_cloud_is_counted_point_by_point(results: Results) -> None:
+    values = results.record.channels[CHANNEL].copy()
+    high = cloud(results, CHANNEL).high
+    values[[5, 6]] = high[[5, 6]] + np.array([0.2e-3, 0.3e-3])
+    lifted = replace(results, record=replace(results.record, channels={CHANNEL: values}))
+    assert "at 2 of 12 points, up to 0.300 mm above them at 1.53 ms" in findings(lifted)[3]
+    within_noise = values.copy()
+    within_noise[[5, 6]] = high[[5, 6]] + 0.05e-3  # the case states 0.03 mm of noise
+    inside = replace(results, record=replace(results.record, channels={CHANNEL: within_noise}))
+    assert "lies among the campaign's strikes, within noise at all 12 points" in findings(inside)[3]
+
+
+def test_books_name_the_worst_strike_and_the_cost(results: Results) -> None:
+    books = {**results.books, "run 3": {**results.books["run 3"], "energy_error": -0.013, "wall_s": 600.0}}
+    other = replace(results, books=books, failures={"run 26": "unstable"})
+    assert changed(results, other) == [5]
+    line = findings(other)[4]
+    assert "27 strikes used, 1 more failed, worst energy error 1.3 %" in line
+    minutes = sum(book["wall_s"] for book in books.values()) / 60
+    assert f"{minutes:.2g} minutes of solver time" in line
+
+
+def test_failures_and_the_strikes_own_warnings_reach_the_reader(results: Results) -> None:
+    warned = {name: {**book, "warnings": ["hourglass is 7 %"]} for name, book in results.books.items()}
+    other = replace(results, books=warned, failures={"run 26": "unstable"})
+    assert other.warnings[-2:] == (
+        "run 26 failed and is not used: unstable",
+        "hourglass is 7 % (27 of 27 strikes)",
+    )
+
+
+def test_figures_for_programs_are_the_raw_numbers(results: Results) -> None:
+    figures = key_figures(results)
+    assert figures["methods"] == {
+        name: {"verified_rmse": answer.verified_rmse, "verified_relative": answer.verified_relative}
+        for name, answer in results.inversion.methods.items()
+    }
+    assert figures["strikes"] == 27
+    assert figures["inside_cloud"] is True
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("SIMULATED (by LS-DYNA), NOT MEASURED: no instrument took this curve.", "simulated by LS-DYNA"),
+        ("SIMULATED (LS-DYNA), NOT MEASURED.", "simulated by LS-DYNA"),
+        ("SIMULATED by OpenRadioss (open explicit code), NOT MEASURED.", "simulated by OpenRadioss"),
+        ("SIMULATED, NOT MEASURED", "simulated, see its provenance"),
+        ("Shot 7 of March, gauge 3.", "measured"),
+    ],
+)
+def test_origin_follows_the_provenance(line: str, expected: str) -> None:
+    record = Measured(RECORD_TIMES, {}, {}, {}, ("A title.", line))
+    assert origin(record) == expected
+
+
+def test_per_cent_keeps_two_digits() -> None:
+    assert [percent(share) for share in (0.0641, 0.112, 0.00042)] == ["6.4 %", "11 %", "0.042 %"]

@@ -1,0 +1,204 @@
+"""The page: one file that points nowhere else, with every section, and the numbers of inversion.json."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib.image as images
+import numpy as np
+import pytest
+
+from data.errors import UserError
+from reports.page import SECTIONS, report
+from tests.reports.html import Page
+
+MEGABYTE = 1_000_000
+TITLES = (
+    "Summary",
+    "Test set-up",
+    "The record (measured) and the simulated curves",
+    "Inverted parameters",
+    "The simulated strike",
+    "The campaign's design",
+    "Network and emulator",
+    "Verification and balance of every strike",
+    "To do it again",
+)
+
+
+@pytest.fixture(scope="module")
+def parsed(page: Path) -> Page:
+    return Page(page.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def parsed_simulated(simulated_page: Path) -> Page:
+    return Page(simulated_page.read_text(encoding="utf-8"))
+
+
+def number(cell: str) -> float:
+    """`−0.596 MPa` -> -0.596."""
+    found = re.match(r"[+−]?[\d.]+(?:e-?\d+)?", cell)
+    assert found, cell
+    return float(found[0].replace("−", "-"))
+
+
+def test_page_loads_nothing_from_outside(page: Path, parsed: Page) -> None:
+    assert parsed.references
+    assert all(reference.startswith(("#", "data:")) for reference in parsed.references)
+    text = page.read_text(encoding="utf-8")
+    assert not re.search(r"@import|url\((?!#)|<script|<link rel=\"stylesheet\"|<iframe", text)
+    assert set(re.findall(r"https?://[^\s\"'<>]+", text)) <= {"http://www.w3.org/2000/svg"}
+
+
+def test_page_stays_far_below_10_megabytes(page: Path) -> None:
+    assert 0.2 * MEGABYTE < page.stat().st_size < 4 * MEGABYTE
+
+
+def test_every_section_is_there_in_order(parsed: Page) -> None:
+    assert [heading.split(" ", 1)[1] for heading in parsed.text["h2"]] == list(TITLES)
+    assert len(parsed.text["h2"]) == len(SECTIONS)
+
+
+def test_ids_are_unique_so_that_no_figure_borrows_another_ones_marks(parsed: Page) -> None:
+    repeated = {name for name in parsed.ids if parsed.ids.count(name) > 1}
+    # within one figure matplotlib repeats the id of a clip box that two of its parts share
+    assert {name for name in repeated if not re.match(r"[\w-]+?-p[0-9a-f]{10}$", name)} == set()
+
+
+def test_every_figure_is_drawn(parsed: Page) -> None:
+    wanted = {"setup", "comparison-displacement_centre", "cloud-displacement_centre", "parameters", "force", "design"}
+    wanted |= {"training", "strike", "plate"}
+    assert set(parsed.figures) == {f"figure-{name}" for name in wanted}
+    for name, drawn in parsed.figures.items():
+        if name not in parsed.pictures:
+            assert drawn > 20, f"{name} has {drawn} elements"
+
+
+def test_every_picture_holds_more_than_paper(parsed: Page) -> None:
+    assert len(parsed.pictures) == 2
+    for name, address in parsed.pictures.items():
+        assert address.startswith("data:image/png;base64,")
+        pixels = images.imread(BytesIO(base64.b64decode(address.split(",", 1)[1])))[..., :3]
+        assert np.mean(np.any(pixels < 0.95, axis=-1)) > 0.05, name
+
+
+def test_verified_errors_are_those_of_inversion_json(finished: Path, parsed: Page) -> None:
+    content = json.loads((finished / "inversion" / "inversion.json").read_text())
+    rows = {row[0].split()[0]: row for row in parsed.table("verification runs")[1:]}
+    assert set(rows) == {"network", "emulator"}
+    assert rows[content["best"]][0].endswith("(best)")
+    for method, answer in content["methods"].items():
+        rmse, relative, unshifted, predicted = (number(cell) for cell in rows[method][1:5])
+        assert rmse == pytest.approx(1e3 * answer["verified_rmse"], rel=5e-3)
+        assert relative == pytest.approx(1e2 * answer["verified_relative"], rel=5e-2)
+        channel = answer["channels"]["displacement_centre"]
+        assert unshifted == pytest.approx(1e3 * channel["verified_rmse_at_zero_offset"], rel=5e-3)
+        assert predicted == pytest.approx(1e3 * answer["predicted_rmse"], rel=5e-3)
+
+
+def test_identified_parameters_are_those_of_inversion_json(finished: Path, parsed: Page) -> None:
+    content = json.loads((finished / "inversion" / "inversion.json").read_text())
+    symbols = {"PC": "pressure_cutoff", "MU": "viscosity", "TEROD": "tension_erosion", "CEROD": "compression_erosion"}
+    scale = {"Pa": 1e-6, "Pa s": 1.0, "": 1.0}
+    seen, name = set(), ""
+    for label, _, method, value, interval, identified, reason in parsed.table("parameters by each method")[1:]:
+        name = f"bird.material.{symbols[label.split()[-1]]}" if label else name
+        told = content["methods"][method]["parameters"][name]
+        assert identified == ("yes" if told["identified"] else "no")
+        assert reason == told["reason"]
+        seen.add((method, name))
+        if not told["identified"]:
+            assert (value, interval) == ("–", "whole range")
+            continue
+        factor = scale[told["unit"]]
+        assert number(value) == pytest.approx(factor * told["value"], rel=5e-3)
+        assert [number(end) for end in interval.split(" to ")] == pytest.approx(
+            [factor * end for end in told["interval_95"]], rel=5e-3
+        )
+    assert len(seen) == 8
+    assert any(p["identified"] for p in content["methods"][content["best"]]["parameters"].values())
+
+
+def test_every_strike_has_its_books(finished: Path, parsed: Page) -> None:
+    rows = parsed.table("Simulated strikes")[1:]
+    runs = json.loads((finished / "doe" / "summary.json").read_text())["runs"]
+    assert [row[0] for row in rows] == [
+        *(f"run {entry['run']}" for entry in runs),
+        "verification, network",
+        "verification, emulator",
+    ]
+    assert {number(row[1]) for row in rows} == {0.42}
+
+
+def test_what_it_takes_to_do_it_again_is_there(finished: Path, parsed: Page) -> None:
+    content = json.loads((finished / "inversion" / "inversion.json").read_text())
+    made = dict(parsed.table("What made these numbers")[1:])
+    assert made["campaign's case hash"] == content["case_hash"]
+    assert all(answer["run"] in made["verification runs in the run store"] for answer in content["methods"].values())
+    assert "numpy" in made["Python and libraries"]
+    case = dict(parsed.table("all that changes a history")[1:])
+    assert json.loads(case["plate.thickness"]) == 0.01
+
+
+def test_a_simulated_record_is_never_called_measured(parsed_simulated: Page) -> None:
+    said = [*(parsed_simulated.text[tag] for tag in ("title", "h1", "h2", "header", "figcaption", "caption"))]
+    for text in (line for lines in said for line in lines):
+        assert not re.search(r"(?<!not )\bmeasured\b", text, re.IGNORECASE), text
+    assert any("simulated by LS-DYNA" in text for text in parsed_simulated.text["figcaption"])
+    assert "The record (simulated by LS-DYNA) and the simulated curves" in parsed_simulated.text["h2"][2]
+
+
+def test_a_record_outside_the_cloud_is_warned_of_at_the_top(parsed_simulated: Page) -> None:
+    assert "the model cannot produce this curve" in parsed_simulated.text["aside"][0]
+    rows = parsed_simulated.table("parameters by each method")[1:]
+    assert {row[5] for row in rows} == {"no"}
+    assert {row[3] for row in rows} == {"–"}
+
+
+def test_a_folder_that_does_not_exist_names_the_command(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="birdstrike close-the-loop CASE --measured CSV --out"):
+        report(tmp_path / "nothing")
+
+
+def test_every_missing_part_is_named_with_its_command(tmp_path: Path) -> None:
+    with pytest.raises(UserError) as caught:
+        report(tmp_path)
+    lines = caught.value.errors
+    assert f"birdstrike run-doe CASE --out {tmp_path / 'doe'}" in lines[0]
+    assert all("birdstrike train-and-invert" in line for line in lines[1:])
+    assert [name for name in ("inversion.json", "verification.csv") if any(name in line for line in lines)] == [
+        "inversion.json",
+        "verification.csv",
+    ]
+
+
+def test_an_inversion_of_another_campaign_is_refused(finished: Path, tmp_path: Path) -> None:
+    for part in ("doe", "inversion"):
+        (tmp_path / part).mkdir()
+        for file in (finished / part).glob("*.*"):
+            (tmp_path / part / file.name).write_bytes(file.read_bytes())
+    path = tmp_path / "inversion" / "inversion.json"
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps({**content, "case_hash": "0" * 16}))
+    with pytest.raises(UserError, match="another campaign"):
+        report(tmp_path)
+    path.write_text("{")
+    with pytest.raises(UserError, match="damaged"):
+        report(tmp_path)
+
+
+def test_books_survive_without_the_run_store(finished: Path, tmp_path: Path) -> None:
+    for part in ("doe", "inversion"):
+        (tmp_path / part).mkdir()
+        for file in (finished / part).glob("*.*"):
+            (tmp_path / part / file.name).write_bytes(file.read_bytes())
+    text = report(tmp_path).read_text(encoding="utf-8")
+    rows = Page(text).table("Simulated strikes")[1:]
+    assert len(rows) == 25
+    assert {(row[1], row[5]) for row in rows} == {("+0.42 %", "–")}
+    assert "There is no picture of the strike" in text
