@@ -6,7 +6,7 @@ in every box, because an activity limit or a time shift makes several minima; al
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,10 +16,9 @@ from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from data.histories import Array
-from inversion.coordinates import Coordinates
+from inversion.coordinates import Box, Coordinates
 from inversion.curve_model import CurveModel
 from inversion.whitening import Whitening
-from surrogate.features import Region
 
 CANDIDATES = 128
 STARTS = 3
@@ -32,17 +31,18 @@ STEP = 1e-4  # of a range, for derivatives of the emulator
 
 @dataclass(frozen=True)
 class Mode:
-    """One minimum: z (r,), time origin t0 [s], covariance (r + 1, r + 1) of (z, t0) [SI], the misfit it reaches.
+    """One minimum: z (r,), parameters theta (k,) SI, time origin t0 [s], covariance (r + 1, r + 1) of (z, t0).
 
     cost: minus twice the log posterior up to a constant; residual: (n,) whitened y - f; box: where z was sought.
     """
 
     z: Array
+    theta: Array
     t0: float
     covariance: Array
     cost: float
     residual: Array
-    box: Region
+    box: Box
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Calibrator:
         """The best minimum first, then those whose cost is within 3.84 of it."""
         with threadpool_limits(limits=1, user_api="blas"):
             rough = [mode for box in self.coordinates.boxes for mode in self._search(box, seed)]
-            modes = [self._refine(mode, self._whitening(mode)) for mode in _worth_refining(rough)]
+            modes = [self._again(mode) for mode in _worth_refining(rough)]
         modes.sort(key=lambda mode: mode.cost)
         return tuple(mode for mode in modes if mode.cost < modes[0].cost + INDISTINGUISHABLE)
 
@@ -69,60 +69,63 @@ class Calibrator:
         earliest = (self.model.observations.last - self.model.end) / self.sigma
         return max(-FARTHEST_OFFSET, min(earliest, 0.0)), FARTHEST_OFFSET
 
-    def _search(self, box: Region, seed: int) -> list[Mode]:
+    def _search(self, box: Box, seed: int) -> list[Mode]:
         """Fits from the best few of many candidates in a box."""
         draws = qmc.Sobol(len(box.lows), rng=seed).random(CANDIDATES)
         z = np.vstack([(box.lows + box.highs) / 2.0, box.lows + draws * (box.highs - box.lows)])
         taus = np.unique(np.clip(np.linspace(-2.0, 2.0, 9), *self.offsets))
-        middle = Mode(z[0], 0.0, np.empty(0), np.inf, np.empty(0), box)
-        whitening = self._whitening(middle)
-        scores = self.model.scores(self.coordinates.theta(z))
+        theta = self.coordinates.theta(z, box)
+        whitening, scores = self._whitening(theta[0], 0.0), self.model.scores(theta)
         costs = np.stack([self._candidate_costs(whitening, scores, z, tau) for tau in taus])
         order = np.argsort(costs.min(axis=0))[:STARTS]
-        starts = [replace(middle, z=z[i], t0=float(taus[costs[:, i].argmin()]) * self.sigma) for i in order]
-        return [self._refine(start, whitening) for start in starts]
+        return [self._refine(z[i], float(taus[costs[:, i].argmin()]), whitening, box) for i in order]
 
     def _candidate_costs(self, whitening: Whitening, scores: list[Array], z: Array, tau: float) -> Array:
         residual = whitening.apply(self.model.observations.values - self.model.curves(scores, tau * self.sigma))
         prior = (z - self.coordinates.mean) / self.coordinates.sd
         return (residual**2).sum(axis=1) + (prior**2).sum(axis=1) + tau**2
 
-    def _whitening(self, mode: Mode) -> Whitening:
+    def _whitening(self, theta: Array, t0: float) -> Whitening:
         """Noise and the emulator's own error where the fit stands."""
-        factor = self.model.error_factor(self.coordinates.theta(mode.z), mode.t0)
-        return Whitening.of(self.model.observations.noise, factor)
+        return Whitening.of(self.model.observations.noise, self.model.error_factor(theta, t0))
 
-    def _refine(self, start: Mode, whitening: Whitening) -> Mode:
+    def _again(self, mode: Mode) -> Mode:
+        """A minimum with the emulator's error where it lies, no longer where the search began."""
+        tau = mode.t0 / self.sigma if self.sigma else 0.0
+        return self._refine(mode.z, tau, self._whitening(mode.theta, mode.t0), mode.box)
+
+    def _refine(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Mode:
         """Least squares from a start, with the emulator's error as it is in `whitening`."""
-        box, r = start.box, len(start.z)
+        r = len(z)
         low, high = np.append(box.lows, self.offsets[0]), np.append(box.highs, self.offsets[1])
         room = np.maximum(high - low, 1e-9)
         low, high = low - 1e-9 * room, low + room * (1.0 + 1e-9)
-        tau = start.t0 / self.sigma if self.sigma else 0.0
-        p = np.clip(np.append(start.z, tau), low + 1e-6 * room, high - 1e-6 * room)
+        p = np.clip(np.append(z, tau), low + 1e-6 * room, high - 1e-6 * room)
         slopes: Any = partial(self._derivatives, whitening=whitening, box=box)
-        found = least_squares(partial(self._rows, whitening=whitening), p, slopes, (low, high), xtol=1e-7)
+        rows = partial(self._rows, whitening=whitening, box=box)
+        found = least_squares(rows, p, slopes, (low, high), xtol=1e-7)
         z = np.clip(found.x[:r], box.lows, box.highs)
         units = np.append(np.ones(r), self.sigma)
         covariance = np.linalg.inv(found.jac.T @ found.jac) * np.outer(units, units)
         n = len(self.model.observations.values)
         t0 = float(np.clip(found.x[r], *self.offsets)) * self.sigma
-        return Mode(z, t0, covariance, 2.0 * found.cost + whitening.log_determinant, found.fun[:n], box)
+        cost = 2.0 * found.cost + whitening.log_determinant
+        return Mode(z, self.coordinates.theta(z, box), t0, covariance, cost, found.fun[:n], box)
 
-    def _rows(self, p: Array, whitening: Whitening) -> Array:
+    def _rows(self, p: Array, whitening: Whitening, box: Box) -> Array:
         """Whitened data residuals, then prior, then time origin."""
         z, tau = p[:-1], p[-1]
-        curve = self.model.curves(self.model.scores(self.coordinates.theta(z[None])), tau * self.sigma)[0]
+        curve = self.model.curves(self.model.scores(self.coordinates.theta(z[None], box)), tau * self.sigma)[0]
         prior = (z - self.coordinates.mean) / self.coordinates.sd
         return np.concatenate([whitening.apply(self.model.observations.values - curve), prior, [tau]])
 
-    def _derivatives(self, p: Array, whitening: Whitening, box: Region) -> Array:
+    def _derivatives(self, p: Array, whitening: Whitening, box: Box) -> Array:
         """d rows / d p by differences inside the box, so that none is taken across an activity limit."""
         z, tau = p[:-1], p[-1]
         r = len(z)
         up, down = np.minimum(z + STEP, box.highs), np.maximum(z - STEP, box.lows)
         places = np.vstack([z, z + np.diag(up - z), z + np.diag(down - z)])
-        scores = self.model.scores(self.coordinates.theta(places))
+        scores = self.model.scores(self.coordinates.theta(places, box))
         curves = self.model.curves(scores, tau * self.sigma)
         width = np.maximum(up - down, 1e-300)
         slopes = (curves[1 : r + 1] - curves[r + 1 :]) / width[:, None]
@@ -142,8 +145,9 @@ class Calibrator:
 def _worth_refining(modes: list[Mode]) -> list[Mode]:
     """Minima not hopelessly above the best, each once."""
     kept: list[Mode] = []
+    lowest = min(mode.cost for mode in modes)
     for mode in sorted(modes, key=lambda m: m.cost):
         new = not any(m.box is mode.box and np.allclose(m.z, mode.z, rtol=0.0, atol=SAME) for m in kept)
-        if new and mode.cost < min(m.cost for m in modes) + WORTH_REFINING:
+        if new and mode.cost < lowest + WORTH_REFINING:
             kept.append(mode)
     return kept

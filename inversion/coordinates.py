@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import truncnorm
 
 from data.dataset import Dataset
@@ -12,6 +13,20 @@ from data.histories import Array
 from surrogate.features import Region
 
 UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where an answer is sought: z in lows..highs (r,), and the parameters in theta_lows..theta_highs (k,) SI.
+
+    flat: (r,) True where the parameter is off, so that no value changes a curve.
+    """
+
+    lows: Array
+    highs: Array
+    flat: NDArray[np.bool_]
+    theta_lows: Array
+    theta_highs: Array
 
 
 @dataclass(frozen=True)
@@ -24,13 +39,13 @@ class Coordinates:
     names: tuple[str, ...]
     base: Array
     basis: Array
-    boxes: tuple[Region, ...]
+    boxes: tuple[Box, ...]
     mean: Array
     sd: Array
 
-    def theta(self, z: Array) -> Array:
-        """Parameters (..., k) SI at z (..., r)."""
-        return self.base + z @ self.basis
+    def theta(self, z: Array, box: Box) -> Array:
+        """Parameters (..., k) SI at z (..., r) of a box, to the last bit inside it: rounding may not cross a limit."""
+        return np.clip(self.base + z @ self.basis, box.theta_lows, box.theta_highs)
 
     def prior_width(self) -> Array:
         """(r,) width of the prior's central 95 % interval on 0..1."""
@@ -41,7 +56,9 @@ class Coordinates:
 def parameter_coordinates(dataset: Dataset, regions: tuple[Region, ...]) -> Coordinates:
     """One coordinate a parameter, 0..1 over its range; prior: midpoint and range/sqrt(12)."""
     span = dataset.highs - dataset.lows
-    boxes = tuple(Region((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat) for r in regions)
+    boxes = tuple(
+        Box((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat, r.lows, r.highs) for r in regions
+    )
     k = len(dataset.names)
     return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, np.full(k, 0.5), np.full(k, UNIFORM_SD))
 
@@ -59,6 +76,6 @@ def carried_coordinates(dataset: Dataset, rank: int) -> Coordinates:
     low, high = place.min(axis=0), place.max(axis=0)
     span = dataset.highs - dataset.lows
     base = dataset.lows + (centre + low @ directions) * span
-    box = Region(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool))
+    box = Box(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool), dataset.lows, dataset.highs)
     basis = (high - low)[:, None] * directions * span
     return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD))

@@ -15,12 +15,15 @@ def emulator_estimates(
     """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud."""
     coordinates = calibrator.coordinates
     span, prior = intervals(modes), coordinates.prior_width()
-    theta = coordinates.theta(modes[0].z)
+    theta = modes[0].theta
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         width = float(span[i, 1] - span[i, 0]) / float(prior[i])
         identified = inside_cloud and width < NEWS
-        why = reason(calibrator, modes, i, width, identified) if inside_cloud else OUTSIDE
+        if not inside_cloud:
+            estimates[name] = Estimate(float(theta[i]), None, dataset.units[i], False, OUTSIDE)
+            continue
+        why = reason(calibrator, modes, i, width, identified)
         low, high = (float(dataset.lows[i] + z * (dataset.highs[i] - dataset.lows[i])) for z in span[i])
         estimates[name] = Estimate(float(theta[i]), (low, high), dataset.units[i], identified, why)
     return estimates

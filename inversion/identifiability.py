@@ -54,9 +54,9 @@ def sensitivity(calibrator: Calibrator, mode: Mode, i: int) -> Sensitivity:
         if np.all((mode.z >= box.lows - 1e-6) & (mode.z <= box.highs + 1e-6) | ~others):
             z = np.tile(mode.z, (GRID, 1))
             z[:, i] = np.linspace(box.lows[i], box.highs[i], GRID)
-            rows.append(z)
+            rows.append(calibrator.coordinates.theta(z, box))
     model = calibrator.model
-    curves = model.curves(model.scores(calibrator.coordinates.theta(np.vstack(rows))), mode.t0)
+    curves = model.curves(model.scores(np.vstack(rows)), mode.t0)
     spans = model.observations.split(np.ptp(curves, axis=0))
     found = [
         Sensitivity(c.name, c.unit, float(spans[c.name].max()), float(np.sqrt(np.mean(c.noise**2))))

@@ -63,9 +63,8 @@ def network_estimates(
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit.errors[:, i], answer, i)
-        identified = inside_cloud and interval is not None and interval[1] - interval[0] < NEWS * prior[i]
-        why = why if inside_cloud else OUTSIDE
+        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside_cloud else (None, OUTSIDE)
+        identified = interval is not None and interval[1] - interval[0] < NEWS * prior[i]
         estimates[name] = Estimate(float(answer.theta[i]), interval, dataset.units[i], bool(identified), why)
     return estimates
 

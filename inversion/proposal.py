@@ -47,12 +47,10 @@ class Ground:
 
 def by_emulator(ground: Ground) -> Proposal:
     """The best fit of the emulator."""
-    z = ground.modes[0].z
-    theta = ground.coordinates.theta(z)
     if ground.design.deficient:
-        return _carried(ground, z, intervals(ground.modes))
+        return _carried(ground, ground.modes[0].z, intervals(ground.modes))
     estimates = emulator_estimates(ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud)
-    return Proposal(theta, estimates, None)
+    return Proposal(ground.modes[0].theta, estimates, None)
 
 
 def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Proposal:
@@ -69,7 +67,7 @@ def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Propos
 def _carried(ground: Ground, z: Array, span: Array | None) -> Proposal:
     """No separate values, and the carried combination in their place."""
     dataset, coordinates = ground.dataset, ground.coordinates
-    theta = coordinates.theta(z)
+    theta = coordinates.theta(z, coordinates.boxes[0])
     point = {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
     directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.basis)
     known = tuple((float(low), float(high)) for low, high in span) if span is not None else (None,) * len(z)

@@ -98,11 +98,14 @@ def cloud_and_residual(results: Results) -> str:
     """Whether any strike of the campaign reaches the record, and where the best verification misses it most."""
     where = "; ".join(cloud_text(results, channel) for channel in results.channels)
     misses = "; ".join(worst_text(results, channel, results.best) for channel in results.channels)
-    fit = "can" if results.inversion.cloud.inside else "cannot"
-    return (
-        f"Cloud: {where}; within noise the model {fit} produce this curve. "
-        f"Largest residual of the {results.best}'s verification: {misses}."
-    )
+    return f"Cloud: {where}; {_fit(results)}. Largest residual of the {results.best}'s verification: {misses}."
+
+
+def _fit(results: Results) -> str:
+    """The inversion's verdict on the whole curve."""
+    if results.inversion.cloud.inside:
+        return "within noise the model can produce the whole curve"
+    return "no choice of the parameters gives the whole curve within noise"
 
 
 def worst_text(results: Results, channel: str, method: str) -> str:
@@ -114,16 +117,17 @@ def worst_text(results: Results, channel: str, method: str) -> str:
 
 
 def cloud_text(results: Results, channel: str) -> str:
-    """`the record's displacement centre lies outside all strikes at 8 of 12 points, up to 0.41 mm above them ...`."""
+    """`the record's displacement centre lies outside all 25 strikes ... at 8 of 12 points, up to 0.41 mm above them`."""
     seen, unit = cloud(results, channel), results.record.units[channel]
-    count = int(seen.outside.sum())
+    count, smooth = int(seen.outside.sum()), int(results.dataset.smooth.sum())
+    strikes = f"{smooth} smooth strikes" if smooth < len(results.dataset.runs) else f"{smooth} strikes"
     if not count:
-        points = f"within noise at all {seen.time.size} points"
-        return f"the record's {words(channel)} lies among the campaign's strikes, {points}"
+        points = f"within noise, at all {seen.time.size} points"
+        return f"the record's {words(channel)} lies among the campaign's {strikes}, {points}"
     at, value = peak(seen.time, seen.excess)
     side = "above" if value > 0 else "below"
     return (
-        f"the record's {words(channel)} lies outside all strikes of the campaign by more than noise at {count} of "
+        f"the record's {words(channel)} lies outside all {strikes} of the campaign by more than noise at {count} of "
         f"{seen.time.size} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
     )
 
@@ -135,13 +139,20 @@ def books(results: Results) -> str:
     failed = f", {len(results.failures)} more failed" if results.failures else ""
     return (
         f"Books: {len(results.books)} strikes used{failed}, worst energy error {percent(energy)} of the initial normal "
-        f"kinetic energy, worst momentum error {momentum:.0e} of the bird's; {seconds / 60:.2g} minutes of solver time."
+        f"kinetic energy ({worst_strike(results, 'energy_error')}), worst momentum error {momentum:.0e} of the bird's; {seconds / 60:.2g} minutes of solver time."
     )
 
 
 def worst_book(results: Results, key: str) -> float:
     """Largest magnitude of one entry in the books of all strikes."""
     return float(np.max(np.abs([float(books[key]) for books in results.books.values()])))
+
+
+def worst_strike(results: Results, key: str) -> str:
+    """The strike with the largest magnitude of one entry, and whether it left the smooth regime."""
+    label = max(results.books, key=lambda name: abs(float(results.books[name][key])))
+    rough = {f"run {number}" for number in results.dataset.runs[~results.dataset.smooth]}
+    return f"{label}, which lost over 5 % of the bird" if label in rough else label
 
 
 def key_figures(results: Results) -> dict[str, object]:

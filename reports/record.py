@@ -32,9 +32,10 @@ def short_name(record: Measured) -> str:
 
 @dataclass(frozen=True)
 class Cloud:
-    """One channel at the record's `time` (r,) s: its `values`, the strikes' `low` and `high`, all (r,) SI.
+    """One channel at the record's `time` (r,) s: its `values`, the smooth strikes' `low` and `high`, all (r,) SI.
 
-    margin: SI, what noise may add; a point counts as outside only beyond it, as in the inversion's own verdict.
+    margin: SI, what noise may add; a point counts as outside only beyond it. Strikes that lost over 5 % of the bird are
+    another regime and widen the cloud without filling it: they don't count.
     """
 
     time: Array
@@ -55,10 +56,11 @@ class Cloud:
 
 
 def cloud(results: Results, channel: str) -> Cloud:
-    """All strikes at those of the record's times that they reach, on the estimated time origin."""
+    """The smooth strikes at those of the record's times that they reach, on the estimated time origin."""
     time, values = results.record.points(channel)
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
     strikes = results.dataset.sampled(channel, on_their_clock)
+    strikes = strikes[results.dataset.smooth]
     reached = np.isfinite(strikes).all(axis=0)
     margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
     return Cloud(time[reached], values[reached], strikes.min(axis=0)[reached], strikes.max(axis=0)[reached], margin)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numba
@@ -33,17 +33,31 @@ def simulate(
 ) -> Histories:
     """Run one strike and return its histories at `time.output_interval`.
 
-    step_factor: scales the stable step (a safer retry uses 0.5); threads: of this run, else `solver.threads`, else all;
-    without influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced, non-finite)
-    and UserError (a geometry that cannot be built).
+    step_factor: scales the stable step (a safer retry uses 0.5); threads: of this run, else `solver.threads`, else all,
+    without influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced,
+    non-finite) and UserError (a geometry that cannot be built).
     """
     numba.set_num_threads(min(threads or case.solver.threads or MOST_THREADS, MOST_THREADS))
     started = time.perf_counter()
     strike = Strike(case, step_factor)
-    sensors = {name: (s.kind, s.at) for name, s in case.sensors.items()}
+    sensors = {name: (sensor.kind, sensor.at) for name, sensor in case.sensors.items()}
     recorder = Recorder(strike.plate, sensors, strike.steps)
+    snapshots = run(strike, recorder, case.time.snapshots, progress or silent)
+    interval = case.time.output_interval
+    clock = interval * np.arange(int(case.time.end / interval * (1.0 + 1e-12)) + 1)
+    channels = recorder.sampled(clock)
+    units = {name: UNITS[kind] for name, (kind, _) in sensors.items()}
+    peaks = {name: peak(clock, values) for name, values in channels.items()}
+    summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
+    return Histories(clock, channels, units, summary, snapshots)
+
+
+def run(
+    strike: Strike, recorder: Recorder, instants: Sequence[float], progress: Callable[[float], None]
+) -> tuple[Snapshot, ...]:
+    """The time loop: forces, readings, snapshots at the steps nearest `instants` [s], motion; books audited."""
     snapshots: list[Snapshot] = []
-    due = [t for t in sorted(case.time.snapshots) if t <= case.time.end]
+    due = sorted(instants)
     for step in range(strike.steps + 1):
         strike.advance()
         recorder.read(step, strike.time, strike.plate, strike.push, -float(strike.reaction[2]))
@@ -52,16 +66,14 @@ def simulate(
             due.pop(0)
         if step % AUDIT_EVERY == 0 or step == strike.steps:
             strike.audit()
-            if progress:
-                progress(step / strike.steps)
+            progress(step / strike.steps)
         else:
             strike.move()
-    clock = case.time.output_interval * np.arange(int(case.time.end / case.time.output_interval * (1.0 + 1e-12)) + 1)
-    channels = recorder.sampled(clock)
-    units = {name: UNITS[kind] for name, (kind, _) in sensors.items()}
-    peaks = {name: peak(clock, values) for name, values in channels.items()}
-    summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
-    return Histories(clock, channels, units, summary, tuple(snapshots))
+    return tuple(snapshots)
+
+
+def silent(_share: float) -> None:
+    """Progress that nobody watches."""
 
 
 def peak(clock: Array, values: Array) -> dict[str, float]:

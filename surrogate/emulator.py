@@ -49,7 +49,7 @@ class CurveEmulator:
     ) -> CurveEmulator:
         """From curves (n, m) at scaled features u (n, d); `kernels`: of an emulator fitted before on the same runs.
 
-        Components are added until they hold 99.99 % of the variance or the next one is mostly noise to its own process
+        Components are added until they hold 99.99 % of the variance or the next one is mostly noise to its process
         (leave-one-out Q2 <= 0.3). Curves are standardised by one number, so that millimetres and meganewtons fare alike.
         """
         size = float(curves.std(axis=0).max()) or 1.0
@@ -162,7 +162,7 @@ def fit_emulator(
 
 
 def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
-    """Processes of the first components of scores (n, c) until they hold the variance or the next one is mostly noise."""
+    """Processes of the first components of scores (n, c) until they hold the variance or the next is mostly noise."""
     variance = np.mean(scores**2, axis=0)
     processes: list[GaussianProcess] = []
     for c in range(scores.shape[1]):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from data.histories import Array
-from reports.figures.quantities import labelled, milliseconds, shown
+from reports.figures.quantities import labelled, milliseconds, shown, shown_span
 from reports.figures.style import BLACK, ORANGE, SKY, VERMILION, WIDE, legend_above, styled
 
 
@@ -28,6 +28,9 @@ def cloud_figure(
     """Strikes `curves` (n, m) SI at `time` (m,) s, `smooth` (n,); the record (r,) SI with its points `outside` (r,)."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1))
+    start, end = shown_span(record_time)
+    seen = (time >= start) & (time <= end)
+    time, curves = time[seen], curves[:, seen]
     mean = curves[smooth if smooth.any() else slice(None)].mean(axis=0)
     at_record = np.interp(record_time, time, mean, left=np.nan, right=np.nan)
     for axes, strikes, points in ((above, curves, record), (below, curves - mean, record - at_record)):
@@ -37,7 +40,7 @@ def cloud_figure(
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(labelled("off the mean", unit))
     below.set_xlabel("Time on the record's clock [ms]")
-    below.set_xlim(min(0.0, milliseconds(record_time)[0]), milliseconds(record_time)[-1] * 1.04)
+    below.set_xlim(milliseconds(np.array([start, end])))
     legend_above(above, columns=4)
     return figure
 

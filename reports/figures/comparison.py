@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data.histories import Array
-from reports.figures.quantities import labelled, milliseconds, shown
+from reports.figures.quantities import labelled, milliseconds, shown, shown_span
 from reports.figures.style import BLACK, METHOD_COLOURS, METHOD_DASHES, METHOD_MARKERS, WIDE, legend_above, styled
 
 
@@ -38,7 +38,7 @@ def comparison_figure(
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
     _record(above, time, record, sigma, si_unit, record_label)
     for method, curve in verified.items():
-        _simulated(above, method, curve, si_unit)
+        _simulated(above, method, curve, si_unit, shown_span(time))
         _residual(below, method, time, curve.at_record - record, si_unit)
     _noise_band(below, time, sigma, si_unit)
     _frame(above, below, channel, si_unit, time)
@@ -56,13 +56,15 @@ def _record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit
     _mark_peak(axes, at, values, unit)
 
 
-def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str) -> None:
-    values, _ = shown(curve.values, si_unit)
+def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span: tuple[float, float]) -> None:
+    """The curve over the span that is shown, with a triangle on its peak."""
+    seen = (curve.time >= span[0]) & (curve.time <= span[1])
+    values, at = shown(curve.values[seen], si_unit)[0], milliseconds(curve.time[seen])
     label = f"simulated: verification of the {method}"
     colour, dashes = METHOD_COLOURS[method], METHOD_DASHES[method]
-    axes.plot(milliseconds(curve.time), values, color=colour, linestyle=dashes, label=label)
+    axes.plot(at, values, color=colour, linestyle=dashes, label=label)
     top = int(np.nanargmax(np.abs(values)))
-    axes.plot(milliseconds(curve.time)[top], values[top], marker="v", color=colour, markersize=6, zorder=6)
+    axes.plot(at[top], values[top], marker="v", color=colour, markersize=6, zorder=6)
 
 
 def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
@@ -106,7 +108,6 @@ def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) ->
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(labelled("residual", unit))
     below.set_xlabel("Time on the record's clock [ms]")
-    last = milliseconds(time)[-1]
-    below.set_xlim(min(0.0, milliseconds(time)[0]), last * 1.04)
+    below.set_xlim(milliseconds(np.asarray(shown_span(time))))
     above.margins(y=0.08)
     legend_above(above, columns=3)

@@ -21,6 +21,11 @@ def milliseconds(time: Array) -> Array:
     return shown(time, "s")[0]
 
 
+def shown_span(record_time: Array) -> tuple[float, float]:
+    """From rest to a little after the record's end [s]: what a figure on the record's clock shows."""
+    return min(0.0, float(record_time[0])), float(record_time[-1]) * 1.04
+
+
 def words(name: str) -> str:
     """A sensor's or a file's name as words: `displacement_centre` -> `displacement centre`."""
     return name.replace("_", " ")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from reports.blocks import Block, Paragraph, Section, Table, Warnings
+from reports.figures.quantities import significant
 from reports.findings import percent, worst_book
 from reports.results import Books, Results
 
@@ -15,7 +16,7 @@ def section(results: Results) -> Section:
     energy, momentum = (worst_book(results, key) for key in ("energy_error", "momentum_error"))
     words = (
         f"{len(results.books)} strikes stand behind this report. Worst energy error {percent(energy)} of the bird's "
-        f"initial kinetic energy normal to the plate ({above} strikes above {percent(LIMIT_ENERGY)}), worst momentum "
+        f"initial kinetic energy normal to the plate ({counted(above)} above {percent(LIMIT_ENERGY)}), worst momentum "
         f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
         "difference of the others."
     )
@@ -23,6 +24,11 @@ def section(results: Results) -> Section:
     if results.failures:
         blocks.append(Warnings(tuple(f"{label} failed: {reason}" for label, reason in results.failures.items())))
     return Section("books", "Verification and balance of every strike", (*blocks, _table(results)))
+
+
+def counted(strikes: int) -> str:
+    """`1 strike`, `2 strikes`, `none`."""
+    return "none" if strikes == 0 else f"{strikes} strike{'s' if strikes > 1 else ''}"
 
 
 def _table(results: Results) -> Table:
@@ -44,7 +50,7 @@ def _row(book: Books) -> tuple[str, ...]:
         f"{book['energy_error'] * 100:+.2f} %".replace("-", "−"),
         f"{book['momentum_error']:.1e}",
         percent(hourglass / internal) if hourglass is not None and internal else "–",
-        f"{book['shock_equivalent_viscosity_Pa_s']:.3g}" if "shock_equivalent_viscosity_Pa_s" in book else "–",
+        significant(book["shock_equivalent_viscosity_Pa_s"]) if "shock_equivalent_viscosity_Pa_s" in book else "–",
         f"{book['eroded_particles']} of {book['particles']}" if "particles" in book else "–",
         f"{book.get('steps', '–')}",
         f"{book['wall_s']:.1f}",

@@ -17,10 +17,9 @@ def section(results: Results) -> Section:
 
 def _quality(results: Results) -> Table:
     design, dataset = results.inversion.design, results.dataset
-    kind = results.campaign.get("design", {})
     lost = int((~dataset.smooth).sum())
     rows = (
-        ("design", ", ".join(f"{key} {value}" for key, value in _kind(kind).items())),
+        ("design", _kind(results)),
         ("strikes used", f"{results.inversion.runs_used}, {len(results.failures)} failed, {lost} over 5 % eroded"),
         ("rank", f"{design.rank} of {design.parameters}: {design.finding}"),
         ("largest correlation of two parameters", _figure(design.max_correlation) + " (0 is best)"),
@@ -29,11 +28,11 @@ def _quality(results: Results) -> Table:
     return Table(("what", "value"), rows, "Quality of the design over the smooth strikes, parameters scaled to ranges.")
 
 
-def _kind(design: object) -> dict[str, object]:
-    """What the campaign's summary says of the kind of design: a name, or a table with kind and seed."""
-    if isinstance(design, dict):
-        return {key: design[key] for key in ("kind", "seed", "runs") if design.get(key) is not None}
-    return {"kind": design}
+def _kind(results: Results) -> str:
+    """`uniform, 25 runs, seed 0`, or the user's own file."""
+    design = results.campaign["design"]
+    seed = "" if design["seed"] is None else f", seed {design['seed']}"
+    return f"{design['source'] or design['kind']}, {design['runs']} runs{seed}"
 
 
 def _figure(value: float | None) -> str:

@@ -81,7 +81,7 @@ def _cloud(results: Results, channel: str) -> Picture:
         f"record, {origin(results.record)}",
     )
     eroded = int((~dataset.smooth).sum())
-    lost = f", of which {eroded} lost more than 5 % of the bird (orange)" if eroded else ""
+    lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
     caption = (
         f"The campaign: {len(dataset.runs)} simulated strikes over the parameters' ranges{lost}; "
         f"{cloud_text(results, channel)}. Below: {words(channel)} less the mean of the strikes. "

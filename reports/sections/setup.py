@@ -77,7 +77,8 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{material.model} material, {material.eos.kind} equation of state; {bird.method}, {bird.lattice}",
+            f"{material.model.upper()} material, {material.eos.kind.capitalize()} equation of state, "
+            f"{bird.particles} {bird.method.upper()} particles asked for on a lattice of kind {bird.lattice}",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),

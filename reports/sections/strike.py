@@ -17,16 +17,16 @@ PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where
 
 def section(results: Results) -> Section:
     """Everything here is the best method's verification run."""
-    values = ", ".join(_value(results, name) for name in results.answer.parameters)
-    words = f"All of this section is simulated: the verification run of the {results.best} ({values})."
+    words = f"All of this section is simulated: the verification run of the {results.best}, {_values(results)}."
     return Section("strike", "The simulated strike", (Paragraph(words), *_pictures(results), *_forces(results)))
 
 
-def _value(results: Results, name: str) -> str:
-    estimate = results.answer.parameters[name]
-    if not estimate.identified or estimate.value is None:
-        return f"{parameter_label(name)} not identified"
-    return f"{parameter_label(name)} {quantity(estimate.value, estimate.unit)}"
+def _values(results: Results) -> str:
+    """The identified parameters with their values; the others claim nothing."""
+    told = {name: e for name, e in results.answer.parameters.items() if e.identified and e.value is not None}
+    if not told:
+        return "at a point of the parameters' ranges that claims nothing about them"
+    return "at " + ", ".join(f"{parameter_label(name)} {quantity(e.value or 0.0, e.unit)}" for name, e in told.items())
 
 
 def _pictures(results: Results) -> tuple[Block, ...]:
@@ -73,12 +73,10 @@ def _forces(results: Results) -> tuple[Block, ...]:
     parts = []
     for name, force in forces.items():
         top, given = int(np.argmax(np.abs(force))), float(impulse(run.time, force)[-1])
-        peak = f"{quantity(float(force[top]), 'N')} at {quantity(float(run.time[top]), 's')}"
-        parts.append(
-            f"{name.replace('_', ' ')}: peak {peak}, impulse {given:.3g} N s, {given / momentum:.0%} of that momentum"
-        )
+        peak = f"peak {quantity(float(force[top]), 'N')} at {quantity(float(run.time[top]), 's')}"
+        parts.append(f"{name.replace('_', ' ')}: {peak}, impulse {given:.3g} N s, {100 * given / momentum:.0f} %")
     caption = (
-        f"Simulated forces on the plate and their impulse; the bird brings {momentum:.3g} N s normal to the plate. "
-        f"{'; '.join(parts).replace('%', ' %')}, by the end of the run."
+        f"Simulated forces on the plate and their impulse. The bird brings {momentum:.3g} N s normal to the plate (100 %); "
+        f"by the end of the run, {'; '.join(parts)}."
     )
     return (drawing("force", force_figure(run.time, forces, momentum), caption),)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -15,7 +17,8 @@ from inversion.identifiability import intervals
 from inversion.observations import observe
 from inversion.time_origin import time_origin
 from surrogate.emulator import Emulator
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, record, truth
+from surrogate.features import Region
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, record, spread, truth
 
 
 def calibrator(
@@ -91,8 +94,25 @@ def test_same_seed_same_answer(dataset: Dataset, emulator: Emulator) -> None:
 
 def test_theta_and_ranges_belong_together(dataset: Dataset, emulator: Emulator) -> None:
     coordinates = parameter_coordinates(dataset, emulator.regions)
-    np.testing.assert_allclose(coordinates.theta(np.zeros(4)), LOWS)
-    np.testing.assert_allclose(coordinates.theta(np.ones(4)), HIGHS)
+    np.testing.assert_allclose(coordinates.theta(np.zeros(4), coordinates.boxes[0]), LOWS)
+    np.testing.assert_allclose(coordinates.theta(np.ones(4), coordinates.boxes[0]), HIGHS)
+
+
+def test_rounding_does_not_carry_an_answer_across_an_activity_limit() -> None:
+    """1 + 1e-16 would let tension erosion act on all that expands."""
+    lows, highs = np.array([0.05]), np.array([1.25])
+    off = Region(lows, np.array([1.0]), np.array([True]))
+    runs = dataset_with("bird.material.tension_erosion", lows, highs)
+    coordinates = parameter_coordinates(runs, (off,))
+    (box,) = coordinates.boxes
+    for z in box.highs + np.array([[0.0], [1e-16], [1e-9]]):
+        assert coordinates.theta(z, box)[0] <= 1.0
+
+
+def dataset_with(name: str, lows: np.ndarray, highs: np.ndarray) -> Dataset:
+    """A campaign of one parameter whose curves do not matter."""
+    one = campaign(spread(6))
+    return replace(one, names=(name,), units=("",), lows=lows, highs=highs, parameters=np.linspace(lows, highs, 6))
 
 
 def test_prior_width_is_that_of_draws_kept_inside_the_range(dataset: Dataset, emulator: Emulator) -> None:

@@ -28,6 +28,7 @@ def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset) -> None
     assert " mm RMS in displacement centre" in found.warnings[0]
     for answer in found.methods.values():
         assert not any(estimate.identified for estimate in answer.parameters.values())
+        assert all(estimate.interval_95 is None for estimate in answer.parameters.values())
         assert all("cannot produce" in estimate.reason for estimate in answer.parameters.values())
         assert answer.verified_rmse is not None
     assert found.best in found.methods

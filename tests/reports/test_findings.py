@@ -49,7 +49,7 @@ def test_another_record_changes_what_is_said_of_it(results: Results, simulated: 
     assert "peak 5.70 mm at 1.53 ms" in first
     assert f"{1e3 * (other.answer.verified_rmse or 0.0):.3f} mm RMS" in second
     assert ": none. Not identified: PC, MU, TEROD, CEROD" in third
-    assert re.search(r"outside all strikes of the campaign by more than noise at \d+ of 12 points", fourth)
+    assert re.search(r"outside all 25 strikes of the campaign by more than noise at \d+ of 12 points", fourth)
 
 
 def test_a_measured_record_is_called_measured(results: Results) -> None:
@@ -106,7 +106,7 @@ def test_a_record_above_the_cloud_is_counted_point_by_point(results: Results) ->
     within_noise = values.copy()
     within_noise[[5, 6]] = high[[5, 6]] + 0.05e-3  # the case states 0.03 mm of noise
     inside = replace(results, record=replace(results.record, channels={CHANNEL: within_noise}))
-    assert "lies among the campaign's strikes, within noise at all 12 points" in findings(inside)[3]
+    assert "lies among the campaign's 25 strikes, within noise, at all 12 points" in findings(inside)[3]
 
 
 def test_books_name_the_worst_strike_and_the_cost(results: Results) -> None:
@@ -114,7 +114,9 @@ def test_books_name_the_worst_strike_and_the_cost(results: Results) -> None:
     other = replace(results, books=books, failures={"run 26": "unstable"})
     assert changed(results, other) == [5]
     line = findings(other)[4]
-    assert "27 strikes used, 1 more failed, worst energy error 1.3 %" in line
+    assert (
+        "27 strikes used, 1 more failed, worst energy error 1.3 % of the initial normal kinetic energy (run 3)" in line
+    )
     minutes = sum(book["wall_s"] for book in books.values()) / 60
     assert f"{minutes:.2g} minutes of solver time" in line
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from surrogate.features import features, regions
+from surrogate.features import covered, features, regions
 
 NAMES = ("bird.material.viscosity", "bird.material.tension_erosion", "bird.material.compression_erosion")
 LOWS, HIGHS = np.array([0.0, 0.05, 0.05]), np.array([1500.0, 1.25, 1.25])
@@ -43,6 +43,16 @@ def test_ordinary_parameter_is_trusted_one_spacing_beyond_its_runs() -> None:
     runs = np.linspace(300.0, 900.0, 16)[:, None]
     (box,) = regions(NAMES[:1], LOWS[:1], HIGHS[:1], runs)
     assert (box.lows[0], box.highs[0]) == (200.0, 1000.0)
+
+
+def test_active_part_with_fewer_runs_than_it_takes_is_not_trusted() -> None:
+    """Two parameters need three active runs."""
+    names, lows, highs = NAMES[:2], LOWS[:2], HIGHS[:2]
+    runs = np.array([[100.0, 0.2], [500.0, 0.5], [900.0, 0.9], [300.0, 1.1], [700.0, 1.2], [1300.0, 1.24]])
+    assert len(regions(names, lows, highs, runs)) == 2
+    (box,) = regions(names, lows, highs, runs[:-1])
+    assert box.flat.tolist() == [False, True]
+    assert covered([box], runs).tolist() == [True, True, True, False, False, False]
 
 
 def test_no_region_where_no_run_is_active() -> None:
