@@ -171,7 +171,10 @@ def _hand_over(plan: Plan) -> None:
 
 
 def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
+    from solver.version import SOLVER_VERSION
+
     return {
+        "solver": SOLVER_VERSION,
         "campaign": digest(plan.doe / "case.toml", plan.doe / "design.csv", plan.doe / "curves.csv"),
         "measured": digest(plan.measured),
         "name": plan.measured.name,

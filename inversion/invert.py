@@ -82,14 +82,16 @@ def invert(
     forward: Forward,
     options: Options | None = None,
     progress: Progress | None = None,
+    emulator: Emulator | None = None,
 ) -> Outcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
+    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here.
     Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
     """
     choice, report = options or Options(), progress or _silent
     methods = choice.methods()
-    located = locate(dataset, measured, choice, lambda f: report(0.2 * f))
+    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f))
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
@@ -121,12 +123,15 @@ def invert(
     return Outcome(inversion, located.observations, located.emulator, network, verified)
 
 
-def locate(dataset: Dataset, measured: Measured, choice: Options, progress: Progress) -> Located:
+def locate(
+    dataset: Dataset, measured: Measured, choice: Options, fitted: Emulator | None, progress: Progress
+) -> Located:
     """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud."""
     observations = observe(measured, dataset, choice.noise)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
-    emulator = fit_emulator(dataset, [c.name for c in observations.channels], choice.seed, lambda f: progress(0.8 * f))
+    names = [c.name for c in observations.channels]
+    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.8 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
     calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)

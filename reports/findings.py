@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reports.figures.quantities import parameter_label, quantity, symbol, words
+from reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from reports.record import cloud, origin, peak, residual, short_name
 from reports.results import Results
 
@@ -45,10 +45,11 @@ def verified(results: Results) -> str:
 
 def error_text(results: Results, method: str) -> str:
     """`0.310 mm RMS, 5.4 % of the peak`, one for every channel."""
-    return " and ".join(_channel_error(results, method, channel) for channel in results.channels)
+    return " and ".join(channel_error(results, method, channel) for channel in results.channels)
 
 
-def _channel_error(results: Results, method: str, channel: str) -> str:
+def channel_error(results: Results, method: str, channel: str) -> str:
+    """The same in one channel, which is named where there are several."""
     score = results.inversion.methods[method].channels[channel]
     if score.verified_rmse is None or score.verified_relative is None:
         return f"an unknown amount in {words(channel)}"
@@ -68,7 +69,9 @@ def offset_text(results: Results) -> str:
     if abs(results.offset) < 5e-7:
         return "the clocks of record and simulation agree within 1 µs, as the record lets one tell"
     later = "later" if results.offset > 0 else "earlier"
-    return f"the simulation's clock set {quantity(abs(results.offset), 's')} {later} to fit the record"
+    shift = abs(results.offset)
+    size = f"{significant(shift * 1e6, 2)} µs" if shift < 1e-5 else quantity(shift, "s")
+    return f"the simulation's clock set {size} {later} to fit the record"
 
 
 def identified(results: Results) -> str:
@@ -105,7 +108,7 @@ def _fit(results: Results) -> str:
     """The inversion's verdict on the whole curve."""
     if results.inversion.cloud.inside:
         return "within noise the model can produce the whole curve"
-    return "no choice of the parameters gives the whole curve within noise"
+    return "the emulator finds no choice of the parameters that gives the whole curve within noise"
 
 
 def worst_text(results: Results, channel: str, method: str) -> str:
@@ -117,18 +120,18 @@ def worst_text(results: Results, channel: str, method: str) -> str:
 
 
 def cloud_text(results: Results, channel: str) -> str:
-    """`the record's displacement centre lies outside all 25 strikes ... at 8 of 12 points, up to 0.41 mm above them`."""
+    """`the record's displacement centre lies outside all 25 strikes ... at 8 of 12 points, up to 0.41 mm above`."""
     seen, unit = cloud(results, channel), results.record.units[channel]
     count, smooth = int(seen.outside.sum()), int(results.dataset.smooth.sum())
     strikes = f"{smooth} smooth strikes" if smooth < len(results.dataset.runs) else f"{smooth} strikes"
     if not count:
-        points = f"within noise, at all {seen.time.size} points"
+        points = f"within noise, at all {seen.points} points"
         return f"the record's {words(channel)} lies among the campaign's {strikes}, {points}"
     at, value = peak(seen.time, seen.excess)
     side = "above" if value > 0 else "below"
     return (
         f"the record's {words(channel)} lies outside all {strikes} of the campaign by more than noise at {count} of "
-        f"{seen.time.size} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
+        f"{seen.points} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
     )
 
 
@@ -139,7 +142,8 @@ def books(results: Results) -> str:
     failed = f", {len(results.failures)} more failed" if results.failures else ""
     return (
         f"Books: {len(results.books)} strikes used{failed}, worst energy error {percent(energy)} of the initial normal "
-        f"kinetic energy ({worst_strike(results, 'energy_error')}), worst momentum error {momentum:.0e} of the bird's; {seconds / 60:.2g} minutes of solver time."
+        f"kinetic energy ({worst_strike(results, 'energy_error')}), worst momentum error {momentum:.0e} of the bird's; "
+        f"{seconds / 60:.2g} minutes of solver time."
     )
 
 

@@ -35,13 +35,11 @@ def read_results(folder: Path) -> Results:
             f"({dataset.case_hash}); repeat: {_invert_again(folder)}"
         )
     campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
-    case = load_case(doe / "case.toml")
-    case._name = campaign["case_name"]  # the copy in the folder is called `case`, whatever it was read from
     record, simulated = _verification(inverted / "verification.csv", inversion)
     verified = {method: _verified(folder, inversion, method) for method in simulated}
     return Results(
         folder=folder,
-        case=case,
+        case=load_case(doe / "case.toml"),
         record=record,
         dataset=dataset,
         inversion=inversion,

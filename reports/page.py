@@ -58,7 +58,7 @@ def page(results: Results, progress: Callable[[float], None] | None = None) -> s
         lstrip_blocks=True,
     )
     return environment.get_template("template.html.j2").render(
-        title=f"Bird strike {results.case.name}: parameters from the record {short_name(results.record)}",
+        title=f"Bird strike {results.case_name}: parameters from the record {short_name(results.record)}",
         subtitle=f"The record is {origin(results.record)}; every model curve is simulated by birdstrike.",
         sections=sections,
         version=installed("birdstrike"),

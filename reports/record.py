@@ -34,6 +34,7 @@ def short_name(record: Measured) -> str:
 class Cloud:
     """One channel at the record's `time` (r,) s: its `values`, the smooth strikes' `low` and `high`, all (r,) SI.
 
+    NaN: `values` in a gap, `low` and `high` where the strikes do not reach.
     margin: SI, what noise may add; a point counts as outside only beyond it. Strikes that lost over 5 % of the bird are
     another regime and widen the cloud without filling it: they don't count.
     """
@@ -46,24 +47,28 @@ class Cloud:
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(r,) True where the record lies beyond all strikes by more than the margin."""
+        """(r,) True where the record lies beyond all strikes by more than the margin; False where one is missing."""
         return np.abs(self.excess) > self.margin
 
     @property
+    def points(self) -> int:
+        """How many points of the record the strikes reach."""
+        return int(np.isfinite(self.excess).sum())
+
+    @property
     def excess(self) -> Array:
-        """(r,) SI: how far the record lies above (+) or below (-) the cloud; 0 inside."""
+        """(r,) SI: how far the record lies above (+) or below (-) the cloud; 0 inside, NaN where one is missing."""
         return np.maximum(self.values - self.high, 0.0) - np.maximum(self.low - self.values, 0.0)
 
 
 def cloud(results: Results, channel: str) -> Cloud:
-    """The smooth strikes at those of the record's times that they reach, on the estimated time origin."""
-    time, values = results.record.points(channel)
+    """The smooth strikes at the record's times, on the estimated time origin."""
+    time, values = results.record.time, results.record.channels[channel]
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
     strikes = results.dataset.sampled(channel, on_their_clock)
     strikes = strikes[results.dataset.smooth]
-    reached = np.isfinite(strikes).all(axis=0)
     margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
-    return Cloud(time[reached], values[reached], strikes.min(axis=0)[reached], strikes.max(axis=0)[reached], margin)
+    return Cloud(time, values, strikes.min(axis=0), strikes.max(axis=0), margin)
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,11 @@ class Results:
     failures: Mapping[str, str]
 
     @property
+    def case_name(self) -> str:
+        """What the case was called where the campaign began; its copy in the folder is just `case`."""
+        return str(self.campaign["case_name"])
+
+    @property
     def best(self) -> str:
         """The method whose verification misses the record least."""
         assert self.inversion.best is not None, "results without a verification are refused when they are read"

@@ -1,5 +1,7 @@
 """The embedded explicit solver: an SPH bird against a deformable shell plate."""
 
-from solver.target import use_full_vectors
+from solver.target import use_full_vectors, wait_politely
 
-use_full_vectors()  # before any kernel compiles, and the same in every process: the cache is keyed by it
+# Before any kernel compiles or runs, and the same in every process: the cache of compiled code is keyed by the target.
+use_full_vectors()
+wait_politely()

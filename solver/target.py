@@ -1,6 +1,8 @@
-"""The processor that kernels are compiled for: with vectors of full width."""
+"""The processor that kernels are compiled for and run on: vectors of full width, and threads that wait politely."""
 
 from __future__ import annotations
+
+import os
 
 import llvmlite.binding
 from numba.core import config
@@ -17,3 +19,12 @@ def use_full_vectors() -> None:
     features = llvmlite.binding.get_host_cpu_features()
     if getattr(config, FEATURES) is None and features.get("avx512f"):
         setattr(config, FEATURES, f"{features.flatten()},-prefer-256-bit")
+
+
+def wait_politely() -> None:
+    """Let idle OpenMP threads sleep instead of spin, unless the user has said otherwise.
+
+    A strike has ten short parallel loops a step. With spinning threads and one other busy process on two cores, a
+    strike was measured to take 15 times as long; sleeping ones cost it nothing. Read when OpenMP loads, hence here.
+    """
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")

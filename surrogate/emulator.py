@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from sklearn.decomposition import PCA
 from sklearn.gaussian_process.kernels import Kernel
-from threadpoolctl import threadpool_limits
 
 from data.dataset import Dataset
 from data.errors import UserError
@@ -50,7 +49,7 @@ class CurveEmulator:
         """From curves (n, m) at scaled features u (n, d); `kernels`: of an emulator fitted before on the same runs.
 
         Components are added until they hold 99.99 % of the variance or the next one is mostly noise to its process
-        (leave-one-out Q2 <= 0.3). Curves are standardised by one number, so that millimetres and meganewtons fare alike.
+        (leave-one-out Q2 up to 0.3). Curves are standardised by one number: millimetres and meganewtons fare alike.
         """
         size = float(curves.std(axis=0).max()) or 1.0
         with np.errstate(invalid="ignore"):  # curves that never change have no shares of variance, which is fine
@@ -154,8 +153,7 @@ def fit_emulator(
     u = emulator.inputs(theta)
     fitted: dict[str, CurveEmulator] = {}
     for i, channel in enumerate(channels):
-        with threadpool_limits(limits=1, user_api="blas"):  # matrices of a few dozen rows: threads only cost
-            fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][used], u, seed)
+        fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][used], u, seed)
         if progress is not None:
             progress((i + 1) / len(channels))
     return replace(emulator, channels=fitted)

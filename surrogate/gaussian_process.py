@@ -10,6 +10,7 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
+from threadpoolctl import threadpool_limits
 
 from data.histories import Array
 from surrogate.validation import leave_one_out, q2
@@ -49,8 +50,9 @@ class GaussianProcess:
     @classmethod
     def _judged(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
         scale = float(np.sqrt(np.mean(y * y))) or 1.0
-        with warnings.catch_warnings():
-            # A feature without influence drives its length scale to the bound, which is the wanted answer.
+        # A feature without influence drives its length scale to the bound, which is the wanted answer; and matrices of
+        # a few dozen rows lose more to waking threads than they gain.
+        with warnings.catch_warnings(), threadpool_limits(limits=1, user_api="blas"):
             warnings.simplefilter("ignore", ConvergenceWarning)
             model.fit(u, y / scale)
         fitted: Any = model.kernel_

@@ -79,6 +79,6 @@ def _last_lines(closed: Mapping[str, Any]) -> None:
         say(f"{number}. {line}")
     if failed := closed["failed_strikes"]:
         raise RunFailed(
-            f"{len(failed)} strikes of the campaign failed and are left out: {', '.join(failed)}",
+            f"strikes of the campaign failed and are left out: {', '.join(failed)}",
             "the report stands on the others; the reasons are in it",
         )

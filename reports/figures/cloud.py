@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from data.histories import Array
+from reports.figures.comparison import is_dense
 from reports.figures.quantities import labelled, milliseconds, shown, shown_span
 from reports.figures.style import BLACK, ORANGE, SKY, VERMILION, WIDE, legend_above, styled
 
@@ -40,7 +41,7 @@ def cloud_figure(
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(labelled("off the mean", unit))
     below.set_xlabel("Time on the record's clock [ms]")
-    below.set_xlim(milliseconds(np.array([start, end])))
+    below.set_xlim(*milliseconds(np.array([start, end])))
     legend_above(above, columns=4)
     return figure
 
@@ -57,8 +58,8 @@ def _strikes(axes: Axes, time: Array, curves: Array, smooth: NDArray[np.bool_], 
 
 def _points(axes: Axes, time: Array, values: Array, outside: NDArray[np.bool_], si_unit: str, label: str) -> None:
     shown_values, at = shown(values, si_unit)[0], milliseconds(time)
-    marker = "o" if time.size <= 80 else ""
+    marker = "" if is_dense(values) else "o"
     axes.plot(at, shown_values, color=BLACK, linewidth=0.8, marker=marker, markersize=4.5, mfc="white", label=label)
     if outside.any():
-        label = f"outside the cloud ({int(outside.sum())} of {outside.size})"
+        label = f"outside the cloud ({int(outside.sum())} of {int(np.isfinite(values).sum())})"
         axes.plot(at[outside], shown_values[outside], "o", color=VERMILION, markersize=4.5, label=label)

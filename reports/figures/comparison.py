@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data.histories import Array
-from reports.figures.quantities import labelled, milliseconds, shown, shown_span
+from reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
 from reports.figures.style import BLACK, METHOD_COLOURS, METHOD_DASHES, METHOD_MARKERS, WIDE, legend_above, styled
 
 
@@ -33,7 +33,7 @@ def comparison_figure(
     record_label: str,
     verified: Mapping[str, VerifiedCurve],
 ) -> Figure:
-    """Record `time` (m,) s, `record` (m,) SI, `sigma` (m,) SI or None; `verified`: method -> its verification run."""
+    """`time` (m,) s, `record` (m,) SI with NaN in gaps, `sigma` (m,) SI or None; `verified`: method -> its run."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
     _record(above, time, record, sigma, si_unit, record_label)
@@ -48,12 +48,17 @@ def comparison_figure(
 def _record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit: str, label: str) -> None:
     """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known."""
     values, unit = shown(record, si_unit)
-    dense = time.size > 80
+    dense = is_dense(record)
     at, dots = milliseconds(time), "-" if dense else "o"
     axes.plot(at, values, dots, color=BLACK, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, label=label)
     if sigma is not None and not dense:
         axes.errorbar(at, values, 2 * shown(sigma, si_unit)[0], fmt="none", ecolor=BLACK, elinewidth=0.8)
     _mark_peak(axes, at, values, unit)
+
+
+def is_dense(record: Array) -> bool:
+    """Whether a record (m,), NaN in gaps, has too many points to be drawn one by one."""
+    return int(np.isfinite(record).sum()) > 80
 
 
 def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span: tuple[float, float]) -> None:
@@ -72,7 +77,7 @@ def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
     top = int(np.nanargmax(np.abs(values)))
     axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":")
     axes.annotate(
-        f"peak {values[top]:.2f} {unit} at {time[top]:.2f} ms",
+        f"peak {significant(float(values[top]))} {unit} at {significant(float(time[top]))} ms",
         xy=(time[top], 0.0),
         xytext=(5, 5),
         textcoords="offset points",
@@ -81,7 +86,7 @@ def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
 
 
 def _residual(axes: Axes, method: str, time: Array, residual: Array, si_unit: str) -> None:
-    marker = METHOD_MARKERS[method] if time.size <= 80 else ""
+    marker = "" if is_dense(residual) else METHOD_MARKERS[method]
     axes.plot(
         milliseconds(time),
         shown(residual, si_unit)[0],
@@ -108,6 +113,6 @@ def _frame(above: Axes, below: Axes, channel: str, si_unit: str, time: Array) ->
     above.set_ylabel(labelled(channel, unit))
     below.set_ylabel(labelled("residual", unit))
     below.set_xlabel("Time on the record's clock [ms]")
-    below.set_xlim(milliseconds(np.asarray(shown_span(time))))
+    below.set_xlim(*milliseconds(np.asarray(shown_span(time))))
     above.margins(y=0.08)
     legend_above(above, columns=3)

@@ -9,7 +9,7 @@ from reports.blocks import Picture, Section, drawing
 from reports.figures.cloud import cloud_figure
 from reports.figures.comparison import VerifiedCurve, comparison_figure
 from reports.figures.quantities import quantity, words
-from reports.findings import cloud_text, error_text, offset_text, worst_text
+from reports.findings import channel_error, cloud_text, offset_text, worst_text
 from reports.record import cloud, origin, peak
 from reports.results import Results
 
@@ -21,12 +21,11 @@ def section(results: Results) -> Section:
 
 
 def _comparison(results: Results, channel: str) -> Picture:
-    time, values = results.record.points(channel)
     figure = comparison_figure(
         channel,
         results.record.units[channel],
-        time,
-        values,
+        results.record.time,
+        results.record.channels[channel],
         noise(results, channel),
         f"record, {origin(results.record)}",
         {method: _verified(results, method, channel) for method in results.finished},
@@ -35,16 +34,16 @@ def _comparison(results: Results, channel: str) -> Picture:
 
 
 def _verified(results: Results, method: str, channel: str) -> VerifiedCurve:
-    run, given = results.verified[method], np.isfinite(results.record.channels[channel])
-    return VerifiedCurve(run.time + results.offset, run.channels[channel], results.simulated[method][channel][given])
+    run = results.verified[method]
+    return VerifiedCurve(run.time + results.offset, run.channels[channel], results.simulated[method][channel])
 
 
 def noise(results: Results, channel: str) -> Array | None:
-    """Standard deviation (r,) SI at the record's points; None where it is only assumed."""
+    """Standard deviation (r,) SI at the record's times; None where it is only assumed."""
     measured = results.inversion.measured
     if measured.noise_source[channel] == "assumed":
         return None
-    return np.full(results.record.points(channel)[0].size, measured.noise[channel])
+    return np.full(results.record.time.size, measured.noise[channel])
 
 
 def _comparison_caption(results: Results, channel: str) -> str:
@@ -57,7 +56,7 @@ def _comparison_caption(results: Results, channel: str) -> str:
         miss = worst_text(results, channel, method)
         parts.append(
             f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
-            f"{error_text(results, method)}; largest residual {miss}."
+            f"{channel_error(results, method, channel)}; largest residual {miss}."
         )
     parts.append(f"Clocks: {offset_text(results)}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured

@@ -30,7 +30,7 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
     solvers = sorted({str(results.campaign["solver_version"]), *stored})
     runs = {m: inversion.methods[m].run for m in results.finished}
     return (
-        ("case", f"{results.case.name}, hash {case_hash(results.case)}"),
+        ("case", f"{results.case_name}, hash {case_hash(results.case)}"),
         ("campaign's case hash", inversion.case_hash),
         ("solver version (digest of its sources)", ", ".join(solvers)),
         ("seed of the inversion", str(inversion.seed)),

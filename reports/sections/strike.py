@@ -76,7 +76,7 @@ def _forces(results: Results) -> tuple[Block, ...]:
         peak = f"peak {quantity(float(force[top]), 'N')} at {quantity(float(run.time[top]), 's')}"
         parts.append(f"{name.replace('_', ' ')}: {peak}, impulse {given:.3g} N s, {100 * given / momentum:.0f} %")
     caption = (
-        f"Simulated forces on the plate and their impulse. The bird brings {momentum:.3g} N s normal to the plate (100 %); "
+        f"Simulated forces on the plate and their impulse. The bird brings {momentum:.3g} N s normally (100 %); "
         f"by the end of the run, {'; '.join(parts)}."
     )
     return (drawing("force", force_figure(run.time, forces, momentum), caption),)

@@ -10,6 +10,7 @@ import pytest
 from data.curves import Measured
 from data.dataset import Dataset
 from inversion.invert import Options, invert
+from surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, pulse, record, truth
 
 OPTIONS = Options(noise={CHANNEL: 3e-5})
@@ -21,8 +22,8 @@ def foreign(measured: Measured) -> Measured:
     return replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + bump})
 
 
-def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset) -> None:
-    found = invert(dataset, foreign(record(truth(0.5))), forward, OPTIONS).inversion
+def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset, emulator: Emulator) -> None:
+    found = invert(dataset, foreign(record(truth(0.5))), forward, OPTIONS, emulator=emulator).inversion
     assert not found.cloud.inside
     assert found.warnings[0].startswith("the model cannot produce this curve: nearest is run ")
     assert " mm RMS in displacement centre" in found.warnings[0]
@@ -34,28 +35,39 @@ def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset) -> None
     assert found.best in found.methods
 
 
-def test_nearest_run_is_the_nearest(dataset: Dataset) -> None:
+def test_nearest_run_is_the_nearest(dataset: Dataset, emulator: Emulator) -> None:
     measured = foreign(record(dataset.parameters[16]))
-    found = invert(dataset, measured, forward, replace(OPTIONS, method="emulator")).inversion.cloud
+    found = invert(dataset, measured, forward, replace(OPTIONS, method="emulator"), emulator=emulator).inversion.cloud
     assert found.nearest_run == 17
     expected = np.sqrt(np.mean((measured.channels[CHANNEL] - pulse(dataset.parameters[16], TIMES)) ** 2))
     assert found.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.01)  # the record is sampled off the grid
 
 
+def test_runs_are_compared_on_the_records_clock(dataset: Dataset, emulator: Emulator) -> None:
+    measured = foreign(record(dataset.parameters[16], t0=0.1e-3))
+    options = replace(OPTIONS, method="emulator", time_offset=0.1e-3)
+    found = invert(dataset, measured, forward, options, emulator=emulator).inversion
+    assert found.time_offset.value == pytest.approx(0.1e-3, abs=2e-5)
+    on_its_clock = pulse(dataset.parameters[16], TIMES - found.time_offset.value)
+    expected = np.sqrt(np.mean((measured.channels[CHANNEL] - on_its_clock) ** 2))
+    assert found.cloud.nearest_run == 17
+    assert found.cloud.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.02)
+
+
 @pytest.mark.parametrize("seed", range(5))
-def test_curve_of_the_model_is_inside(dataset: Dataset, seed: int) -> None:
+def test_curve_of_the_model_is_inside(dataset: Dataset, emulator: Emulator, seed: int) -> None:
     theta = truth(np.random.default_rng(seed).random(4))
     options = replace(OPTIONS, method="emulator")
-    found = invert(dataset, record(theta, noise=3e-5, seed=seed), forward, options).inversion
+    found = invert(dataset, record(theta, noise=3e-5, seed=seed), forward, options, emulator=emulator).inversion
     assert found.cloud.inside
     assert 0.3 < found.cloud.fit < 1.5
     assert found.cloud.outside_envelope == 0.0
     assert not any("cannot produce" in warning for warning in found.warnings)
 
 
-def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset) -> None:
+def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset, emulator: Emulator) -> None:
     far = record(truth(0.5))
     far = replace(far, channels={CHANNEL: 2.5 * far.channels[CHANNEL]})
-    found = invert(dataset, far, forward, replace(OPTIONS, method="emulator")).inversion.cloud
+    found = invert(dataset, far, forward, replace(OPTIONS, method="emulator"), emulator=emulator).inversion.cloud
     assert not found.inside
     assert found.outside_envelope > 0.5

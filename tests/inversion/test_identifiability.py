@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from data.dataset import Dataset
+from inversion.calibration import Mode
+from inversion.coordinates import Box
+from inversion.identifiability import intervals
 from inversion.inversion import Estimate
 from inversion.invert import Options, invert
 from tests.inversion import eroding, stand_in
@@ -26,6 +29,19 @@ def estimates(campaign: Dataset, theta: list[float], noise: float = 3e-5) -> dic
     measured = type(measured)(TIMES, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "eroding.csv")
     options = Options(method="emulator", noise={CHANNEL: noise})
     return dict(invert(campaign, measured, eroding.forward, options).inversion.methods["emulator"].parameters)
+
+
+def test_interval_is_the_hull_of_all_minima_that_fit() -> None:
+    def mode(z: float, sd: float, low: float, high: float, off: bool) -> Mode:
+        box = Box(np.array([low]), np.array([high]), np.array([off]), np.array([low]), np.array([high]))
+        return Mode(np.array([z]), np.array([z]), 0.0, np.diag([sd**2, 0.0]), 0.0, np.zeros(1), box)
+
+    best, other = mode(0.9, 0.01, 0.8, 1.0, False), mode(0.3, 0.05, 0.0, 0.7, True)
+    np.testing.assert_allclose(intervals((best,)), [[0.9 - 0.0196, 0.9 + 0.0196]], atol=1e-4)
+    np.testing.assert_allclose(intervals((best, other)), [[0.0, 0.9 + 0.0196]], atol=1e-4)
+    np.testing.assert_allclose(intervals((other, best)), [[0.0, 0.9 + 0.0196]], atol=1e-4)
+    wide = mode(0.9, 0.5, 0.8, 1.0, False)
+    np.testing.assert_allclose(intervals((wide,)), [[0.8, 1.0]])
 
 
 def test_campaign_has_a_run_that_lost_the_bird(campaign: Dataset) -> None:

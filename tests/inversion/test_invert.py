@@ -18,6 +18,7 @@ from inversion.invert import Options, Outcome, invert
 from inversion.misfit import rmse
 from inversion.verdict import verdict
 from inversion.verification import write_verification
+from surrogate.emulator import Emulator
 from tests.inversion import eroding
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, forward, pulse, record, truth
 
@@ -55,9 +56,9 @@ def test_best_is_the_better_verified_and_the_verdict_says_so(clean: Outcome) -> 
     assert verdict(flipped) != verdict(clean.inversion)
 
 
-def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset) -> None:
+def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset, emulator: Emulator) -> None:
     options = Options(method="network", noise={CHANNEL: 1e-9})
-    outcome = invert(dataset, record(truth(0.5)), forward, options)
+    outcome = invert(dataset, record(truth(0.5)), forward, options, emulator=emulator)
     assert outcome.network is not None
     for i, estimate in enumerate(outcome.inversion.methods["network"].parameters.values()):
         error = np.sqrt(np.mean(outcome.network.errors[:, i] ** 2))
@@ -82,11 +83,9 @@ def test_network_on_few_runs_gives_no_interval(dataset: Dataset) -> None:
         assert not estimate.identified
 
 
-def test_noise_that_the_network_amplifies_is_in_its_interval(dataset: Dataset) -> None:
-    quiet, loud = (
-        invert(dataset, record(truth(0.5)), forward, Options(method="network", noise={CHANNEL: noise})).inversion
-        for noise in (1e-7, 2e-4)
-    )
+def test_noise_that_the_network_amplifies_is_in_its_interval(dataset: Dataset, emulator: Emulator) -> None:
+    options = [Options(method="network", noise={CHANNEL: noise}) for noise in (1e-7, 2e-4)]
+    quiet, loud = (invert(dataset, record(truth(0.5)), forward, o, emulator=emulator).inversion for o in options)
     for name, estimate in quiet.methods["network"].parameters.items():
         other = loud.methods["network"].parameters[name].interval_95
         assert estimate.interval_95 is not None
@@ -106,17 +105,17 @@ def test_network_that_answers_nonsense_identifies_nothing() -> None:
     assert found.methods["emulator"].parameters[eroding.NAMES[0]].identified
 
 
-def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset) -> None:
+def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset, emulator: Emulator) -> None:
     tall = record(truth((1.35, 0.5, 0.5, 0.5)))
-    found = invert(dataset, tall, forward, replace(OPTIONS, method="network")).inversion
+    found = invert(dataset, tall, forward, replace(OPTIONS, method="network"), emulator=emulator).inversion
     assert found.methods["network"].parameters["pulse.peak"].value == HIGHS[0]
     assert any("the network gives peak" in w and "outside its range; 7 mm is used" in w for w in found.warnings)
     assert any("lie outside what it was trained on" in w for w in found.warnings)
 
 
-def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset) -> None:
+def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset, emulator: Emulator) -> None:
     options = replace(OPTIONS, time_offset=0.1e-3)
-    found = invert(dataset, record(truth(SHARE), TIMES, t0=0.12e-3), forward, options).inversion
+    found = invert(dataset, record(truth(SHARE), TIMES, t0=0.12e-3), forward, options, emulator=emulator).inversion
     assert found.time_offset.value == pytest.approx(0.12e-3, abs=3e-6)
     for method in ("network", "emulator"):
         score = found.methods[method].channels[CHANNEL]
@@ -126,11 +125,11 @@ def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset) 
     assert "+0.1" in found.time_offset.sentence
 
 
-def test_gap_in_the_record_changes_nothing_but_the_points(dataset: Dataset, clean: Outcome) -> None:
+def test_gap_in_the_record_changes_nothing_but_the_points(dataset: Dataset, emulator: Emulator, clean: Outcome) -> None:
     values = pulse(truth(SHARE), TIMES)
     values[[3, 8]] = np.nan
     measured = replace(record(truth(SHARE)), channels={CHANNEL: values})
-    found = invert(dataset, measured, forward, OPTIONS).inversion
+    found = invert(dataset, measured, forward, OPTIONS, emulator=emulator).inversion
     assert found.measured.points == {CHANNEL: 10}
     assert found.training is not None
     assert found.training.shape == "10-9-4"
@@ -157,7 +156,9 @@ def test_two_channels_are_inverted_together(dataset: Dataset) -> None:
     np.testing.assert_allclose((theta - LOWS) / (HIGHS - LOWS), SHARE, atol=0.02)
 
 
-def test_failed_verification_is_reported_and_the_other_method_goes_on(dataset: Dataset, clean: Outcome) -> None:
+def test_failed_verification_is_reported_and_the_other_method_goes_on(
+    dataset: Dataset, emulator: Emulator, clean: Outcome
+) -> None:
     answer = clean.inversion.methods["network"].parameters["pulse.peak"].value
 
     def fragile(theta: Mapping[str, float]) -> Histories:
@@ -165,19 +166,19 @@ def test_failed_verification_is_reported_and_the_other_method_goes_on(dataset: D
             raise RunFailed("energy balance off by 9 %", "lower solver.courant")
         return forward(theta)
 
-    found = invert(dataset, record(truth(SHARE)), fragile, OPTIONS).inversion
+    found = invert(dataset, record(truth(SHARE)), fragile, OPTIONS, emulator=emulator).inversion
     assert found.best == "emulator"
     assert found.methods["network"].verified_rmse is None
     assert "energy balance" in (found.methods["network"].failure or "")
     assert any("verification run of the network failed" in warning for warning in found.warnings)
 
 
-def test_no_verification_at_all_is_a_failed_run(dataset: Dataset) -> None:
+def test_no_verification_at_all_is_a_failed_run(dataset: Dataset, emulator: Emulator) -> None:
     def broken(_: Mapping[str, float]) -> Histories:
         raise RunFailed("unstable")
 
     with pytest.raises(RunFailed, match="no verification run finished"):
-        invert(dataset, record(truth(SHARE)), broken, OPTIONS)
+        invert(dataset, record(truth(SHARE)), broken, OPTIONS, emulator=emulator)
 
 
 def test_unknown_method_is_an_error(dataset: Dataset) -> None:
@@ -211,17 +212,17 @@ def test_json_read_back_is_the_same(clean: Outcome, tmp_path) -> None:
     assert Inversion.load(tmp_path / "inversion.json") == clean.inversion
 
 
-def test_same_seed_same_inversion(dataset: Dataset, clean: Outcome) -> None:
-    assert invert(dataset, record(truth(SHARE)), forward, OPTIONS).inversion == clean.inversion
+def test_same_seed_same_inversion(dataset: Dataset, emulator: Emulator, clean: Outcome) -> None:
+    assert invert(dataset, record(truth(SHARE)), forward, OPTIONS, emulator=emulator).inversion == clean.inversion
 
 
-def test_verification_file_lies_on_the_records_clock(dataset: Dataset, tmp_path) -> None:
+def test_verification_file_lies_on_the_records_clock(dataset: Dataset, emulator: Emulator, tmp_path) -> None:
     times = np.append(TIMES, 3.5e-3)
     measured = record(truth(SHARE), times, t0=0.1e-3)
     values = measured.channels[CHANNEL].copy()
     values[4] = np.nan
     measured = replace(measured, channels={CHANNEL: values})
-    outcome = invert(dataset, measured, forward, replace(OPTIONS, time_offset=0.1e-3))
+    outcome = invert(dataset, measured, forward, replace(OPTIONS, time_offset=0.1e-3), emulator=emulator)
     t0 = outcome.inversion.time_offset.value
     write_verification(tmp_path / "v.csv", measured, outcome.observations, outcome.verified, t0)
     table = pd.read_csv(tmp_path / "v.csv")
@@ -232,8 +233,8 @@ def test_verification_file_lies_on_the_records_clock(dataset: Dataset, tmp_path)
     np.testing.assert_allclose(table[f"emulator_{CHANNEL}_m"][:12], pulse(truth(SHARE), TIMES - 0.1e-3), atol=5e-5)
 
 
-def test_progress_rises_to_the_end(dataset: Dataset) -> None:
+def test_progress_rises_to_the_end(dataset: Dataset, emulator: Emulator) -> None:
     seen: list[float] = []
-    invert(dataset, record(truth(SHARE)), forward, OPTIONS, seen.append)
+    invert(dataset, record(truth(SHARE)), forward, OPTIONS, seen.append, emulator)
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,17 @@ def measured(doe: Path) -> Path:
     return small_campaign.write_record(doe.parent / "record.csv")
 
 
-def test_truth_is_found_and_every_file_is_there(doe: Path, measured: Path, tmp_path: Path) -> None:
-    found = train_and_invert(doe, measured, tmp_path)
+@pytest.fixture(scope="module")
+def out(doe: Path, measured: Path) -> Path:
+    """The folder of a finished inversion."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(inversion.forward, "simulate", small_campaign.strike)
+        train_and_invert(doe, measured, doe.parent / "inversion")
+    return doe.parent / "inversion"
+
+
+def test_truth_is_found_and_every_file_is_there(out: Path) -> None:
+    found = Inversion.load(out / "inversion.json")
     answer = found.methods["emulator"].parameters
     for name, expected in ((VISCOSITY, 600.0), (CUTOFF, -0.5e6)):
         interval = answer[name].interval_95
@@ -50,32 +60,42 @@ def test_truth_is_found_and_every_file_is_there(doe: Path, measured: Path, tmp_p
         assert interval[0] < expected < interval[1]
     assert not answer["bird.material.tension_erosion"].identified
     assert not answer["bird.material.compression_erosion"].identified
-    names = {path.name for path in tmp_path.iterdir()}
+    names = {path.name for path in out.iterdir()}
     assert names >= {"inversion.json", "verification.csv", "training.csv", "network.npz", "emulator.npz", "runs"}
     assert names >= {"verified_network.csv", "verified_emulator.csv"}
-    assert Inversion.load(tmp_path / "inversion.json") == found
     assert found.measured.noise_source == {CHANNEL: "case"}
     assert found.time_offset.sigma == pytest.approx(0.1e-3)  # the reference strike's nuisance
 
 
-def test_verified_runs_are_in_the_store_under_the_key_in_the_json(doe: Path, measured: Path, tmp_path: Path) -> None:
-    train_and_invert(doe, measured, tmp_path)
-    for method, answer in json.loads((tmp_path / "inversion.json").read_text())["methods"].items():
-        stored = RunStore(tmp_path / "runs").load(answer["run"])
+def test_verified_runs_are_in_the_store_under_the_key_in_the_json(out: Path) -> None:
+    for method, answer in json.loads((out / "inversion.json").read_text())["methods"].items():
+        stored = RunStore(out / "runs").load(answer["run"])
         assert stored is not None
-        written = read_histories(tmp_path / f"verified_{method}.csv")
+        written = read_histories(out / f"verified_{method}.csv")
         np.testing.assert_allclose(written.channels[CHANNEL], stored.channels[CHANNEL], atol=1e-12)
 
 
-def test_second_call_pays_no_run(doe: Path, measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = train_and_invert(doe, measured, tmp_path)
+def test_second_call_pays_no_run(
+    doe: Path, measured: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    again = shutil.copytree(out, tmp_path / "again")
     monkeypatch.setattr(inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice"))
-    assert train_and_invert(doe, measured, tmp_path) == first
+    assert train_and_invert(doe, measured, again) == Inversion.load(out / "inversion.json")
 
 
-def test_trained_models_can_be_read_back(doe: Path, measured: Path, tmp_path: Path) -> None:
-    found = train_and_invert(doe, measured, tmp_path)
-    network, emulator = load_network(tmp_path / "network.npz"), load_emulator(tmp_path / "emulator.npz")
+def test_run_that_the_campaign_holds_is_not_paid(
+    doe: Path, measured: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    merged = shutil.copytree(doe, tmp_path / "doe")
+    for run in (out / "runs").glob("*.h5"):
+        shutil.copy(run, merged / "runs")
+    monkeypatch.setattr(inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice"))
+    assert train_and_invert(merged, measured, tmp_path / "second") == Inversion.load(out / "inversion.json")
+
+
+def test_trained_models_can_be_read_back(out: Path) -> None:
+    found = Inversion.load(out / "inversion.json")
+    network, emulator = load_network(out / "network.npz"), load_emulator(out / "emulator.npz")
     assert found.training is not None
     assert str(network.shape) == found.training.shape
     theta = np.array([[answer.value for answer in found.methods["emulator"].parameters.values()]], dtype=float)

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from data.curves import Measured
+from data.curves import Measured, write_measured
 from inversion.inversion import Estimate
 from inversion.time_origin import TimeOrigin
 from reports.findings import findings, key_figures, percent
 from reports.folder import read_results
+from reports.page import report
 from reports.record import cloud, origin, residual
 from reports.results import Results
-from tests.reports.synthetic import RECORD_TIMES
+from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
 CHANNEL = "displacement_centre"
 PC, MU = "bird.material.pressure_cutoff", "bird.material.viscosity"
@@ -65,7 +66,12 @@ def test_the_verified_error_is_the_one_of_the_best_method(results: Results) -> N
 
 
 def test_the_time_offset_is_said_with_its_sense(results: Results) -> None:
-    for value, words in ((5e-5, "0.0500 ms later"), (-5e-5, "0.0500 ms earlier"), (1e-8, "agree within 1 µs")):
+    for value, words in (
+        (5e-5, "0.0500 ms later"),
+        (-5e-5, "0.0500 ms earlier"),
+        (6.3e-6, "6.3 µs later"),
+        (1e-8, "agree within 1 µs"),
+    ):
         moved = replace(results, inversion=replace(results.inversion, time_offset=TimeOrigin(value, 1e-4, None)))
         assert words in findings(moved)[1]
     fixed = replace(results, inversion=replace(results.inversion, time_offset=TimeOrigin(0.0, None, None)))
@@ -157,3 +163,27 @@ def test_origin_follows_the_provenance(line: str, expected: str) -> None:
 
 def test_per_cent_keeps_two_digits() -> None:
     assert [percent(share) for share in (0.0641, 0.112, 0.00042)] == ["6.4 %", "11 %", "0.042 %"]
+
+
+def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path: Path) -> None:
+    time = np.linspace(-0.3e-3, 2.3e-3, 131)
+    noise = np.random.default_rng(1).normal(size=(2, time.size))
+    force = contact_force(time) + 500.0 * noise[1]
+    force[50:70] = np.nan
+    channels = {CHANNEL: displacement(time, 5.5e-3, 2.38e-3) + 3e-5 * noise[0], "contact_force": force}
+    sigma = {CHANNEL: np.full(time.size, 3e-5)}
+    record = Measured(time, channels, sigma, {CHANNEL: "m", "contact_force": "N"}, ("Shot 9.",))
+    write_measured(tmp_path / "shot9.csv", record)
+    with pytest.MonkeyPatch.context() as patch:
+        finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12)
+    results = read_results(tmp_path)
+    first, second, _, fourth, _ = findings(results)
+    assert "131 points of displacement centre" in first
+    assert "111 points of contact force" in first
+    assert re.search(r"mm RMS in displacement centre, .* kN RMS in contact force", second)
+    assert fourth.count("the simulation") == 2
+    text = report(tmp_path).read_text(encoding="utf-8")
+    for name in ("comparison", "cloud"):
+        assert all(f'id="figure-{name}-{channel}"' in text for channel in channels)
+    assert "(sigma column)" in text
+    assert "(record before contact)" in text

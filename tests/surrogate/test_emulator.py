@@ -13,7 +13,7 @@ from data.dataset import Dataset
 from data.errors import UserError
 from surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator
 from surrogate.files import load_emulator, save_emulator
-from surrogate.gaussian_process import GaussianProcess
+from surrogate.gaussian_process import GaussianProcess, kernel_of
 from surrogate.validation import leave_one_out, q2, rmse
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIME, TIMES, campaign, pulse, spread
 
@@ -86,6 +86,31 @@ def test_error_covers_what_the_components_do_not_predict() -> None:
     np.testing.assert_allclose(sd[strong] / np.abs(noise[strong]), 0.1, rtol=0.3)  # 60 draws: 9 % at one sigma
     opposite = factor[0] @ factor[25] / (sd[0] * sd[25])
     assert opposite < -0.9  # instants half a period apart err against each other
+
+
+def test_noise_is_not_predicted() -> None:
+    """One component follows the parameters, the rest is drawn at random for each run."""
+    rng, time = np.random.default_rng(0), np.linspace(0.0, 1.0, 60)
+    u = rng.random((25, 4))
+    signal = u[:, :1] * np.sin(2.0 * np.pi * time)
+    emulator = CurveEmulator.fit(time, signal + 0.01 * rng.normal(size=(25, 60)), u)
+    assert len(emulator.processes) == 1
+    assert (emulator.unpredicted[1:-1] > 0.0).all()
+
+
+def test_overconfident_process_is_widened_and_an_honest_one_is_left_alone() -> None:
+    rng = np.random.default_rng(0)
+    u, noise = rng.random((30, 1)), rng.normal(size=30)
+    kernel = kernel_of(1, np.log([1.0, 3.0, 1e-2]))  # smooth, and all but free of noise
+    sure = GaussianProcess.with_kernel(u, noise, kernel)
+    errors = (noise - sure.loo) / sure.loo_sd
+    assert sure.inflation == pytest.approx(np.mean(errors**2))
+    assert sure.inflation > 10.0
+    honest: Any = sure.model
+    raw = honest.predict(u[:1], return_std=True)[1][0] * sure.scale
+    assert sure.predict(u[:1])[1][0] == pytest.approx(sure.inflation * raw**2)
+    modest = GaussianProcess.with_kernel(u, noise, kernel_of(1, np.log([1.0, 3.0, 4.0])))
+    assert modest.inflation == 1.0
 
 
 def test_refuses_to_extrapolate(emulator: Emulator) -> None:
