@@ -58,8 +58,14 @@ def warning(found: Cloud, observations: Observations) -> str:
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()
     where = ", ".join(f"{quantity(value, units[name])} RMS in {plain(name)}" for name, value in near)
+    share = found.outside_envelope
+    points = (
+        f"{share:.0%} of its points lie outside all runs"
+        if share
+        else "though each point by itself lies among the runs"
+    )
     return (
         f"the model cannot produce this curve: nearest is run {found.nearest_run} at {where}; the best fit misses by "
-        f"{found.fit:.1f} times noise and emulator error, {found.outside_envelope:.0%} of the points lie outside all "
-        "runs. No parameter is identified: something else than these parameters differs"
+        f"{found.fit:.1f} times noise and emulator error, {points}. No parameter is identified: something else than "
+        "these parameters differs"
     )

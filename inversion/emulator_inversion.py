@@ -29,7 +29,7 @@ def emulator_estimates(
     return estimates
 
 
-OUTSIDE = "the model cannot produce the measured curve, so its best fit does not tell this parameter"
+OUTSIDE = "the model cannot produce the record, so its best fit does not tell this parameter"
 
 
 def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:

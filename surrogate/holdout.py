@@ -52,7 +52,7 @@ def describe_times(chosen: Mapping[str, Array]) -> str:
     """The rule for the instants in words, with their number."""
     counts = ", ".join(f"{len(times)} of {channel}" for channel, times in chosen.items())
     return (
-        f"network inputs are the measured instants; of more than {MOST_TIMES}, {MOST_TIMES} equally spaced in number "
+        f"network inputs are the record's instants; of more than {MOST_TIMES}, {MOST_TIMES} equally spaced in number "
         f"from the campaign's first motion (1 % of its largest value) to the last: {counts}"
     )
 

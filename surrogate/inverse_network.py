@@ -62,12 +62,12 @@ def sampled(dataset: Dataset, times: Mapping[str, Array]) -> Array:
 
     Raises UserError for an instant after the end of the record.
     """
-    at_rest = {channel: np.maximum(t, dataset.time[0]) for channel, t in times.items()}
+    end = dataset.time[-1]
+    ends = {channel: np.where(np.isclose(t, end, rtol=1e-9, atol=0.0), end, t) for channel, t in times.items()}
+    at_rest = {channel: np.maximum(t, dataset.time[0]) for channel, t in ends.items()}
     values = np.concatenate([dataset.sampled(channel, t) for channel, t in at_rest.items()], axis=1)
     if not np.isfinite(values).all():
-        raise UserError(
-            f"the network reads instants after the simulated record's end at {dataset.time[-1]:.6g} s; raise time.end"
-        )
+        raise UserError(f"the network reads instants after the simulated record's end at {end:.6g} s; raise time.end")
     return values
 
 
