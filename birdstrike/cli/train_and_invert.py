@@ -59,6 +59,8 @@ def command(
         say(line)
     for name, answer in inversion.methods.items():
         console.print(table(inversion, name, answer))
+        for line in reasons(answer):
+            say(line)
     say(closing(inversion, doe, out))
     return {"out": str(out), "inversion": str(out / "inversion.json"), **summary(inversion)}
 
@@ -79,15 +81,29 @@ def lines(inversion: Inversion) -> Iterator[str]:
 
 
 def table(inversion: Inversion, name: str, answer: Answer) -> Table:
-    """Parameter, value, 95 % interval, identified, reason."""
+    """Parameter, value, 95 % interval, identified; narrow enough for a terminal of 80 columns."""
     shown = Table(title=f"{name}: {_errors(answer)}", title_justify="left")
-    for head in ("parameter", "value", "95 % interval", "identified", "reason"):
+    for head in ("parameter", "value", "95 % interval", "identified"):
         shown.add_column(head, overflow="fold")
     for key, estimate in answer.parameters.items():
-        shown.add_row(key, *_cells(estimate, inversion.ranges[key]), estimate.reason)
+        shown.add_row(_short(key), *_cells(estimate, inversion.ranges[key]))
     if answer.combination is not None:
         shown.caption, shown.caption_justify = answer.combination.sentence, "left"
     return shown
+
+
+def reasons(answer: Answer) -> Iterator[str]:
+    """Why each parameter is identified or not; those of one reason on one line."""
+    said: dict[str, list[str]] = {}
+    for key, estimate in answer.parameters.items():
+        said.setdefault(estimate.reason, []).append(_short(key))
+    for reason, names in said.items():
+        yield f"  reason, {', '.join(names)}: {reason.removeprefix(f'{names[0]}: ')}"
+
+
+def _short(key: str) -> str:
+    """bird.material.viscosity -> viscosity"""
+    return key.rsplit(".", 1)[-1]
 
 
 def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:
