@@ -9,7 +9,13 @@ from typing import Annotated
 
 import typer
 
+from data.errors import UserError
+
 COMMANDS = ("check", "simulate", "run-doe", "train-and-invert", "report", "close-the-loop")
+
+# A command line that cannot be read is the user's input: 1, as everywhere; typer's own 2 means a failed run here.
+USAGE_ERROR = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "UsageError")
+setattr(USAGE_ERROR, "exit_code", UserError.exit_code)  # noqa: B010 (click's attribute, unknown to the base class)
 
 app = typer.Typer(
     name="birdstrike",

@@ -76,5 +76,11 @@ def test_a_foreign_module_is_named_too_and_a_bare_folder_is_no_obstacle(tmp_path
 
 def test_an_unknown_command_is_the_users_error() -> None:
     result = CliRunner().invoke(app, ["simulat"])
-    assert result.exit_code == 2  # typer's own code for a command line that it cannot read
+    assert result.exit_code == 1
     assert "simulate" in result.output
+
+
+def test_a_missing_option_is_the_users_error() -> None:
+    result = CliRunner().invoke(app, ["simulate", "demo"])
+    assert result.exit_code == 1
+    assert "--out" in result.output
