@@ -11,18 +11,21 @@ from solver.kernels.sums import column_sums, moment_of, total
 from solver.plate import Plate
 
 
+BIRD, PLATE = ("bird_pressure", "bird_viscous", "bird_shock"), ("plate_internal", "plate_hourglass")
+ACCOUNTS = (*BIRD, *PLATE, "contact", "eroded")
+
+
 class Balance:
     """Energies [J] by name and the impulses given to the frame [N s] since the start.
 
     bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity; plate_internal: stress work (elastic
-    and plastic); plate_hourglass; contact: in the penalty springs; bird_kinetic, plate_kinetic. An eroded particle's
-    share stays as it was when it eroded.
+    and plastic); plate_hourglass; contact: in the penalty springs; eroded: what the eroded particles held as pressure and
+    in their springs when they eroded; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: Bird, normal_energy: float) -> None:
-        self.energy = dict.fromkeys(
-            ["bird_pressure", "bird_viscous", "bird_shock", "plate_internal", "plate_hourglass", "contact"], 0.0
-        )
+        self.energy = dict.fromkeys(ACCOUNTS, 0.0)
+        self.worst = 0.0
         self.unit_dissipation = 0.0
         self.normal_energy = normal_energy
         self.frame_impulse, self.contact_moment = np.zeros(3), np.zeros(3)
@@ -49,6 +52,16 @@ class Balance:
         self.energy["plate_internal"] += total(plate.work)
         self.energy["plate_hourglass"] += total(plate.hourglass_work)
         self.energy["contact"] += contact.work(bird, plate, dt)
+        if bird.eroded_now.any():
+            self.freeze(bird, contact)
+
+    def freeze(self, bird: Bird, contact: Contact) -> None:
+        """Move what the newly eroded particles hold to its own account."""
+        for particle in np.flatnonzero(bird.eroded_now[: bird.n]):
+            pressure, spring = bird.volume * float(bird.stored[particle]), contact.stored_before(int(particle))
+            self.energy["bird_pressure"] -= pressure
+            self.energy["contact"] -= spring
+            self.energy["eroded"] += pressure + spring
 
     def add_impulse(self, plate: Plate, contact: Contact, reaction: Array, kick: float) -> None:
         """Impulse of the coming kick on the frame, and the contact's moment on the plate about its centre."""
@@ -60,6 +73,13 @@ class Balance:
         """Energy that went astray, of the initial kinetic energy normal to the plate."""
         now = sum(self.energy.values()) + sum(self.kinetic.values())
         return (now - self.initial) / self.normal_energy
+
+    def contact_created(self, contact: Contact) -> float:
+        """Energy that contact gave without having taken it, of the initial normal kinetic energy; 0 when sound.
+
+        The book of contact against the energy in its springs: a force that appears at depth would show here alone.
+        """
+        return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 
     def momentum_error(self, bird: Bird, plate: Plate) -> float:
         """|bird + plate + frame - initial| of the initial momentum."""

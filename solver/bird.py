@@ -69,7 +69,8 @@ class Images:
 class Bird:
     """n particles of equal mass (and the images of some, in rows n..N), stepped by kick and drift.
 
-    x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step.
+    x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step. stored: p dV
+    work since the start per reference volume [J/m^3].
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class Bird:
         self.rho, self.p = np.full(total, material.rho0), np.zeros(total)
         self.c = np.full(total, material.C)
         self.energy, self.work, self.heating = np.zeros(total), np.zeros(total), np.zeros(total)
+        self.stored = np.zeros(total)
         self.active, self.eroded_now = np.ones(total, np.bool_), np.zeros(total, np.bool_)
         self.drho_dt, self.deformation = np.zeros(total), np.zeros((total, 6))
         self.acceleration, self.dissipation = np.zeros((total, 3)), np.zeros((total, 2))
@@ -120,9 +122,11 @@ class Bird:
         rate_of_deformation(self.n, self.row, self.mass, self.h, *rows, self.drho_dt, self.deformation)
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
         update_null_material(self.n, dt, self.material.eos, self.material.limits, self.drho_dt, self.heating, *state)
+        self.stored += self.work
         if not self.rho[: self.n].min() > 0.0:
             raise RunFailed("a bird particle's density is no longer positive", "lower solver.courant")
         if self.eroded_now.any():
+            self.deformation[self.eroded_now] = 0.0
             self.list.build(self.x, self.active)
         self.refresh_images()
 
@@ -148,9 +152,9 @@ class Bird:
     def stable_step(self, speed_of_sound: float) -> float:
         """Largest stable step [s] of an undistorted lattice: 1/(omega/2 + lambda), by von Neumann analysis.
 
-        omega = 1.14 c/h is the highest acoustic frequency of Wendland C2 on cubic and FCC lattices (h = 1.1 to 1.4
-        spacings), lambda = 17 nu/h^2 the highest damping rate of the pair viscosity, whose nu is that of MU and of the
+        omega = 1.165 c/h is the highest acoustic frequency of Wendland C2 on cubic and FCC lattices (h = 1 to 2.5
+        spacings), lambda = 18 nu/h^2 the highest damping rate of the pair viscosity, whose nu is that of MU and of the
         shock viscosity's linear part, c h/10. Velocities predicted by half a kick are stable for lambda dt < 1.
         """
         nu = self.material.viscosity / self.material.rho0 + 0.1 * self.shock[0] * speed_of_sound * self.h
-        return 1.0 / (0.5 * 1.14 * speed_of_sound / self.h + 17.0 * nu / self.h**2)
+        return 1.0 / (0.5 * 1.165 * speed_of_sound / self.h + 18.0 * nu / self.h**2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from data.errors import RunFailed
@@ -31,32 +32,37 @@ class Contact:
         self.gap = 0.5 * plate.thickness + 0.5 * self.spacing
         self.stiffness = bird.material.bulk_modulus * self.spacing
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
-        self.watched = np.zeros(bird.n, np.bool_)
+        self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
+        self.everyone = np.ones(bird.n, np.bool_)
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
-        self.touching, self.deepest = 0, 0.0
+        self.touching, self.deepest, self.stored = 0, 0.0, 0.0
 
     def search(self, bird: Bird, plate: Plate) -> None:
         """Nearest facet of every particle, and which particles may touch before the next search."""
         centres = plate.x[plate.quads].mean(axis=1)
         self.facet[:] = KDTree(centres).query(bird.x[: bird.n])[1]
         self.foot[:, :2] = 0.0
-        everyone = np.ones(bird.n, np.bool_)
-        follow_facets(bird.n, bird.x, plate.x, plate.quads, plate.mesh.across, everyone, self.facet, self.foot)
+        self.follow(bird, plate, self.everyone)
         self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
         self.searched_at = bird.x[: bird.n].copy()
+
+    def follow(self, bird: Bird, plate: Plate, watched: NDArray[np.bool_]) -> None:
+        """Feet of the watched particles on the plate as it is now."""
+        surface = (plate.x, plate.quads, plate.mesh.across, self.gap)
+        follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
 
     def update_forces(self, bird: Bird, plate: Plate) -> None:
         """Forces of the present positions on particles and nodes."""
         moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
         if not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
-        follow_facets(bird.n, bird.x, plate.x, plate.quads, plate.mesh.across, self.watched, self.facet, self.foot)
+        self.follow(bird, plate, self.watched)
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
         where = (plate.quads, self.watched, bird.active, self.facet, self.foot)
-        self.touching, self.deepest = contact_forces(
+        self.touching, self.deepest, self.stored = contact_forces(
             bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
         )
         if self.deepest > self.gap:
@@ -71,7 +77,12 @@ class Contact:
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
         return -dt * (on_bird + on_plate)
 
+    def stored_before(self, particle: int) -> float:
+        """Energy [J] that a particle's spring held at the start of the step, f^2/(2k)."""
+        force = self.on_bird_before[particle]
+        return float(force @ force) / (2.0 * self.stiffness)
+
     def stable_step(self, bird: Bird, plate: Plate) -> float:
         """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
-        per_node = plate.shape[:, 4].max() / self.spacing**2
+        per_node = max(plate.shape[:, 4].max() / self.spacing**2, 1.0)
         return 2.0 / np.sqrt(self.stiffness * (1.0 / bird.mass + per_node / plate.mass.min()))

@@ -36,7 +36,7 @@ def estimate(case: Case) -> dict[str, float | None]:
     return {
         "mass": case.bird.actual_mass,
         "normal_speed": case.normal_speed,
-        "first_contact": case.first_contact,
+        "first_contact": None if strike.first_touch_off_plate else case.first_contact,
         "first_period": first_period(case.plate),
         "stable_step": strike.dt,
         "steps": strike.steps,

@@ -44,22 +44,23 @@ def lattice(spacing: float, kind: str, half: Array) -> Array:
 def fill_bird(shape: str, diameter: float, length: float, volume: float, particles: int, kind: str) -> Array:
     """Particle positions (n, 3) [m] about the bird's centre, axis along x; n as near `particles` as a lattice allows.
 
-    A lattice of one particle per volume/n: spacings within 2 % of that are tried, and among them the nearest count
-    wins. Raises UserError when not even 8 particles fit.
+    Lattices cut at spacings within 2 % of (volume/particles)^(1/3) are tried, and the nearest count wins; the points
+    are then scaled (by as much) so that each particle has exactly its share volume/n of the lattice, because the SPH
+    sums are normalised by it. Raises UserError when not even 8 particles fit.
     """
     half = 0.5 * np.array([length if shape != "sphere" else diameter, diameter, diameter])
     nominal = (volume / particles) ** (1.0 / 3.0)
-    best = np.empty((0, 3))
+    best, cut_at = np.empty((0, 3)), nominal
     for factor in np.linspace(0.98, 1.02, 81):
         points = lattice(factor * nominal, kind, half)
         points = points[inside(points, shape, diameter, length)]
         if abs(len(points) - particles) < abs(len(best) - particles):
-            best = points
+            best, cut_at = points, factor * nominal
     if len(best) < 8:
         raise UserError(
             f"bird.particles = {particles} leaves {len(best)} particles in the bird; at least 100 are needed"
         )
-    return best
+    return best * ((volume / len(best)) ** (1.0 / 3.0) / cut_at)
 
 
 def place_bird(points: Array, angle: float, start: float, aim: str, surface: float) -> Array:

@@ -75,10 +75,17 @@ class Strike:
         self.steps = math.ceil(case.time.end / longest)
         self.dt = case.time.end / self.steps
         self.balance = Balance(self.bird, 0.5 * case.bird.actual_mass * normal_speed**2)
+        self.first_touch_off_plate = self._touches_beside(case)
         self.half_length = 0.5 * case.bird.length
         self.step = 0
         self.time = 0.0
         self.reaction, self.push, self.deepest = np.zeros(3), 0.0, 0.0
+
+    def _touches_beside(self, case: Case) -> bool:
+        """Whether the first particle to reach the plate's plane is then beside the plate."""
+        lowest = self.bird.x[np.argmin(self.bird.x[:, 2])]
+        touch = lowest[:2] + case.impact.standoff * np.array([math.cos(case.impact.angle), 0.0])
+        return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
 
     def advance(self) -> None:
         """Forces at the present time, the books of the step that led here, then kick and drift to the next."""
@@ -116,6 +123,7 @@ class Strike:
             "plate_kinetic": 0.5 * (before[1] + after[1]),
         }
         error = self.balance.energy_error()
+        self.balance.worst = max(self.balance.worst, abs(error))
         if not abs(error) < UNSTABLE:
             reason = f"the run went unstable at {1e3 * self.time:.3f} ms: the energy balance is off by {error:.0%}"
             raise RunFailed(reason, "lower solver.courant (or refine bird.particles)")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from data.errors import RunFailed
 from data.histories import Array
 from solver.kernels.neighbours import (
     REACH,
@@ -37,9 +38,11 @@ class VerletList:
             self.build(x, active)
 
     def build(self, x: Array, active: NDArray[np.bool_]) -> None:
-        """List the neighbours of the present positions (N, 3)."""
+        """List the neighbours of the present positions (N, 3). Raises RunFailed when one is not finite."""
         lower = x.min(axis=0) - 1e-9
         span = x.max(axis=0) - lower
+        if not np.isfinite(span).all():
+            raise RunFailed("a bird particle's position is no longer finite", "lower solver.courant")
         # a stray eroded particle must not blow up the grid: cells grow instead
         edge = max(self.cutoff / REACH, float(np.max(span)) / 256.0)
         shape = (np.floor(span / edge) + 1).astype(np.int64)

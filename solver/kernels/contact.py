@@ -107,35 +107,47 @@ def clamp_to_facet(point, nodes, quad, foot):
             foot[3 + c] /= distance
 
 
+@njit(cache=True)
+def walk_to_foot(point, nodes, quads, across, facet, foot):
+    """The facet that holds the foot, walking from `facet` over its sides; sets foot, infinitely far beyond the rim."""
+    came_from = -1
+    for _ in range(64):
+        if not foot_on_facet(point, nodes, quads[facet], foot):
+            foot[2] = math.inf
+            return facet
+        xi, eta = foot[0], foot[1]
+        if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
+            return facet
+        side = (0 if xi < 0.0 else 1) if abs(xi) > abs(eta) else (2 if eta < 0.0 else 3)
+        beyond = across[facet, side]
+        if beyond < 0:
+            foot[2] = math.inf
+            return facet
+        if beyond == came_from:
+            clamp_to_facet(point, nodes, quads[facet], foot)
+            return facet
+        came_from = facet
+        facet = beyond
+        foot[0] = foot[1] = 0.0
+    return facet
+
+
 @njit(cache=True, parallel=True)
-def follow_facets(n, x, nodes, quads, across, watched, facet, foot):
+def follow_facets(n, x, nodes, quads, across, gap, watched, facet, foot, past_rim):
     """Foot of each watched particle, walking to the neighbouring facet when it leaves its own.
 
     across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; in and out: facet (n,),
-    foot (n, 6). Beyond the rim the distance is set to infinity: nothing to touch there.
+    foot (n, 6), past_rim (n,). Beyond the rim the distance is set to infinity: nothing to touch there. A particle that
+    comes back from there within the gap [m] came in from beside: the springs know nothing of it until it has been
+    clear of the surface, for a spring that starts stretched would make energy from nothing.
     """
     for a in prange(n):
         if not watched[a]:
             continue
-        came_from = -1
-        for _ in range(64):
-            if not foot_on_facet(x[a], nodes, quads[facet[a]], foot[a]):
-                foot[a, 2] = math.inf
-                break
-            xi, eta = foot[a, 0], foot[a, 1]
-            if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
-                break
-            side = (0 if xi < 0.0 else 1) if abs(xi) > abs(eta) else (2 if eta < 0.0 else 3)
-            beyond = across[facet[a], side]
-            if beyond < 0:
-                foot[a, 2] = math.inf
-                break
-            if beyond == came_from:
-                clamp_to_facet(x[a], nodes, quads[facet[a]], foot[a])
-                break
-            came_from = facet[a]
-            facet[a] = beyond
-            foot[a, 0] = foot[a, 1] = 0.0
+        facet[a] = walk_to_foot(x[a], nodes, quads, across, facet[a], foot[a])
+        past_rim[a] = foot[a, 2] == math.inf or (past_rim[a] and foot[a, 2] < gap)
+        if past_rim[a]:
+            foot[a, 2] = math.inf
 
 
 @njit(cache=True)
@@ -143,12 +155,13 @@ def contact_forces(n, gap, stiffness, quads, watched, active, facet, foot, on_bi
     """Contact forces [N] on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
     gap [m]: distance from the mid-surface at which contact begins; stiffness [N/m].
-    Returns the number of touching particles and the deepest overlap [m].
+    Returns the number of touching particles, the deepest overlap [m] and the energy in the springs [J].
     """
     on_bird[:, :] = 0.0
     on_plate[:, :] = 0.0
     touching = 0
     deepest = 0.0
+    stored = 0.0
     for a in range(n):
         if not (watched[a] and active[a]) or foot[a, 2] >= gap:
             continue
@@ -161,4 +174,5 @@ def contact_forces(n, gap, stiffness, quads, watched, active, facet, foot, on_bi
                 on_plate[quads[facet[a], corner], c] -= force * shape[corner]
         touching += 1
         deepest = max(deepest, overlap)
-    return touching, deepest
+        stored += 0.5 * stiffness * overlap * overlap
+    return touching, deepest, stored

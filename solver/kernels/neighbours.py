@@ -11,8 +11,8 @@ COLUMNS = (2 * REACH + 1) ** 2
 
 @njit(cache=True, inline="always")
 def cell_index(coordinate, lower, edge, cells):
-    """Cell of a coordinate along one axis."""
-    return min(int((coordinate - lower) / edge), cells - 1)
+    """Cell of a coordinate along one axis, within the grid whatever the rounding."""
+    return max(min(int((coordinate - lower) / edge), cells - 1), 0)
 
 
 @njit(cache=True)
@@ -90,11 +90,17 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
 
 @njit(cache=True)
 def largest_displacement_squared(x, x_then, drift):
-    """Largest |x - x_then - drift|^2 [m^2] over the particles; drift: (3,) [m], common to all and so harmless."""
+    """Largest |x - x_then - drift|^2 [m^2] over the particles; drift: (3,) [m], common to all and so harmless.
+
+    Infinite when any of them is not finite.
+    """
     largest = 0.0
     for a in range(x.shape[0]):
         dx = x[a, 0] - x_then[a, 0] - drift[0]
         dy = x[a, 1] - x_then[a, 1] - drift[1]
         dz = x[a, 2] - x_then[a, 2] - drift[2]
-        largest = max(largest, dx * dx + dy * dy + dz * dz)
+        squared = dx * dx + dy * dy + dz * dz
+        if not squared < np.inf:
+            return np.inf
+        largest = max(largest, squared)
     return largest

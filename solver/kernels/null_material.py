@@ -13,7 +13,8 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
 
     eos: (7,) see `grueneisen_terms`; limits: (3,) pressure cutoff [Pa], largest and smallest V/V0 (inf, 0 = off);
     drho_dt: (n,) [kg/m^3/s]; heating: (n,) viscous power per reference volume [W/m^3];
-    in and out: rho, p, energy [J/m^3], active; out: c [m/s], eroded_now, work = p dV per reference volume [J/m^3].
+    in and out: rho, p, energy [J/m^3], active (and drho_dt of what erodes);
+    out: c [m/s], eroded_now, work = p dV per reference volume [J/m^3].
 
     The work is that of the pressure that acted: after the floor, and none at the end of the step in which a particle
     erodes, because its neighbours no longer feel it.
@@ -35,6 +36,7 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
             active[a] = False
             eroded_now[a] = True
             pressure = 0.0
+            drho_dt[a] = 0.0  # it deforms no more: no viscous power in the step's end either
         p[a] = max(pressure, limits[0])
         work[a] = 0.5 * (p_before + p[a]) * (eos[0] / before - volume)
         energy[a] = warm + work[a]

@@ -9,6 +9,7 @@ from dataclasses import replace as replaced
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.spatial import KDTree
 
 from data.errors import RunFailed
 from data.histories import Histories
@@ -54,9 +55,17 @@ def test_energy_balances(strike):
     assert min(energies["bird_viscous"], energies["bird_shock"], energies["plate_internal"]) > 0.0
 
 
-def test_shock_viscosity_does_not_stand_in_for_viscosity(strike):
-    """Its equivalent shear viscosity stays below 5 % of the range of MU, 1500 Pa s."""
-    assert 0.0 < strike.summary["shock_equivalent_viscosity_Pa_s"] < 75.0
+@pytest.mark.parametrize("mu", ["0 Pa s", "641 Pa s"])
+def test_shock_viscosity_does_not_stand_in_for_viscosity(mu):
+    """Its equivalent shear viscosity stays below 5 % of the range of MU, 1500 Pa s, at the demo's resolution."""
+    case = load_case("demo", {"bird.material.viscosity": mu, "time.end": "1.5 ms", "time.snapshots": "[]"})
+    assert 0.0 < simulate(case).summary["shock_equivalent_viscosity_Pa_s"] < 75.0
+
+
+def test_a_coarse_bird_says_that_its_shock_viscosity_is_high():
+    coarse = simulate(small(bird__material__viscosity="0 Pa s", bird__material__pressure_cutoff="-1.25 MPa"))
+    assert coarse.summary["shock_equivalent_viscosity_Pa_s"] > 75.0
+    assert any("shock viscosity" in text for text in coarse.summary["warnings"])
 
 
 def test_contact_impulse_is_the_momentum_that_the_bird_lost():
@@ -140,6 +149,51 @@ def test_compression_erosion_takes_the_bird_away():
     assert abs(eroded.summary["energy_error"]) < 0.02
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"plate__length": "250 mm", "plate__width": "215 mm", "plate__elements": "[10, 8]", "time__end": "2.5 ms"},
+        {"impact__angle": "10 deg", "time__end": "2.5 ms"},
+    ],
+)
+def test_a_bird_on_the_rim_makes_no_energy(changes):
+    """Particles that come back in below the rim are unknown to the springs: contact gives only what it took."""
+    run = simulate(small(**changes))
+    assert run.summary["energies_J"]["contact"] > -1e-3 * run.summary["energies_J"]["normal"]
+    assert run.summary["worst_energy_error"] < 0.01
+
+
+def test_a_first_touch_beside_the_plate_is_told():
+    run = simulate(small(impact__angle="10 deg", time__end="0.1 ms", time__snapshots="[]"))
+    assert any("beside the plate" in text for text in run.summary["warnings"])
+    assert estimate(small(impact__angle="10 deg"))["first_contact"] is None
+
+
+def test_what_the_eroded_particles_held_stays_on_the_books(strike):
+    eroded = simulate(small(bird__material__compression_erosion="0.99"))
+    assert eroded.summary["energies_J"]["eroded"] > 0.0
+    assert eroded.summary["energies_J"]["bird_viscous"] > 0.0
+    assert strike.summary["energies_J"]["eroded"] == 0.0
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_position_that_is_not_finite_ends_the_run(value):
+    run = Strike(small())
+    run.bird.x[7, 1] = value
+    with pytest.raises(RunFailed, match="no longer finite"):
+        run.advance()
+
+
+@pytest.mark.parametrize("lattice", ["fcc", "cubic"])
+@pytest.mark.parametrize("particles", ["500", "2200"])
+def test_each_particle_has_its_share_of_the_lattice(lattice, particles):
+    """Nearest neighbours stand as far apart as the lattice of one particle per V/n says, to rounding."""
+    run = Strike(small(bird__particles=particles, bird__lattice=lattice))
+    nearest = KDTree(run.bird.x).query(run.bird.x, k=2)[0][:, 1].min()
+    ratio = {"cubic": 1.0, "fcc": 2.0 ** (1.0 / 6.0)}[lattice]
+    assert nearest == pytest.approx(ratio * run.contact.spacing, rel=1e-9)
+
+
 def test_tension_erosion_acts_on_the_volume():
     spacing = 5e-3
     x, _ = block((3, 3, 3), spacing)
@@ -200,15 +254,16 @@ def test_reference_strike_has_the_particles_asked_for():
 
 
 def test_openradioss_viscous_strike_is_followed():
-    """Centre displacement to 1.2 ms within 6 % of its peak (RMS) at 1500 particles on half the shells a side.
+    """Centre displacement to 1.2 ms within 2.5 % of its peak (RMS) at a third of the particles, coarser shells.
 
-    The full comparison, at the reference's own resolution, belongs to the verification page.
+    The reference starts 0.05 mm above first contact, 0.1 mm of flight. The full comparison, at the reference's own
+    resolution and with the inviscid bird, belongs to the verification page.
     """
     table = pd.read_csv(REFERENCE / "openradioss_reference_strike.csv", comment="#")
-    changes = SMALL | {"bird.particles": "1500", "bird.density": "938 kg/m^3", "impact.standoff": "4.555 mm"}
+    changes = SMALL | {"bird.particles": "1500", "bird.density": "938 kg/m^3", "impact.standoff": "0.1 mm"}
     changes |= {"bird.material.pressure_cutoff": "-0.37 MPa", "bird.material.viscosity": "641 Pa s"}
     run = simulate(load_case("reference_strike", changes))
     time = table["time_ms"].to_numpy() * 1e-3
     within = time <= run.time[-1]
     miss = run.at("displacement_centre", time[within]) - 1e-3 * table["w_viscous_mm"].to_numpy()[within]
-    assert np.sqrt(np.mean(miss**2)) < 0.06 * 1e-3 * table["w_viscous_mm"].max()
+    assert np.sqrt(np.mean(miss**2)) < 0.025 * 1e-3 * table["w_viscous_mm"].max()
