@@ -10,7 +10,6 @@ from solver.contact import Contact
 from solver.kernels.sums import column_sums, moment_of, total
 from solver.plate import Plate
 
-
 BIRD, PLATE = ("bird_pressure", "bird_viscous", "bird_shock"), ("plate_internal", "plate_hourglass")
 ACCOUNTS = (*BIRD, *PLATE, "contact", "eroded")
 
@@ -19,8 +18,8 @@ class Balance:
     """Energies [J] by name and the impulses given to the frame [N s] since the start.
 
     bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity; plate_internal: stress work (elastic
-    and plastic); plate_hourglass; contact: in the penalty springs; eroded: what the eroded particles held as pressure and
-    in their springs when they eroded; bird_kinetic, plate_kinetic.
+    and plastic); plate_hourglass; contact: in the penalty springs; eroded: what the eroded particles held as pressure
+    and in their springs when they eroded; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: Bird, normal_energy: float) -> None:
