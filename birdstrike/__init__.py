@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
     from birdstrike.cli.run_doe import run_doe
+    from birdstrike.cli.simulate import simulate
     from birdstrike.loop import close_the_loop
     from inversion.train_and_invert import train_and_invert
     from reports.page import report
     from solver.case import load_case
-    from solver.simulate import simulate
 
 ROOT = Path(__file__).resolve().parent.parent
 COMPANIONS = ("data", "solver", "doe", "surrogate", "inversion", "reports")
@@ -25,7 +25,7 @@ COMPANIONS = ("data", "solver", "doe", "surrogate", "inversion", "reports")
 _PUBLIC = {
     "load_case": ("solver.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
-    "simulate": ("solver.simulate", "simulate"),
+    "simulate": ("birdstrike.cli.simulate", "simulate"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
     "report": ("reports.page", "report"),

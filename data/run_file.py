@@ -20,7 +20,12 @@ SCHEMA_VERSION = 1
 
 def write_run(path: Path, histories: Histories, meta: Mapping[str, Any]) -> None:
     """Write a run; snapshots are pictures and go in single precision, compressed."""
-    with h5py.File(path, "w") as file:
+    path.write_bytes(_image(histories, meta))
+
+
+def _image(histories: Histories, meta: Mapping[str, Any]) -> bytes:
+    """The file's bytes, made in memory: HDF5 itself does not survive a full disk."""
+    with h5py.File("run.h5", "w", driver="core", backing_store=False) as file:
         file.attrs["schema_version"] = SCHEMA_VERSION
         file.attrs["order"] = json.dumps(list(histories.channels))  # HDF5 itself sorts by name
         file["summary"] = json.dumps(plain(histories.summary))
@@ -32,6 +37,8 @@ def write_run(path: Path, histories: Histories, meta: Mapping[str, Any]) -> None
         for i, snapshot in enumerate(histories.snapshots):
             _write_snapshot(file.create_group(f"snapshots/{i:04d}"), snapshot)
         file.attrs["checksum"] = _checksum(file)
+        file.flush()
+        return file.id.get_file_image()
 
 
 def read_run(path: Path) -> Histories:

@@ -55,6 +55,15 @@ class RunStore:
             warnings.warn(text, stacklevel=2)
             return None
 
+    def look_up(self, key: str) -> Histories | None:
+        """A finished run, or None; a file that is damaged stays as it is and counts as none, with a warning."""
+        path = self.path(key)
+        try:
+            return read_run(path) if path.exists() else None
+        except DAMAGE as error:
+            warnings.warn(f"{path} is damaged ({error}); it is left as it is and not used", stacklevel=2)
+            return None
+
     def meta(self, key: str) -> dict[str, Any]:
         """What was saved beside a finished run."""
         return read_meta(self.path(key))

@@ -55,11 +55,18 @@ def read_results(folder: Path) -> Results:
 def _missing(folder: Path) -> Iterator[str]:
     """One line a missing part."""
     doe, inverted = folder / "doe", folder / "inversion"
+    if folder.is_file():
+        yield f"{folder} is a file; give the folder that close-the-loop made, with doe/ and inversion/"
+        return
     if not folder.is_dir():
         yield f"{folder} does not exist; make it with: birdstrike close-the-loop CASE --measured CSV --out {folder}"
         return
+    campaign = f"{doe}; make it with: birdstrike run-doe CASE --out {doe}"
     if not (doe / "curves.csv").is_file():
-        yield f"no finished campaign in {doe}; make it with: birdstrike run-doe CASE --out {doe}"
+        yield f"no finished campaign in {campaign}"
+    else:
+        parts = ("case.toml", "design.csv", "summary.json")
+        yield from (f"no {name} in {campaign}" for name in parts if not (doe / name).is_file())
     for name in ("inversion.json", "verification.csv"):
         if not (inverted / name).is_file():
             yield f"no {name} in {inverted}; make it with: {_invert_again(folder)}"
@@ -100,7 +107,7 @@ def _verified(folder: Path, inversion: Inversion, method: str) -> Histories:
     """The verification run with its pictures from the run store, else its curves alone."""
     key, inverted = inversion.methods[method].run, folder / "inversion"
     for runs in (inverted / "runs", folder / "doe" / "runs"):
-        if key is not None and (found := RunStore(runs).load(key)) is not None:
+        if key is not None and (found := RunStore(runs).look_up(key)) is not None:
             return replace(found, summary={**found.summary, "run_key": key})
     path = inverted / f"verified_{method}.csv"
     if not path.is_file():
@@ -123,7 +130,7 @@ def _books(
     store, books = RunStore(doe / "runs"), dict[str, Books]()
     entries = [entry for entry in campaign["runs"] if entry["status"] == "finished"]
     for entry in entries:
-        found = store.load(entry["key"])
+        found = store.look_up(entry["key"])
         books[f"run {entry['run']}"] = entry if found is None else {**entry, **found.summary}
     known = {entry["key"] for entry in entries}
     for method, run in verified.items():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import GetCoreSchemaHandler
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic import GetCoreSchemaHandler, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to_si
 
@@ -17,6 +17,23 @@ from data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to
 def complaint(message: str) -> PydanticCustomError:
     """An error whose text is `message` as it stands (pydantic would read braces in a template)."""
     return PydanticCustomError("case", "{message}", {"message": message})
+
+
+Key = TypeVar("Key", int, str)
+
+
+def each_of(entries: Mapping[Key, Any], check: Callable[[Key, Any], float]) -> dict[Key, float]:
+    """Every entry as `check` finds it; raises ValidationError with the complaints about all of them."""
+    found: dict[Key, float] = {}
+    wrong: list[InitErrorDetails] = []
+    for key, value in entries.items():
+        try:
+            found[key] = check(key, value)
+        except PydanticCustomError as error:
+            wrong.append(InitErrorDetails(type=error, loc=(key,), input=value))
+    if wrong:
+        raise ValidationError.from_exception_data("case", wrong)
+    return found
 
 
 def checked(check: Callable[[Any], Any]) -> core_schema.CoreSchema:

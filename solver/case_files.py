@@ -19,15 +19,15 @@ ALTERNATIVES: dict[tuple[str, ...], tuple[str, ...]] = {("bird",): ("mass", "den
 
 def read_case(name: str | Path) -> Raw:
     """The table of a case file over those that it extends; raises CaseError (TOML with its line, a circle, no file)."""
-    path = _find(name, None)
+    path = _find(name)
     return _read(path, (path,))
 
 
-def _find(name: str | Path, beside: Path | None) -> Path:
+def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> Path:
     try:
         return resolve_case(name, beside)
     except UserError as error:
-        raise CaseError(error.errors) from error
+        raise CaseError(f"{asked_by}{line}" for line in error.errors) from error
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
@@ -37,7 +37,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
         return raw
     if not isinstance(parent, str):
         raise CaseError(f'{path}: extends = {parent} must be the name of one case, such as "reference_strike"')
-    source = _find(parent, path.parent)
+    source = _find(parent, path.parent, f"{path}: extends: ")
     if source in chain:
         circle = " -> ".join(step.name for step in (*chain, source))
         raise CaseError(f'{path}: extends = "{parent}" closes a circle: {circle}; let one of them stand alone')
@@ -70,8 +70,12 @@ def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> 
 def override_table(overrides: Mapping[str, str]) -> Raw:
     """Table of dotted keys and texts as `--set` gives them: {"plate.thickness": "8 mm"}; raises CaseError."""
     table: Raw = {}
-    for key, text in overrides.items():
-        table = overlay(table, _one_override(key, text))
+    single = {key: _one_override(key, text) for key, text in overrides.items()}
+    for one in single.values():
+        table = overlay(table, one)
+    lost = [key for key, one in single.items() if overlay(table, one) != table]
+    if lost:
+        raise CaseError(f"--set {key} is undone by another --set; keep one of them" for key in lost)
     return table
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from solver.case_fields import Between, Count, Later, OneOf, complaint
+from solver.case_fields import Between, Count, Later, OneOf, complaint, each_of
 from solver.case_sections import Section, quantities, quantity_at
 
 NOISE = {
@@ -20,6 +20,11 @@ NOISE = {
 
 NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
 NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
+NOT_SOUGHT = {
+    "impact.friction": "friction is not available in this version",
+    "plate.material.rate_c": "rate hardening is not available in this version",
+    "plate.material.rate_p": "rate hardening is not available in this version",
+}
 OFFSET = Between("-2500 mm", "2500 mm")
 
 
@@ -34,12 +39,24 @@ class Sensor(Section):
     @classmethod
     def _noise_in_the_unit_of_its_kind(cls, value: Any, info: ValidationInfo) -> float | None:
         mark = NOISE.get(info.data.get("kind", ""))
-        return mark.validate(value) if mark else None
+        return mark.validate(value) if mark else _noise_of_some_kind(value)
 
     @property
     def unit(self) -> str:
         """SI unit of the channel."""
         return NOISE[self.kind].unit
+
+
+def _noise_of_some_kind(value: Any) -> float | None:
+    """Noise of a sensor whose kind is itself an error: it must fit one of the kinds."""
+    if value is None:
+        return None
+    for mark in NOISE.values():
+        try:
+            return mark.validate(value)
+        except PydanticCustomError:
+            continue
+    raise complaint('fits no kind of sensor; write a length or a force such as "0.1 mm" or "0.1 kN"')
 
 
 DEFAULT_SENSORS = {
@@ -76,17 +93,25 @@ class Inverted(Section):
         mark = quantity_at(info.data["key"])
         if mark is None:
             raise complaint(_no_such_quantity(info.data["key"]))
+        if reason := _not_sought(info.data["key"]):
+            raise complaint(f"cannot be a parameter: {reason}")
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise complaint(f'must be two limits such as ["{mark.low}", "{mark.high}"]')
-        low, high = (mark.validate(limit) for limit in value)
+        low, high = each_of(dict(enumerate(value)), lambda _, limit: mark.validate(limit)).values()
         if not low < high:
             raise complaint("must rise: the lower limit first")
         return low, high
 
 
+def _not_sought(key: str) -> str:
+    """Why a quantity cannot be sought; empty for one that can."""
+    setting = "it says what is computed and recorded, not what is struck" if key.startswith("time.") else ""
+    return NOT_SOUGHT.get(key, setting)
+
+
 def _no_such_quantity(key: str) -> str:
     """Why a dotted key cannot be sought, with the nearest that can."""
-    known = [name for name, _ in quantities()]
+    known = [name for name, _ in quantities() if not _not_sought(name)]
     close = difflib.get_close_matches(key, known, n=1)
     hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
     return f"belongs to no quantity of a case; {hint}"
@@ -110,15 +135,12 @@ class InversionSettings(Section):
     @field_validator("nuisance", mode="before")
     @classmethod
     def _known_nuisances(cls, value: Any) -> Any:
-        return {name: _nuisance(name, sigma) for name, sigma in value.items()} if isinstance(value, dict) else value
+        return each_of(value, _nuisance) if isinstance(value, dict) else value
 
 
 def _nuisance(name: str, sigma: Any) -> float:
     """Sigma in SI of a nuisance that this version carries."""
     if name not in NUISANCE:
         reason = "is not available in this version" if name in NUISANCE_LATER else "is unknown"
-        raise complaint(f"names {name}, which {reason}; available: {', '.join(NUISANCE)}")
-    try:
-        return NUISANCE[name].validate(sigma)
-    except PydanticCustomError as error:
-        raise complaint(f"{name} = {sigma} {error.message()}") from error
+        raise complaint(f"{reason}; available: {', '.join(NUISANCE)}")
+    return NUISANCE[name].validate(sigma)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
+from birdstrike.cli.frame import print_json
 from data.errors import UserError
 
 COMMANDS = ("check", "simulate", "run-doe", "train-and-invert", "report", "close-the-loop")
@@ -50,4 +53,14 @@ def _root(version: Version = False) -> None:
 
 def main() -> None:
     """Entry point of the console script."""
-    app()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that lacks a character shows ? instead of a traceback
+    try:
+        app()
+    except SystemExit as ended:
+        unread = ended.__context__  # typer has shown it; no command has begun that could end with its own line
+        if isinstance(unread, USAGE_ERROR) and "--json" in sys.argv:
+            reason = cast(typer.BadParameter, unread).format_message()
+            print_json({"exit_code": UserError.exit_code, "errors": [reason], "remedy": None})
+        raise

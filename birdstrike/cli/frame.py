@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import json
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -23,6 +25,8 @@ INTERRUPTED = 130
 LONG_S = 2.0
 SETTLING_S = 0.3
 PLAIN_EVERY_S = 15.0
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system answers when nothing more can be written: no space, no quota, no larger file."""
 
 Json = Annotated[bool, typer.Option("--json", help="End with one machine-readable JSON line.")]
 Settings = Annotated[
@@ -42,12 +46,16 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
     def run(*args: Any, **kwargs: Any) -> None:
         ended = functools.partial(_fail, as_json=bool(kwargs.get("json")))
         try:
-            outcome = command(*args, **kwargs)
+            with plain_warnings():
+                outcome = command(*args, **kwargs)
         except UserError as error:
             ended(error.errors, error.exit_code, error.heading)
         except RunFailed as error:
             ended([error.reason], error.exit_code, remedy=error.remedy)
         except OSError as error:
+            if error.errno in DISK_FULL:
+                what = "" if error.filename is None else f" {error.filename}"
+                ended([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
             if error.filename is None:
                 raise
             ended([f"{error.filename}: {error.strerror}"], UserError.exit_code)
@@ -55,12 +63,28 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
             ended(["interrupted; run the same command again to resume"], INTERRUPTED)
         else:
             if kwargs.get("json"):
-                _print_json(outcome or {})
+                print_json(outcome or {})
 
     return run
 
 
-def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", *, as_json: bool) -> None:
+@contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Warnings meant for the user as one line of plain text, without the source line that gave them."""
+    with warnings.catch_warnings():
+        with_source = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if category is UserWarning:
+                errors.print(escape(f"warning: {message}"))
+            else:
+                with_source(message, category, *place, **more)
+
+        warnings.showwarning = show
+        yield
+
+
+def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", *, as_json: bool) -> NoReturn:
     """Print why, and leave with the exit code."""
     if heading:
         errors.print(f"[bold red]{escape(heading)}[/]")
@@ -69,11 +93,12 @@ def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", 
     if remedy:
         errors.print(escape(remedy))
     if as_json:
-        _print_json({"exit_code": code, "errors": list(lines), "remedy": remedy or None})
+        print_json({"exit_code": code, "errors": list(lines), "remedy": remedy or None})
     raise typer.Exit(code)
 
 
-def _print_json(content: Mapping[str, Any]) -> None:
+def print_json(content: Mapping[str, Any]) -> None:
+    """The machine-readable line that --json asks for, the last one on stdout."""
     from data.files import plain  # late, because --help has no use for numpy
 
     typer.echo(json.dumps(plain({"schema_version": 1, **content}), allow_nan=False))

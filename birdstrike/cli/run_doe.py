@@ -109,7 +109,8 @@ def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
     say(f"Written to {out}: {finished} of {planned} strikes (design.csv, curves.csv, summary.json, runs/).")
-    say(f"Next: birdstrike train-and-invert {out} --measured shot.csv --out inversion")
+    allowed = " --allow-rank-deficient" if quality.deficient else ""
+    say(f"Next: birdstrike train-and-invert {out} --measured shot.csv --out inversion{allowed}")
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
         raise RunFailed(

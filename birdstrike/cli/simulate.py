@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +15,21 @@ from data.errors import UserError
 if TYPE_CHECKING:
     from data.histories import Histories
     from solver.case import Case
+
+
+def simulate(
+    case: str | Path | Case,
+    *,
+    step_factor: float = 1.0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Histories:
+    """Run one strike of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
+    from solver.case import load_case
+    from solver.simulate import simulate as run
+
+    loaded = load_case(case) if isinstance(case, str | Path) else case
+    return run(loaded, step_factor=step_factor, threads=threads, progress=progress)
 
 
 @framed

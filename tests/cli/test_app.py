@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import birdstrike
-from birdstrike.cli.app import COMMANDS, app
+from birdstrike.cli.app import COMMANDS, app, main
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("torch", "matplotlib", "numba", "scipy", "sklearn", "pandas", "pint", "h5py")
@@ -84,3 +86,48 @@ def test_a_missing_option_is_the_users_error() -> None:
     result = CliRunner().invoke(app, ["simulate", "demo"])
     assert result.exit_code == 1
     assert "--out" in result.output
+
+
+UNREADABLE = [
+    (["simulate", "demo", "--json"], "Missing option '--out'"),
+    (["train-and-invert", "x", "--measured", "m", "--out", "o", "--trainer", "foo", "--json"], "'foo' is not one of"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "why"), UNREADABLE)
+def test_a_command_line_that_cannot_be_read_has_its_json_line_too(monkeypatch, capsys, arguments, why: str) -> None:
+    monkeypatch.setattr(sys, "argv", ["birdstrike", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    shown = capsys.readouterr()
+    assert ended.value.code == 1
+    assert "Usage" in shown.err
+    (line,) = shown.out.splitlines()
+    assert json.loads(line)["exit_code"] == 1
+    assert why in json.loads(line)["errors"][0]
+
+
+def test_without_json_an_unreadable_command_line_prints_no_json(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "argv", ["birdstrike", "simulate", "demo"])
+    with pytest.raises(SystemExit):
+        main()
+    assert capsys.readouterr().out == ""
+
+
+def test_a_terminal_that_lacks_a_character_shows_another(tmp_path: Path) -> None:
+    program = (
+        "import sys; sys.argv = ['birdstrike', 'check', 'Dömö', '--json']\nfrom birdstrike.cli.app import main\nmain()"
+    )
+    start = f"import sys; sys.path.append({str(ROOT)!r})\n"
+    ended = subprocess.run(
+        [sys.executable, "-c", start + program],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "ascii:strict"},
+    )
+    assert ended.returncode == 1
+    assert '"D?m?" is no case here' in ended.stderr
+    assert "Traceback" not in ended.stderr

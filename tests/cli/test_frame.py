@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -44,6 +45,8 @@ def raising(error: BaseException) -> Callable[[], None]:
         ),
         (RunFailed("the run is unstable", "lower solver.courant"), 2, "the run is unstable\nlower solver.courant\n"),
         (KeyboardInterrupt(), 130, "interrupted; run the same command again to resume\n"),
+        (OSError(28, "No space left", "/x/y"), 2, "cannot write /x/y: disk full; free space and run again to resume\n"),
+        (OSError(27, "File too large"), 2, "cannot write: disk full; free space and run again to resume\n"),
         (PermissionError(13, "Permission denied", "/x/y"), 1, "/x/y: Permission denied\n"),
     ],
 )
@@ -64,6 +67,12 @@ def test_json_is_the_last_line_also_of_a_failure() -> None:
         "errors": ["unstable"],
         "remedy": "lower it",
     }
+
+
+def test_a_warning_is_one_plain_line_without_its_source() -> None:
+    result = ends(lambda: warnings.warn("run [3] is damaged", stacklevel=1))
+    assert result.exit_code == 0
+    assert result.stderr == "warning: run [3] is damaged\n"
 
 
 def test_without_json_there_is_no_json() -> None:

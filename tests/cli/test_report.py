@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,35 @@ def test_what_is_missing_is_named_with_its_command_and_no_traceback(tmp_path: Pa
     assert f"birdstrike run-doe CASE --out {tmp_path / 'doe'}" in result.stderr
     assert "birdstrike train-and-invert" in result.stderr
     assert "Traceback" not in result.output
+
+
+def test_a_file_in_the_folders_place_is_called_a_file(tmp_path: Path) -> None:
+    (tmp_path / "afile").touch()
+    result = invoke(str(tmp_path / "afile"))
+    assert result.exit_code == 1
+    assert f"{tmp_path / 'afile'} is a file; give the folder" in result.stderr
+
+
+def test_a_damaged_run_is_passed_over_in_one_plain_line_and_not_touched(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "loop"
+    shutil.copytree(folder, copy)
+    damaged = sorted((copy / "doe" / "runs").glob("*.h5"))[0]
+    damaged.write_bytes(b"scrambled")
+    result = invoke(str(copy))
+    assert result.exit_code == 0, result.output
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"warning: {damaged} is damaged (")
+    assert line.endswith("it is left as it is and not used")
+    assert damaged.read_bytes() == b"scrambled"
+
+
+def test_a_missing_copy_of_the_case_is_named(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "loop"
+    shutil.copytree(folder, copy)
+    (copy / "doe" / "case.toml").unlink()
+    result = invoke(str(copy))
+    assert result.exit_code == 1
+    assert f"no case.toml in {copy / 'doe'}; make it with: birdstrike run-doe CASE" in result.stderr
 
 
 def test_help_has_an_example() -> None:

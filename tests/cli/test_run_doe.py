@@ -53,6 +53,8 @@ def test_table_6_is_named_as_rank_1_and_run_all_the_same(tmp_path: Path) -> None
     result = invoke(tmp_path, "--design", str(REFERENCE / "table6_design.csv"), "--json")
     assert result.exit_code == 0, result.output
     assert "rank 1 of 4: the 5 runs vary along 1 direction only" in result.stdout
+    (following,) = (line for line in result.stdout.splitlines() if line.startswith("Next: "))
+    assert following.endswith(" --allow-rank-deficient")
     answer = last_json(result)
     assert answer["schema_version"] == 1
     assert answer["runs"] == answer["finished"] == 5

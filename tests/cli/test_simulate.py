@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import birdstrike
 from birdstrike.cli.app import app
 from data.curves import read_histories
 from data.errors import RunFailed
@@ -32,6 +33,14 @@ def twice(tmp_path_factory) -> tuple[Path, Path, str]:
     assert one.exit_code == 0, one.output
     assert strike(folder / "two").exit_code == 0
     return folder / "one", folder / "two", one.stdout
+
+
+def test_the_python_verb_takes_a_cases_name_and_a_loaded_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[str] = []
+    monkeypatch.setattr("solver.simulate.simulate", lambda case, **_: seen.append(case.name))
+    birdstrike.simulate("demo")
+    birdstrike.simulate(birdstrike.load_case("reference_strike"))
+    assert seen == ["demo", "reference_strike"]
 
 
 def test_two_runs_give_identical_bytes_whatever_the_threads(twice) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -26,6 +27,23 @@ def test_a_file_that_is_not_finished_does_not_replace_the_old_one(tmp_path: Path
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
+
+
+def test_a_full_disk_names_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+
+    def full() -> None:
+        with whole_file(path):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(OSError, match="No space") as caught:
+        full()
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    path.mkdir()
+    with pytest.raises(IsADirectoryError) as taken:
+        write_json(path, {})
+    assert taken.value.filename == str(path)
     assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
 
 

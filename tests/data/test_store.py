@@ -94,6 +94,39 @@ def test_a_flipped_byte_in_a_curve_is_found_by_the_checksum(tmp_path: Path) -> N
         assert store.load("k") is None
 
 
+def test_looking_a_damaged_run_up_leaves_it_as_it_is(tmp_path: Path) -> None:
+    store = RunStore(tmp_path)
+    assert store.look_up("k") is None
+    store.save("k", a_run())
+    assert store.look_up("k") is not None
+    store.path("k").write_bytes(b"scrambled")
+    with pytest.warns(UserWarning, match="left as it is and not used"):
+        assert store.look_up("k") is None
+    assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("k.h5", b"scrambled")]
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+from data.store import RunStore
+sys.path.insert(0, sys.argv[2])
+from test_store import a_run
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048))
+try:
+    RunStore(Path(sys.argv[1])).save("k", a_run())
+except OSError as error:
+    print(error.filename)
+"""
+
+
+def test_a_full_disk_is_an_error_that_names_the_run_and_leaves_nothing(tmp_path: Path) -> None:
+    program = [sys.executable, "-B", "-c", FULL, str(tmp_path), str(Path(__file__).parent)]
+    ended = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout.strip()) == (0, str(tmp_path / "k.h5")), ended.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 KILLED = """
 import os, signal, sys
 from pathlib import Path

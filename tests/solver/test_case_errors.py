@@ -53,7 +53,7 @@ NOT_YET = [
     ("impact.friction", "0.2", f"~ = 0.2: friction {LATER}; leave it out"),
     ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
     ("instrument.contact_force.gain", "1.1", f"instrument {LATER}; leave the section out"),
-    ("inversion.nuisance.speed", "1 m/s", f"inversion.nuisance names speed, which {LATER}; available: time_offset"),
+    ("inversion.nuisance.speed", "1 m/s", f"~ = 1 m/s {LATER}; available: time_offset"),
 ]
 BETWEEN_FIELDS = [
     ("bird.length", "9 cm", "~ = 9 cm is less than the diameter; length is overall, hemispheres included"),
@@ -70,7 +70,7 @@ INVERSION = [
     ("viscsity", "[1, 2]", "~ = [1, 2] belongs to no quantity of a case; did you mean bird.material.viscosity?"),
     ("viscosity", '["2 Pa s", "1 Pa s"]', "~ = ['2 Pa s', '1 Pa s'] must rise: the lower limit first"),
     ("viscosity", '["1 Pa s"]', """~ = ['1 Pa s'] must be two limits such as ["0 Pa s", "10000 Pa s"]"""),
-    ("viscosity", "[1, 2]", '~ = [1, 2] has no unit; write "1 Pa s" (accepted units: Pa s, MPa ms, N*ms/mm^2)'),
+    ("viscosity", '[1, "2 Pa s"]', '~.0 = 1 has no unit; write "1 Pa s" (accepted units: Pa s, MPa ms, N*ms/mm^2)'),
 ]
 
 
@@ -99,7 +99,7 @@ def test_a_sensors_noise_is_in_the_unit_of_its_kind() -> None:
 
 def test_a_wrong_nuisance_is_named_with_its_value() -> None:
     (line,) = errors_with({"inversion.nuisance.time_offset": "5"})
-    assert line == 'inversion.nuisance time_offset = 5 has no unit; write "5 ms" (accepted units: s, ms, us)'
+    assert line == 'inversion.nuisance.time_offset = 5 has no unit; write "5 ms" (accepted units: s, ms, us)'
 
 
 def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
@@ -107,6 +107,53 @@ def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
     assert line == 'inversion.parameters has an entry with a key named "key"; known here: range'
     (line,) = errors_with({'inversion.parameters."bird.material.viscosity".prior': "1 Pa s"})
     assert line.endswith(f".prior = 1 Pa s {LATER}; the range alone bounds a parameter")
+
+
+def test_every_wrong_nuisance_and_every_wrong_limit_is_named() -> None:
+    wrong = {"inversion.nuisance.speed": "1 m/s", "inversion.nuisance.wind": "3", "inversion.nuisance.time_offset": "5"}
+    assert {line.split(" = ")[0] for line in errors_with(wrong)} == set(wrong)
+    key = 'inversion.parameters."bird.material.viscosity".range'
+    assert [line.split(" = ")[0] for line in errors_with({key: '["abc", "def"]'})] == [f"{key}.0", f"{key}.1"]
+
+
+@pytest.mark.parametrize("kind", [{}, {"sensors.gauge.kind": "force"}])
+def test_a_sensor_without_a_valid_kind_does_not_hide_its_bad_noise(kind: dict[str, str]) -> None:
+    found = errors_with({**kind, "sensors.gauge.noise": "loud"})
+    assert [line.split(" ")[0] for line in found] == ["sensors.gauge.kind", "sensors.gauge.noise"]
+    assert found[1] == (
+        'sensors.gauge.noise = loud fits no kind of sensor; write a length or a force such as "0.1 mm" or "0.1 kN"'
+    )
+
+
+@pytest.mark.parametrize(
+    ("parameter", "span", "reason"),
+    [
+        ("time.end", '["1 ms", "2 ms"]', "it says what is computed and recorded, not what is struck"),
+        ("time.output_interval", '["1 us", "2 us"]', "it says what is computed and recorded, not what is struck"),
+        ("impact.friction", "[0.0, 0.3]", f"friction {LATER}"),
+        ("plate.material.rate_c", '["1 1/s", "9 1/s"]', f"rate hardening {LATER}"),
+        ("plate.material.rate_p", "[1.0, 5.0]", f"rate hardening {LATER}"),
+    ],
+)
+def test_what_no_inversion_can_vary_is_refused_as_a_parameter(parameter: str, span: str, reason: str) -> None:
+    (line,) = errors_with({f'inversion.parameters."{parameter}".range': span})
+    assert line.startswith(f'inversion.parameters."{parameter}".range = ')
+    assert line.endswith(f" cannot be a parameter: {reason}")
+
+
+def test_a_setting_that_another_undoes_is_an_error() -> None:
+    assert errors_with({"plate": "3", "plate.thickness": "9 mm"}) == [
+        "--set plate is undone by another --set; keep one of them"
+    ]
+    assert load_case("reference_strike", {"plate": '{thickness = "9 mm"}', "plate.width": "0.3 m"}).plate.width == 0.3
+
+
+def test_a_missing_case_to_extend_is_named_with_the_file_that_asks_for_it(tmp_path: Path) -> None:
+    case = tmp_path / "mine.toml"
+    case.write_text('extends = "nowhere_at_all"\n')
+    with pytest.raises(CaseError) as caught:
+        load_case(case)
+    assert caught.value.errors[0].startswith(f'{case}: extends: "nowhere_at_all" is no case here')
 
 
 def test_too_few_outputs_are_named() -> None:
