@@ -87,7 +87,9 @@ def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     record = resolve_measured(measured)
-    unknown = [name for name in read_measured(record).channels if name not in loaded.sensors]
+    read = read_measured(record)
+    read.refuse_dead_sensors()
+    unknown = [name for name in read.channels if name not in loaded.sensors]
     if unknown:
         known = f"is no sensor of case {loaded.name}; its sensors: {', '.join(loaded.sensors)}"
         raise MeasuredError([f'{record}: channel "{name}" {known}' for name in unknown])

@@ -38,6 +38,14 @@ class Measured:
         """Whether the provenance says that no instrument took this record."""
         return any("SIMULATED" in line for line in self.provenance)
 
+    def refuse_dead_sensors(self) -> None:
+        """Raise MeasuredError for every channel that is zero everywhere: there is nothing to invert."""
+        dead = [name for name, values in self.channels.items() if not np.nan_to_num(values).any()]
+        if dead:
+            raise MeasuredError(
+                [f'{self.path}: "{name}" is zero everywhere: a dead sensor? leave its column out' for name in dead]
+            )
+
     def points(self, channel: str) -> tuple[Array, Array]:
         """Times [s] and values of one channel, gaps left out."""
         given = np.isfinite(self.channels[channel])

@@ -15,6 +15,8 @@ from data.errors import UserError
 from data.files import write_atomically, write_json
 from doe.case_copy import case_toml
 from doe.designs import Design
+from doe.extension import extends, remedy
+from doe.leftovers import remove_leftovers
 from solver.case import Case, case_hash
 
 
@@ -41,14 +43,18 @@ class CampaignFolder:
 
     @property
     def curves(self) -> Path:
-        """`run`, `time_s`, then the channels in SI; only when the campaign has finished."""
+        """`run`, `time_s`, then the channels in SI; only when the campaign, or the one it extends, has finished."""
         return self.path / "curves.csv"
 
     def claim(self, case: Case, design: Design) -> None:
-        """Make the folder this campaign's; UserError when it holds another, of which nothing is then touched."""
+        """Make the folder this campaign's, or extend the campaign in it to a longer design that begins with the same rows.
+
+        UserError when it holds another, of which nothing is then touched.
+        """
         self._refuse_other_case(case)
         self._refuse_other_design(design)
         self.runs.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(self.runs)
         write_atomically(self.path / "case.toml", case_toml(case))
         identity = {"name": case.name, "case_hash": case_hash(case), "case": case.canonical()}
         write_json(self.path / "case.json", identity)
@@ -69,14 +75,17 @@ class CampaignFolder:
         )
 
     def _refuse_other_design(self, design: Design) -> None:
-        if not self.design.exists() or self.design.read_text(encoding="utf-8") == design_text(design):
+        if not self.design.exists():
             return
-        held = self.read_summary().get("design")
-        words = _words(held["kind"], held["runs"], held["seed"], held["source"]) if held else "another design"
+        held_text, text, held = self.design.read_text(encoding="utf-8"), design_text(design), self.read_summary()
+        if text == held_text or extends(design, text, held_text, held):
+            return
+        runs, old = len(held_text.splitlines()) - 1, held.get("design")
+        words = _words(old["kind"], runs, old["seed"], old["source"]) if old else "another design"
         asked = _words(design.kind, len(design.numbers), design.seed, design.source)
         raise UserError(
-            f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; choose another --out, or "
-            "repeat the first options to resume"
+            f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
+            f"{remedy(design, runs, held)}"
         )
 
 

@@ -6,7 +6,7 @@ in every box, because an activity limit or a time shift makes several minima; al
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from data.histories import Array
 from inversion.coordinates import Box, Coordinates
 from inversion.curve_model import CurveModel
+from inversion.residual_correlation import ResidualCorrelation, residual_correlation
 from inversion.whitening import Whitening
 
 CANDIDATES = 128
@@ -60,6 +61,18 @@ class Calibrator:
             modes = [self._again(mode) for mode in _worth_refining(rough)]
         modes.sort(key=lambda mode: mode.cost)
         return tuple(mode for mode in modes if mode.cost < modes[0].cost + INDISTINGUISHABLE)
+
+    def judged(self, seed: int = 0) -> tuple[Mode, tuple[Mode, ...], ResidualCorrelation]:
+        """The best fit to the noise as stated, the minima once the noise is as its residual shows, and the residual.
+
+        With the noise raised everything follows: the intervals widen, and minima that no longer can be ruled out stay.
+        """
+        modes = self.fit(seed)
+        residual = residual_correlation(self.model.observations, modes[0].residual)
+        if residual.white:
+            return modes[0], modes, residual
+        raised = replace(self.model, observations=residual.widen(self.model.observations))
+        return modes[0], replace(self, model=raised).fit(seed), residual
 
     @property
     def offsets(self) -> tuple[float, float]:

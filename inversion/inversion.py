@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 from data.files import write_atomically
 from inversion.cloud import Cloud
 from inversion.design_gate import DesignFigures
+from inversion.residual_correlation import ResidualCorrelation
 from inversion.time_origin import TimeOrigin
 
 SCHEMA_VERSION = 1
@@ -124,7 +125,7 @@ class Inversion:
     """The whole result.
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
-    SI; runs_used: finished runs of the campaign.
+    SI; runs_used: finished runs of the campaign; residual: of the emulator's best fit, None in older files.
     """
 
     methods: Mapping[str, Answer]
@@ -141,6 +142,7 @@ class Inversion:
     case_hash: str
     seed: int
     schema_version: int = SCHEMA_VERSION
+    residual: ResidualCorrelation | None = None
 
     def save(self, path: Path) -> None:
         """Write JSON; what is not finite becomes null."""

@@ -20,7 +20,8 @@ from inversion.inversion import Answer, Inversion
 from inversion.network_inversion import network_answer
 from inversion.observations import Observations, observe
 from inversion.proposal import Ground, Proposal, by_emulator, by_network
-from inversion.time_origin import TimeOrigin, time_origin
+from inversion.residual_correlation import ResidualCorrelation
+from inversion.time_origin import TimeOrigin, drift, time_origin
 from inversion.verification import Verification, channel_scores, overall, verify
 from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
 from surrogate.holdout import input_times
@@ -51,12 +52,13 @@ class Options:
 
 @dataclass(frozen=True)
 class Located:
-    """The measurement laid over the campaign: time origin found, cloud judged."""
+    """The measurement laid over the campaign: time origin found, cloud and residual judged."""
 
     ground: Ground
     observations: Observations
     origin: TimeOrigin
     cloud: clouds.Cloud
+    residual: ResidualCorrelation
     warnings: tuple[str, ...]
 
     @property
@@ -96,7 +98,8 @@ def invert(
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
-        answer = network_answer(dataset, network, located.observations, read, choice.seed)
+        drifts = drift(located.ground.calibrator, located.ground.modes[0], located.origin)
+        answer = network_answer(dataset, network, located.observations, read, drifts, choice.seed)
         proposals["network"] = by_network(located.ground, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings
@@ -119,6 +122,7 @@ def invert(
         measured=measured_figures(measured, located.observations),
         case_hash=dataset.case_hash,
         seed=choice.seed,
+        residual=located.residual,
     )
     return Outcome(inversion, located.observations, located.emulator, network, verified)
 
@@ -135,14 +139,15 @@ def locate(
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
     calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
-    modes = calibrator.fit(choice.seed)
+    best_fit, modes, residual = calibrator.judged(choice.seed)
     origin, held = time_origin(calibrator, modes)
-    found = clouds.cloud(dataset, observations, modes[0])
+    found = clouds.cloud(dataset, observations, best_fit)
     progress(1.0)
-    first = [] if found.inside else [clouds.warning(found, observations)]
+    first = list(residual.warnings) if found.inside else [clouds.warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
-    return Located(Ground(dataset, design, calibrator, modes, found.inside), observations, origin, found, warnings)
+    ground = Ground(dataset, design, calibrator, modes, found.inside)
+    return Located(ground, observations, origin, found, residual, warnings)
 
 
 def train_network(located: Located, read: Mapping[str, Array], choice: Options, progress: Progress) -> NetworkFit:

@@ -68,6 +68,7 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) ->
     Noise: the `_sigma` column, else the case's, else the scatter of the record before t = 0, else 1 % of the peak.
     Raises MeasuredError for a channel no run has, another unit, or no point inside the record.
     """
+    measured.refuse_dead_sensors()
     errors = [error for name in measured.channels for error in _mismatch(measured, dataset, name)]
     if errors:
         raise MeasuredError(errors)
@@ -123,8 +124,6 @@ def _with_noise(channel: Channel, measured: Measured, stated: float | None) -> t
     if len(quiet) >= FEWEST_BEFORE_CONTACT and np.std(quiet) > 0.0:
         return _uniform(channel, float(np.std(quiet, ddof=1)), "record before contact"), ""
     assumed = DEFAULT_NOISE * channel.peak
-    if not assumed > 0.0:
-        raise MeasuredError(f'"{channel.name}" in {measured.path} is zero everywhere: nothing to invert')
     size = quantity(assumed, channel.unit)
     text = f"{channel.name}: no noise is stated; {size} (1 % of the peak) is assumed, and the intervals rest on it"
     return _uniform(channel, assumed, "assumed"), text

@@ -52,6 +52,7 @@ def train_and_invert(
         time_offset=base.inversion.nuisance.get("time_offset", 0.0),
         allow_rank_deficient=allow_rank_deficient,
     )
+    folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     solver = forward or StoredSolver(base, RunStore(folder / "runs"), (RunStore(doe / "runs"),))
     outcome = invert(dataset, record, solver, options, progress)
     write(folder, outcome, dataset, record)

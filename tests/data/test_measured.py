@@ -121,3 +121,10 @@ def test_writing_and_reading_a_record_changes_no_bit(time: list[float], data: st
     np.testing.assert_array_equal(again.channels["w"], values)
     np.testing.assert_array_equal(again.sigma["w"], sigma)
     assert again.provenance == record.provenance
+
+
+def test_a_dead_sensor_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dead.csv"
+    path.write_text("time [ms],displacement_centre [mm]\n0,0\n1,0\n2,0\n")
+    with pytest.raises(MeasuredError, match="is zero everywhere: a dead sensor"):
+        read_measured(path).refuse_dead_sensors()

@@ -65,6 +65,18 @@ def test_record_that_outlasts_the_simulation_holds_the_time_origin(dataset: Data
     assert "raise time.end" in warnings[0]
 
 
+@pytest.mark.parametrize("t0", [-0.3e-3, 0.3e-3])
+def test_a_far_trigger_is_named_as_what_holds_the_time_origin(dataset: Dataset, emulator: Emulator, t0: float) -> None:
+    """Beyond four sigmas the search stops: no interval is claimed, and the remedy is the nuisance, not time.end."""
+    problem = calibrator(dataset, emulator, record(truth(0.5), TIMES, t0=t0), 5e-6, sigma=0.04e-3)
+    origin, warnings = time_origin(problem, problem.fit())
+    assert abs(origin.value) == pytest.approx(0.16e-3, rel=0.01)
+    assert origin.interval_95 is None
+    assert len(warnings) == 1
+    assert "raise it" in warnings[0]
+    assert "time.end" not in warnings[0]
+
+
 def covers(mode_sets: list[tuple[tuple[Mode, ...], np.ndarray]]) -> np.ndarray:
     """(truths, k) whether each interval holds its truth."""
     return np.array([(intervals(m)[:, 0] <= z) & (z <= intervals(m)[:, 1]) for m, z in mode_sets])

@@ -1,0 +1,149 @@
+"""Extension: a longer design with the same first rows pays for the new strikes only; any other is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data.errors import UserError
+from data.files import whole_file
+from data.store import RunStore
+from doe.campaign import load_dataset
+from doe.designs import Design, make_design
+from doe.leftovers import DAY
+from doe.space import ParameterSpace
+from tests.doe.stand_in import attempts, design, reference
+from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot
+
+
+def file_design(path: Path, values: np.ndarray, numbers: list[int] | None = None) -> Design:
+    """A user's FILE of SI `values`, read as the command reads it."""
+    space = ParameterSpace.of(reference().parameters())
+    header = ["run", *(f"{name} [{unit}]" for name, unit in zip(space.names, space.units, strict=True))]
+    rows = zip(numbers or range(1, len(values) + 1), values, strict=True)
+    lines = [header, *([str(number), *(repr(float(value)) for value in row)] for number, row in rows)]
+    path.write_text("\n".join(",".join(line) for line in lines) + "\n", encoding="utf-8")
+    return make_design(path, space)
+
+
+def test_a_longer_sobol_design_runs_only_the_added_strikes(tmp_path: Path) -> None:
+    diary, out, whole = tmp_path / "diary", tmp_path / "out", tmp_path / "whole"
+    campaign(out, design(4, 3, "sobol"), diary=diary)
+    assert len(attempts(diary)) == 4
+    extended = campaign(out, design(8, 3, "sobol"), diary=diary)
+    assert len(attempts(diary)) == 8
+    same(extended, campaign(whole, design(8, 3, "sobol")))
+    for name in ("curves.csv", "design.csv"):
+        assert (out / name).read_bytes() == (whole / name).read_bytes()
+    first, second = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (out, whole))
+    for summary in (first, second):
+        assert [run.pop("wall_s") for run in summary["runs"]] == [None] * 8
+    assert first == second
+    same(extended, load_dataset(out))
+
+
+@pytest.mark.parametrize("numbers", [None, [11, 12, 13, 14, 3, 2, 1]])
+def test_a_file_with_rows_appended_runs_only_those(tmp_path: Path, numbers: list[int] | None) -> None:
+    diary, out, whole = tmp_path / "diary", tmp_path / "out", tmp_path / "whole"
+    values, path = design(7).values, tmp_path / "runs.csv"
+    campaign(out, file_design(path, values[:4], numbers and numbers[:4]), diary=diary)
+    longer = file_design(path, values, numbers)
+    campaign(out, longer, diary=diary)
+    assert len(attempts(diary)) == 7
+    campaign(whole, longer)
+    assert (out / "curves.csv").read_bytes() == (whole / "curves.csv").read_bytes()
+
+
+def test_failures_of_the_held_strikes_are_not_paid_for_again(tmp_path: Path) -> None:
+    diary, out, whole = tmp_path / "diary", tmp_path / "out", tmp_path / "whole"
+    longer = design(8, 0, "sobol")
+    broken = longer.values[:, 1] > HIGHEST
+    assert 0 < broken[:4].sum() < 4
+    campaign(out, design(4, 0, "sobol"), diary=diary, breaks_above=HIGHEST)
+    campaign(out, longer, diary=diary, breaks_above=HIGHEST)
+    assert len(attempts(diary)) == 8 + broken.sum()
+    campaign(whole, longer, breaks_above=HIGHEST)
+    assert (out / "curves.csv").read_bytes() == (whole / "curves.csv").read_bytes()
+
+
+def test_an_extension_stopped_midway_resumes_and_can_be_extended_further(tmp_path: Path) -> None:
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    campaign(out, design(4, 0, "sobol"), diary=diary)
+    before = (out / "summary.json").read_bytes()
+    campaign(out, design(8, 0, "sobol"), diary=diary)
+    (out / "summary.json").write_bytes(before)  # as a kill leaves it between design.csv and summary.json
+    with pytest.raises(UserError, match="the sobol design of 8 runs and seed 0, not with the sobol design of 4 runs"):
+        campaign(out, design(4, 0, "sobol"))
+    campaign(out, design(16, 0, "sobol"), diary=diary)
+    assert len(attempts(diary)) == 16
+
+
+def refused(out: Path, asked: Design, *parts: str) -> None:
+    """The design is refused in these words, and not a byte of the folder changes."""
+    before = snapshot(out)
+    with pytest.raises(UserError) as caught:
+        campaign(out, asked)
+    for part in ("choose another --out", *parts):
+        assert part in str(caught.value)
+    assert snapshot(out) == before
+
+
+@pytest.mark.parametrize(("kind", "short", "long"), [("lhs", 4, 8), ("uniform", 6, 8), ("orthogonal", 9, 25)])
+def test_a_design_that_spreads_its_runs_anew_is_refused_with_the_remedy(
+    tmp_path: Path, kind: str, short: int, long: int
+) -> None:
+    campaign(tmp_path, design(short, 0, kind))
+    refused(
+        tmp_path, design(long, 0, kind), f"a longer {kind} design has other rows", "--design sobol, or a FILE"
+    )  # fmt: skip
+
+
+def test_a_shorter_design_is_refused(tmp_path: Path) -> None:
+    campaign(tmp_path, design(8, 0, "sobol"))
+    refused(tmp_path, design(4, 0, "sobol"), "a campaign cannot be shortened")
+
+
+def test_a_longer_sobol_design_of_another_seed_is_refused(tmp_path: Path) -> None:
+    campaign(tmp_path, design(4, 0, "sobol"))
+    refused(tmp_path, design(8, 1, "sobol"), "seed 0, not with", "seed 1")
+
+
+def test_a_file_whose_held_rows_have_changed_is_refused(tmp_path: Path) -> None:
+    values, path = design(7).values, tmp_path / "runs.csv"
+    campaign(tmp_path / "out", file_design(path, values[:4]))
+    values[2, 1] *= 1.01
+    refused(tmp_path / "out", file_design(path, values), "rows may only be appended to the first 4, which differ")
+
+
+def test_a_longer_file_over_other_ranges_is_refused(tmp_path: Path) -> None:
+    values, path = design(7).values, tmp_path / "runs.csv"
+    campaign(tmp_path / "out", file_design(path, values[:4]))
+    longer = file_design(path, values)
+    wider = replace(longer, space=replace(longer.space, highs=2.0 * longer.space.highs))
+    refused(tmp_path / "out", wider, "the parameters or their ranges (inversion.parameters) differ")
+
+
+def test_only_the_store_s_own_temporary_files_older_than_a_day_are_removed(tmp_path: Path) -> None:
+    runs = tmp_path / "runs"
+    store, key = RunStore(runs), "0123456789abcdef" * 2
+    names: list[Path] = []
+    for place in (store.path(key), store.path(key), runs / f"{key}.failed.json"):
+        with whole_file(place) as temporary:
+            temporary.touch()
+        place.unlink()
+        names.append(temporary)
+    young, *stale = names
+    others = [runs / ".notes.tmp", runs / f"{key}.h5.corrupt", runs / ".notes.csv.12-0123abcd.tmp"]
+    for path in (*stale, *others, young):
+        path.touch()
+        age = DAY / 2 if path == young else 2 * DAY
+        os.utime(path, (time.time() - age,) * 2)
+    campaign(tmp_path)
+    assert not any(path.exists() for path in stale)
+    assert all(path.exists() for path in (young, *others))
