@@ -46,8 +46,8 @@ def run_campaign(
 
     A strike that fails is tried again with half the time step, then left out by number; its reason stands in
     summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no strike
-    finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that begins
-    with the held rows (sobol of the same seed, a file with rows appended) extends the campaign.
+    finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
+    begins with the held rows (sobol of the same seed, a file with rows appended) extends the campaign.
     """
     count = _workers(workers)
     simulate, version = _solver(simulate, solver_version)

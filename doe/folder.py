@@ -47,7 +47,7 @@ class CampaignFolder:
         return self.path / "curves.csv"
 
     def claim(self, case: Case, design: Design) -> None:
-        """Make the folder this campaign's, or extend the campaign in it to a longer design that begins with the same rows.
+        """Make the folder this campaign's, or extend the one in it to a longer design that begins with the same rows.
 
         UserError when it holds another, of which nothing is then touched.
         """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from data.curves import Measured
 from data.dataset import Dataset
@@ -11,6 +11,7 @@ from data.errors import RunFailed, UserError
 from data.histories import Array
 from inversion import cloud as clouds
 from inversion.calibration import Calibrator
+from inversion.clock_drift import clock_drift
 from inversion.coordinates import carried_coordinates, parameter_coordinates
 from inversion.curve_model import CurveModel
 from inversion.design_gate import design_figures, refuse_deficient
@@ -21,7 +22,7 @@ from inversion.network_inversion import network_answer
 from inversion.observations import Observations, observe
 from inversion.proposal import Ground, Proposal, by_emulator, by_network
 from inversion.residual_correlation import ResidualCorrelation
-from inversion.time_origin import TimeOrigin, drift, time_origin
+from inversion.time_origin import TimeOrigin, time_origin
 from inversion.verification import Verification, channel_scores, overall, verify
 from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
 from surrogate.holdout import input_times
@@ -98,8 +99,8 @@ def invert(
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
-        drifts = drift(located.ground.calibrator, located.ground.modes[0], located.origin)
-        answer = network_answer(dataset, network, located.observations, read, drifts, choice.seed)
+        drift = clock_drift(located.ground.calibrator, located.ground.modes[0], located.origin)
+        answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
         proposals["network"] = by_network(located.ground, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings
@@ -141,7 +142,7 @@ def locate(
     calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
     best_fit, modes, residual = calibrator.judged(choice.seed)
     origin, held = time_origin(calibrator, modes)
-    found = clouds.cloud(dataset, observations, best_fit)
+    found = clouds.cloud(dataset, observations, replace(best_fit, t0=origin.value))
     progress(1.0)
     first = list(residual.warnings) if found.inside else [clouds.warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []

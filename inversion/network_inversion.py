@@ -27,33 +27,44 @@ class NetworkAnswer:
     """What the network says of the measured values.
 
     raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that the
-    measurement's noise alone gives to raw; warnings: sentences for the user.
+    measurement's noise and the time origin's uncertainty give to raw; clock_known: there is no such uncertainty;
+    warnings: sentences for the user.
     """
 
     raw: Array
     theta: Array
     noise_error: Array
+    clock_known: bool
     warnings: tuple[str, ...]
 
 
 def network_answer(
-    dataset: Dataset, fit: NetworkFit, observations: Observations, read: Mapping[str, Array], seed: int = 0
+    dataset: Dataset,
+    fit: NetworkFit,
+    observations: Observations,
+    read: Mapping[str, Array],
+    drift: Array,
+    seed: int = 0,
 ) -> NetworkAnswer:
     """The network's parameters for the measured values, clipped to the ranges.
 
-    read: channel -> measured instants [s] at which the network reads, on the record's clock.
+    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) change of the
+    stacked curve for one standard deviation of the time origin, by which the inputs were shifted.
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]
     raw = fit.network.predict(values[None])[0]
-    draws = values + noise * np.random.default_rng(seed).normal(size=(NOISE_DRAWS, len(values)))
+    rng = np.random.default_rng(seed)
+    draws = (
+        values + noise * rng.normal(size=(NOISE_DRAWS, len(values))) + rng.normal(size=(NOISE_DRAWS, 1)) * drift[chosen]
+    )
     noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
     theta = np.clip(raw, dataset.lows, dataset.highs)
     warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
     if strange := int(((scaled < 0.0) | (scaled > 1.0)).sum()):
         warnings.append(f"{strange} of the network's {len(values)} inputs lie outside what it was trained on")
-    return NetworkAnswer(raw, theta, noise_error, (*fit.notes, *warnings))
+    return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
 
 
 def network_estimates(
@@ -78,9 +89,10 @@ def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) ->
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
     if raw + spread < low or raw - spread > high:
         return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
+    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
     why = (
         f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
-        f"({100 * error / (high - low):.0f} % of the range), and the noise, which moves it by {quantity(noise, unit)}"
+        f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"
     )
     return (max(raw - spread, low), min(raw + spread, high)), why
 

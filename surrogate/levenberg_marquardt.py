@@ -32,6 +32,7 @@ class Settings:
     mu_decrease: float = 0.1
     mu_increase: float = 10.0
     mu_max: float = 1e10
+    mu_min: float = 1e-20  # damping that underflows to 0 could never rise again
     min_gradient: float = 1e-7  # norm of the gradient of the mean squared error
 
 
@@ -92,7 +93,7 @@ def train(
 def _train(
     shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
 ) -> Training:
-    weights, mu = np.array(start, dtype=np.float64), rules.mu
+    weights, mu = np.array(start, dtype=np.float64), max(rules.mu, rules.mu_min)
     workspace = np.zeros((len(samples.x), shape.outputs, shape.weights))
     history = [(samples.mse(shape, weights), samples.test_mse(shape, weights), mu)]
     while not (status := _finished(rules, len(history) - 1, history[-1][0])):
@@ -119,7 +120,7 @@ def _lower(
         trial = weights + here.step(mu)
         trial_mse = samples.mse(shape, trial)
         if trial_mse < mse:
-            return trial, trial_mse, mu * rules.mu_decrease
+            return trial, trial_mse, max(mu * rules.mu_decrease, rules.mu_min)
         mu *= rules.mu_increase
     return weights, mse, mu
 

@@ -99,9 +99,8 @@ def test_a_design_that_spreads_its_runs_anew_is_refused_with_the_remedy(
     tmp_path: Path, kind: str, short: int, long: int
 ) -> None:
     campaign(tmp_path, design(short, 0, kind))
-    refused(
-        tmp_path, design(long, 0, kind), f"a longer {kind} design has other rows", "--design sobol, or a FILE"
-    )  # fmt: skip
+    parts = (f"a longer {kind} design has other rows", "--design sobol, or a FILE")
+    refused(tmp_path, design(long, 0, kind), *parts)
 
 
 def test_a_shorter_design_is_refused(tmp_path: Path) -> None:
@@ -143,7 +142,7 @@ def test_only_the_store_s_own_temporary_files_older_than_a_day_are_removed(tmp_p
     for path in (*stale, *others, young):
         path.touch()
         age = DAY / 2 if path == young else 2 * DAY
-        os.utime(path, (time.time() - age,) * 2)
+        os.utime(path, (time.time() - age, time.time() - age))
     campaign(tmp_path)
     assert not any(path.exists() for path in stale)
     assert all(path.exists() for path in (young, *others))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from surrogate.levenberg_marquardt import Linearised, Settings, train
+from surrogate.levenberg_marquardt import Linearised, Settings, _lower, train
 from surrogate.network import nguyen_widrow
 from surrogate.training import Samples
 from tests.surrogate.surface import SHAPE, smooth_surface
@@ -98,3 +98,20 @@ def test_convergence_curve_is_written_with_gaps_where_nothing_was_tested(tmp_pat
     untested = Samples(samples.x, samples.t, np.empty((0, 2)), np.empty((0, 1)))
     train(SHAPE, nguyen_widrow(SHAPE, 0), untested, Settings(epochs=2, goal=0.0)).write(tmp_path / "b.csv")
     assert all(line.endswith(",") for line in (tmp_path / "b.csv").read_text().splitlines()[1:])
+
+
+def test_damping_that_underflows_can_still_rise() -> None:
+    """Success after success brings mu to its floor, never to 0, where x 10 could not raise it again."""
+    result = train(SHAPE, nguyen_widrow(SHAPE, 2), smooth_surface(40), Settings(goal=0.0, epochs=5, mu=1e-19))
+    assert result.damping[1:].min() >= 1e-20
+    flat = Samples(np.zeros((2, 2)), np.array([[0.0], [1.0]]), np.empty((0, 2)), np.empty((0, 1)))
+    ended = train(SHAPE, nguyen_widrow(SHAPE, 0), flat, Settings(min_gradient=0.0, mu=0.0))
+    assert "damping beyond 1e+10" in ended.status
+
+
+def test_damping_stops_falling_at_its_floor() -> None:
+    samples, start, rules = smooth_surface(40), nguyen_widrow(SHAPE, 2), Settings(mu_min=1e-2)
+    here = Linearised.at(SHAPE, start, samples, np.zeros((40, 1, SHAPE.weights)))
+    _, mse, mu = _lower(here, SHAPE, start, samples, samples.mse(SHAPE, start), 0.05, rules)
+    assert mse < samples.mse(SHAPE, start)
+    assert mu >= 1e-2

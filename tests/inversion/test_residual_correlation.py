@@ -1,0 +1,133 @@
+"""Misfits that hang together: found where they are, not where they are not, and the intervals stay honest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from data.dataset import Dataset
+from inversion.clock_drift import clock_drift
+from inversion.identifiability import intervals
+from inversion.invert import Options, invert
+from inversion.residual_correlation import autocorrelation_time, residual_correlation
+from inversion.time_origin import time_origin
+from surrogate.emulator import Emulator
+from tests.inversion.stand_in import CHANNEL, TIMES, forward, record, truth
+from tests.inversion.test_calibration import calibrator
+
+NOISE = 5e-5
+DENSE = np.linspace(0.4e-3, 2.6e-3, 600)
+
+
+@pytest.mark.parametrize("rho", [0.5, 0.9])
+def test_autocorrelation_time_of_a_first_order_process(rho: float) -> None:
+    """(1 + rho) / (1 - rho)."""
+    process = lfilter([1.0], [1.0, -rho], np.random.default_rng(0).normal(size=200_000))
+    assert autocorrelation_time(np.asarray(process)) == pytest.approx((1.0 + rho) / (1.0 - rho), rel=0.15)
+
+
+@pytest.mark.parametrize("n", [12, 20, 60, 600])
+def test_white_noise_has_one_point(n: int) -> None:
+    rng = np.random.default_rng(n)
+    assert sum(autocorrelation_time(rng.normal(size=n)) > 1.0 for _ in range(500)) <= 3
+
+
+def test_too_few_points_and_no_residual_have_no_correlation() -> None:
+    assert autocorrelation_time(np.ones(19)) == 1.0
+    assert autocorrelation_time(np.ones(20)) > 5.0
+    assert autocorrelation_time(np.zeros(100)) == 1.0
+
+
+def test_misfit_below_the_stated_noise_widens_nothing(dataset: Dataset, emulator: Emulator) -> None:
+    """Smooth as it is, it is covered: fit^2 tau < 1."""
+    observations = calibrator(dataset, emulator, record(truth(0.5), DENSE), NOISE).model.observations
+    found = residual_correlation(observations, 0.01 * np.sin(np.linspace(0.0, 20.0, 600)))
+    assert found.tau[CHANNEL] > 10.0
+    assert found.white
+    assert found.warnings == ()
+
+
+def judged(
+    dataset: Dataset, emulator: Emulator, truths: int, periods: float, amplitude: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(truths, k) each: hits before and after widening, and the ratio of the widths.
+
+    A sine over the record of RMS `amplitude` times the noise is added.
+    """
+    rng, rows = np.random.default_rng(11), []
+    sine = amplitude * NOISE * np.sqrt(2.0) * np.sin(2.0 * np.pi * periods * np.linspace(0.0, 1.0, len(DENSE)))
+    for seed in range(truths):
+        z = 0.05 + 0.9 * rng.random(4)
+        measured = record(truth(z), DENSE, NOISE, seed=seed)
+        measured = replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + sine})
+        problem = calibrator(dataset, emulator, measured, NOISE)
+        narrow, wide = intervals(problem.fit()), intervals(problem.judged()[1])
+        hits = [(span[:, 0] <= z) & (z <= span[:, 1]) for span in (narrow, wide)]
+        rows.append([*hits, np.ptp(wide, axis=1) / np.ptp(narrow, axis=1)])
+    before, after, ratio = np.array(rows, dtype=np.float64).transpose(1, 0, 2)
+    return before, after, ratio
+
+
+def test_dense_record_of_white_noise_keeps_its_narrow_intervals(dataset: Dataset, emulator: Emulator) -> None:
+    _, after, ratio = judged(dataset, emulator, 20, 1.0, 0.0)
+    assert after.mean() >= 0.85
+    assert (ratio.mean(axis=0) < 1.15).all()
+
+
+@pytest.mark.parametrize("periods", [3.0, 5.0])
+def test_intervals_hold_the_truth_beside_a_misfit_as_large_as_the_noise(
+    dataset: Dataset, emulator: Emulator, periods: float
+) -> None:
+    before, after, _ = judged(dataset, emulator, 20, periods, 1.0)
+    assert before.mean() < 0.8, "the misfit does not matter: nothing is tested"
+    assert after.mean() >= 0.85
+
+
+def test_a_misfit_that_hangs_together_is_said_and_recorded(dataset: Dataset, emulator: Emulator) -> None:
+    sine = NOISE * np.sqrt(2.0) * np.sin(2.0 * np.pi * 3.0 * np.linspace(0.0, 1.0, len(DENSE)))
+    measured = record(truth(0.5), DENSE, NOISE)
+    options = Options(method="emulator", noise={CHANNEL: NOISE})
+    clean = invert(dataset, measured, forward, options, emulator=emulator).inversion
+    assert clean.residual is not None
+    assert clean.residual.white
+    assert not any("not noise" in text for text in clean.warnings)
+    measured = replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + sine})
+    found = invert(dataset, measured, forward, options, emulator=emulator).inversion
+    assert found.residual is not None
+    assert found.cloud.inside
+    assert found.residual.tau[CHANNEL] > 10.0
+    assert found.residual.widened[CHANNEL] == pytest.approx(
+        found.residual.fit[CHANNEL] * np.sqrt(found.residual.tau[CHANNEL])
+    )
+    (said,) = (text for text in found.warnings if "not noise" in text)
+    assert "the intervals were widened by a factor" in said
+
+
+def test_drift_is_the_slope_of_the_curve_times_the_clocks_uncertainty(dataset: Dataset, emulator: Emulator) -> None:
+    problem = calibrator(dataset, emulator, record(truth(0.5), TIMES, NOISE, t0=5e-5), NOISE, sigma=1e-4)
+    modes = problem.fit()
+    origin, _ = time_origin(problem, modes)
+    sd = float(np.sqrt(modes[0].covariance[-1, -1]))
+    scores = problem.model.scores(modes[0].theta[None])
+    slope = (problem.model.curves(scores, origin.value + 1e-5) - problem.model.curves(scores, origin.value - 1e-5))[0]
+    np.testing.assert_allclose(clock_drift(problem, modes[0], origin), slope / 2e-5 * sd, rtol=0.1, atol=2e-5)
+    known = calibrator(dataset, emulator, record(truth(0.5)), NOISE)
+    best = known.fit()
+    assert not clock_drift(known, best[0], time_origin(known, best)[0]).any()
+
+
+def test_network_is_less_sure_where_the_clock_is(dataset: Dataset, emulator: Emulator) -> None:
+    measured, widths, reasons = record(truth(0.5), TIMES, 3e-5), [], []
+    for offset in (0.0, 0.1e-3):
+        options = Options(method="network", noise={CHANNEL: 3e-5}, time_offset=offset)
+        estimate = invert(dataset, measured, forward, options, emulator=emulator).inversion.methods["network"]
+        period = estimate.parameters["pulse.period"]
+        assert period.interval_95 is not None
+        widths.append(period.interval_95[1] - period.interval_95[0])
+        reasons.append(period.reason)
+    assert widths[1] > widths[0]
+    assert "uncertain time origin" in reasons[1]
+    assert "time origin" not in reasons[0]
