@@ -2,6 +2,8 @@
 
 n points whose errors hang together over tau points tell as much as n / tau points of noise, and errors `fit` times
 larger than stated as much as fit^2 fewer; intervals that took them for white noise would be sqrt(fit^2 tau) too narrow.
+What of a misfit the parameters can imitate never reaches the residual: beside one as slow as the curve itself, the
+widened intervals are still too narrow.
 """
 
 from __future__ import annotations
