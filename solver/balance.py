@@ -10,8 +10,15 @@ from solver.contact import Contact
 from solver.kernels.sums import column_sums, moment_of, total
 from solver.plate import Plate
 
-BIRD, PLATE = ("bird_pressure", "bird_viscous", "bird_shock"), ("plate_internal", "plate_hourglass")
-ACCOUNTS = (*BIRD, *PLATE, "contact", "eroded")
+ACCOUNTS = (
+    "bird_pressure",
+    "bird_viscous",
+    "bird_shock",
+    "plate_internal",
+    "plate_hourglass",
+    "contact",
+    "eroded",
+)
 
 
 class Balance:

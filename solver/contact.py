@@ -22,9 +22,9 @@ STILL = np.zeros(3)
 class Contact:
     """Penalty contact, frictionless.
 
-    The stiffness is that of half a layer of bird: bulk modulus times particle face over particle spacing,
-    k = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind it; a softer
-    one would. At the Hugoniot pressure p the overlap is p/(rho0 C^2) d, about 3 % of a spacing.
+    The stiffness is that of one layer of bird, one spacing d thick: bulk modulus times particle face over spacing,
+    k = rho0 C^2 d^2/d = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind
+    it; a softer one would make it softer. At the Hugoniot pressure p the overlap is p/(rho0 C^2) d, about 3 % of d.
     """
 
     def __init__(self, bird: Bird, plate: Plate) -> None:

@@ -59,7 +59,7 @@ class Steps:
 
 
 class Strike:
-    """Bird, plate, contact and their books; `advance` takes one step of the common clock."""
+    """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too."""
 
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
         self.plate = build_plate(case)
@@ -88,7 +88,7 @@ class Strike:
         return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
 
     def advance(self) -> None:
-        """Forces at the present time, the books of the step that led here, then kick and drift to the next."""
+        """Forces at the present time, and the books of the step that led here."""
         bird, plate, contact = self.bird, self.plate, self.contact
         since = self.dt if self.step else 0.0
         bird.update_density(since)
@@ -109,8 +109,8 @@ class Strike:
         self.step += 1
         self.time = self.step * self.dt
 
-    def audit(self) -> float:
-        """Energy error at the present whole step, to be called between `advance` and `move`.
+    def audit(self) -> None:
+        """`move`, and judge the energy balance of the whole step that was left.
 
         The kinetic energy of the whole step is the mean of those of the half steps around it. Raises RunFailed when
         the run has gone unstable.
@@ -127,7 +127,6 @@ class Strike:
         if not abs(error) < UNSTABLE:
             reason = f"the run went unstable at {1e3 * self.time:.3f} ms: the energy balance is off by {error:.0%}"
             raise RunFailed(reason, "lower solver.courant (or refine bird.particles)")
-        return error
 
     def snapshot(self) -> Snapshot:
         """Positions and stresses as they are now."""

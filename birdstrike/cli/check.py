@@ -38,9 +38,8 @@ def check(case: str | Path | Case) -> dict[str, Any]:
     from solver.simulate import estimate
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
-    derived = {"density": loaded.bird.actual_density, "first_contact": loaded.first_contact}
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
-    return {**derived, **estimate(loaded), **named}
+    return {"density": loaded.bird.actual_density, **estimate(loaded), **named}
 
 
 @framed
