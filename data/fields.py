@@ -28,6 +28,7 @@ def _write_bird(path: Path, snapshot: Snapshot) -> Path:
     data: dict[str, ArrayLike] = {
         "pressure_Pa": snapshot.pressure,
         "velocity_m_s": snapshot.velocity,
+        "von_mises_Pa": snapshot.bird_stress,
         "eroded": snapshot.eroded.astype(np.int8),
         "time_s": np.full(count, snapshot.time),
     }

@@ -16,7 +16,9 @@ Array = NDArray[np.floating[Any]]
 class Snapshot:
     """The strike at one instant, for pictures and ParaView.
 
-    time: [s]; particles: (n, 3) positions [m]; pressure: (n,) [Pa]; velocity: (n, 3) [m/s]; eroded: (n,) bool;
+    time: [s]; particles: (n, 3) positions [m]; pressure: (n,) [Pa]; velocity: (n, 3) [m/s];
+    eroded: (n,) bool; bird_stress: (n,) von Mises [Pa];
+    cells: (k, 8) node numbers of the bird's hexahedra, none when it is of particles;
     nodes: (m, 3) current positions of the shell nodes [m]; quads: (e, 4) node numbers;
     plate_stress: (e,) largest von Mises stress through the thickness [Pa].
     """
@@ -26,6 +28,8 @@ class Snapshot:
     pressure: Array
     velocity: Array
     eroded: NDArray[np.bool_]
+    bird_stress: Array
+    cells: NDArray[np.int64]
     nodes: Array
     quads: NDArray[np.int64]
     plate_stress: Array

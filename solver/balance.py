@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
 import numpy as np
 
 from data.histories import Array
 from solver.bird import Bird
 from solver.contact import Contact
-from solver.kernels.sums import column_sums, moment_of, total
+from solver.kernels.sums import column_sums, moment_of
 from solver.plate import Plate
 
-ACCOUNTS = (
-    "bird_pressure",
-    "bird_viscous",
-    "bird_shock",
-    "plate_internal",
-    "plate_hourglass",
-    "contact",
-    "eroded",
-)
+
+class Booked(Protocol):
+    """A body that integrates its own energies."""
+
+    @property
+    def accounts(self) -> Mapping[str, float]: ...
 
 
 class Balance:
-    """Energies [J] by name and the impulses given to the frame [N s] since the start.
+    """The bodies' accounts [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
 
-    bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity; plate_internal: stress work (elastic
-    and plastic); plate_hourglass; contact: in the penalty springs; eroded: what the eroded particles held as pressure
-    and in their springs when they eroded; bird_kinetic, plate_kinetic.
+    Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
+    plate_internal: stress work (elastic and plastic); plate_hourglass; contact: in the penalty springs; eroded: what
+    the eroded particles held as pressure and in their springs when they eroded; bird_kinetic, plate_kinetic.
     """
 
-    def __init__(self, bird: Bird, normal_energy: float) -> None:
-        self.energy = dict.fromkeys(ACCOUNTS, 0.0)
+    def __init__(self, bird: Bird, bodies: Sequence[Booked], normal_energy: float) -> None:
+        self.bodies = bodies
         self.worst = 0.0
-        self.unit_dissipation = 0.0
         self.normal_energy = normal_energy
         self.frame_impulse, self.contact_moment = np.zeros(3), np.zeros(3)
         self.initial = bird.kinetic_energy()
@@ -40,34 +39,23 @@ class Balance:
         self.kinetic = {"bird_kinetic": self.initial, "plate_kinetic": 0.0}
         self.vector = np.zeros(3)
 
+    @property
+    def energy(self) -> dict[str, float]:
+        """Energies [J] by name, summed over the bodies."""
+        together: dict[str, float] = {}
+        for body in self.bodies:
+            for name, value in body.accounts.items():
+                together[name] = together.get(name, 0.0) + value
+        return together
+
     @staticmethod
     def bird_momenta(bird: Bird) -> tuple[Array, Array]:
         """Linear [N s] and angular momentum about the plate's centre [N m s] of the half-step velocities."""
         linear, angular = np.zeros(3), np.zeros(3)
-        column_sums(bird.v, bird.n, linear)
-        moment_of(bird.x, bird.v, bird.n, angular)
-        return bird.mass * linear, bird.mass * angular
-
-    def add_step(self, bird: Bird, plate: Plate, contact: Contact, dt: float) -> None:
-        """Works of the step that ended; the dissipated powers of its end stand for the step around it."""
-        self.energy["bird_pressure"] += bird.volume * total(bird.work)
-        unit = total(bird.dissipation[:, 0])
-        self.unit_dissipation += dt * unit
-        self.energy["bird_viscous"] += dt * bird.material.viscosity * unit
-        self.energy["bird_shock"] += dt * total(bird.dissipation[:, 1])
-        self.energy["plate_internal"] += total(plate.work)
-        self.energy["plate_hourglass"] += total(plate.hourglass_work)
-        self.energy["contact"] += contact.work(bird, plate, dt)
-        if bird.eroded_now.any():
-            self.freeze(bird, contact)
-
-    def freeze(self, bird: Bird, contact: Contact) -> None:
-        """Move what the newly eroded particles hold to its own account."""
-        for particle in np.flatnonzero(bird.eroded_now[: bird.n]):
-            pressure, spring = bird.volume * float(bird.stored[particle]), contact.stored_before(int(particle))
-            self.energy["bird_pressure"] -= pressure
-            self.energy["contact"] -= spring
-            self.energy["eroded"] += pressure + spring
+        momentum = bird.masses[:, None] * bird.v[: bird.n]
+        column_sums(momentum, bird.n, linear)
+        moment_of(bird.x, momentum, bird.n, angular)
+        return linear, angular
 
     def add_impulse(self, plate: Plate, contact: Contact, reaction: Array, kick: float) -> None:
         """Impulse of the coming kick on the frame, and the contact's moment on the plate about its centre."""
@@ -96,7 +84,3 @@ class Balance:
         """|bird + what contact gave the plate - initial| of momentum times the bird's half length."""
         now = self.bird_momenta(bird)[1] + self.contact_moment
         return float(np.linalg.norm(now - self.angular) / (np.linalg.norm(self.momentum) * half_length))
-
-    def equivalent_viscosity(self) -> float:
-        """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
-        return self.energy["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0

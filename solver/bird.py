@@ -11,8 +11,9 @@ from data.histories import Array
 from solver.kernels.eos import grueneisen_terms
 from solver.kernels.motion import kick_and_drift_particles
 from solver.kernels.null_material import update_null_material
+from solver.kernels.smoothing import slope_constant
 from solver.kernels.sph import ROW, pack_midpoint, pack_state, pair_forces, rate_of_deformation
-from solver.kernels.sums import weighted_square
+from solver.kernels.sums import total, weighted_square
 from solver.verlet import VerletList
 
 
@@ -70,7 +71,7 @@ class Bird:
     """n particles of equal mass (and the images of some, in rows n..N), stepped by kick and drift.
 
     x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step. stored: p dV
-    work since the start per reference volume [J/m^3].
+    work since the start per reference volume [J/m^3]. gain: of the kernel's slope, see `slope_gain`.
     """
 
     def __init__(
@@ -82,21 +83,27 @@ class Bird:
         material: NullMaterial,
         shock: tuple[float, float],
         images: Images | None = None,
+        gain: float = 1.0,
     ) -> None:
         self.n = len(x)
         self.images = images
-        total = self.n + (len(images.parent) if images else 0)
+        rows = self.n + (len(images.parent) if images else 0)
+        self.slope, self.gain = gain * slope_constant(h), gain
         self.mass, self.h, self.material, self.shock = mass, h, material, np.array(shock)
-        self.x, self.v = np.zeros((total, 3)), np.zeros((total, 3))
+        self.x, self.v = np.zeros((rows, 3)), np.zeros((rows, 3))
         self.x[: self.n], self.v[: self.n] = x, v
-        self.rho, self.p = np.full(total, material.rho0), np.zeros(total)
-        self.c = np.full(total, material.C)
-        self.energy, self.work, self.heating = np.zeros(total), np.zeros(total), np.zeros(total)
-        self.stored = np.zeros(total)
-        self.active, self.eroded_now = np.ones(total, np.bool_), np.zeros(total, np.bool_)
-        self.drho_dt, self.deformation = np.zeros(total), np.zeros((total, 6))
-        self.acceleration, self.dissipation = np.zeros((total, 3)), np.zeros((total, 2))
-        self.row = np.zeros((total, ROW))
+        self.rho, self.p = np.full(rows, material.rho0), np.zeros(rows)
+        self.c = np.full(rows, material.C)
+        self.energy, self.work, self.heating = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+        self.stored = np.zeros(rows)
+        self.active, self.eroded_now = np.ones(rows, np.bool_), np.zeros(rows, np.bool_)
+        self.drho_dt, self.deformation = np.zeros(rows), np.zeros((rows, 6))
+        self.acceleration, self.dissipation = np.zeros((rows, 3)), np.zeros((rows, 2))
+        self.row = np.zeros((rows, ROW))
+        self.masses = np.full(self.n, mass)
+        self.cells = np.empty((0, 8), np.int64)
+        self.accounts: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
+        self.unit_dissipation = 0.0
         self.list = VerletList(self.n, 2.0 * h)
         self.refresh_images()
 
@@ -104,6 +111,16 @@ class Bird:
     def volume(self) -> float:
         """Reference volume of a particle [m^3]."""
         return self.mass / self.material.rho0
+
+    @property
+    def spacing(self) -> float:
+        """Edge of the cube that a particle stands for [m]."""
+        return self.volume ** (1.0 / 3.0)
+
+    @property
+    def bulk_modulus(self) -> float:
+        """[Pa], of the material at rest."""
+        return self.material.bulk_modulus
 
     def refresh_images(self) -> None:
         """Images follow their parents."""
@@ -119,7 +136,7 @@ class Bird:
         self.list.refresh(self.x, self.active)
         rows = (self.list.start, self.list.neighbour)
         pack_midpoint(len(self.x), self.x, self.v, self.rho, dt, self.row)
-        rate_of_deformation(self.n, self.row, self.mass, self.h, *rows, self.drho_dt, self.deformation)
+        rate_of_deformation(self.n, self.row, self.mass, self.h, self.slope, *rows, self.drho_dt, self.deformation)
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
         update_null_material(self.n, dt, self.material.eos, self.material.limits, self.drho_dt, self.heating, *state)
         self.stored += self.work
@@ -136,9 +153,25 @@ class Bird:
         rows = (self.list.start, self.list.neighbour)
         state = (self.rho, self.p, self.c, self.drho_dt, self.deformation)
         pack_state(len(self.x), self.x, self.v, self.acceleration, *state, dt, mu, self.row)
-        pair = (self.row, self.mass, self.h, mu, self.shock, *rows, self.acceleration, self.dissipation)
+        pair = (self.row, self.mass, self.h, self.slope, mu, self.shock, *rows, self.acceleration, self.dissipation)
         pair_forces(self.n, *pair)
         self.heating[: self.n] = (mu * self.dissipation[: self.n, 0] + self.dissipation[: self.n, 1]) / self.volume
+
+    def keep_books(self, dt: float) -> None:
+        """Works of the step that ended; the dissipated powers of its end stand for the step around it."""
+        unit = total(self.dissipation[:, 0])
+        self.unit_dissipation += dt * unit
+        self.accounts["bird_pressure"] += self.volume * total(self.work)
+        self.accounts["bird_viscous"] += dt * self.material.viscosity * unit
+        self.accounts["bird_shock"] += dt * total(self.dissipation[:, 1])
+        if self.eroded_now.any():
+            frozen = self.volume * float(self.stored[self.eroded_now].sum())
+            self.accounts["bird_pressure"] -= frozen
+            self.accounts["eroded"] += frozen
+
+    def equivalent_viscosity(self) -> float:
+        """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
+        return self.accounts["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
 
     def kick_and_drift(self, kick: float, drift: float) -> None:
         """New half-step velocities, then new positions."""
@@ -149,6 +182,17 @@ class Bird:
         """Of the half-step velocities [J]."""
         return weighted_square(np.array([self.mass]), self.v, self.n)
 
+    def step_at_impact(self, normal_speed: float) -> float:
+        """Largest stable step [s] behind the shock of an impact at this speed [m/s]."""
+        return self.stable_step(self.material.shocked_sound_speed(normal_speed))
+
+    def von_mises(self) -> Array:
+        """Von Mises stress of each particle, (n,) [Pa]: that of 2 MU dev D; nothing in what is eroded."""
+        d = self.deformation[: self.n]
+        trace = d[:, :3].sum(axis=1) / 3.0
+        squared = ((d[:, :3] - trace[:, None]) ** 2).sum(axis=1) + 2.0 * (d[:, 3:] ** 2).sum(axis=1)
+        return 2.0 * self.material.viscosity * np.sqrt(1.5 * squared) * self.active[: self.n]
+
     def stable_step(self, speed_of_sound: float) -> float:
         """Largest stable step [s] of an undistorted lattice: 1/(omega/2 + lambda), by von Neumann analysis.
 
@@ -157,4 +201,4 @@ class Bird:
         shock viscosity's linear part, c h/10. Velocities predicted by half a kick are stable for lambda dt < 1.
         """
         nu = self.material.viscosity / self.material.rho0 + 0.1 * self.shock[0] * speed_of_sound * self.h
-        return 1.0 / (0.5 * 1.165 * speed_of_sound / self.h + 18.0 * nu / self.h**2)
+        return 1.0 / (self.gain * (0.5 * 1.165 * speed_of_sound / self.h + 18.0 * nu / self.h**2))

@@ -14,11 +14,13 @@ from pydantic import PrivateAttr, ValidationError, field_validator
 
 from data.errors import CaseError
 from data.units import quantity_text
-from solver.case_fields import Later
+from solver.case_bird import Bird
+from solver.case_fields import Later, Section
 from solver.case_files import Raw, overlay, override_table, read_case
 from solver.case_messages import error_line
+from solver.case_plate import Plate
 from solver.case_rules import broken_rules
-from solver.case_sections import Bird, Impact, Plate, Section, Time, quantity_at
+from solver.case_sections import Impact, Time, quantity_at
 from solver.case_settings import DEFAULT_SENSORS, InversionSettings, Sensor, SolverSettings
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from pydantic import GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to_si
@@ -17,6 +17,12 @@ from data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to
 def complaint(message: str) -> PydanticCustomError:
     """An error whose text is `message` as it stands (pydantic would read braces in a template)."""
     return PydanticCustomError("case", "{message}", {"message": message})
+
+
+class Section(BaseModel):
+    """Part of a case: immutable, and closed to keys that it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 Key = TypeVar("Key", int, str)

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from solver.case_fields import Between, Count, Later, OneOf, complaint, each_of
-from solver.case_sections import Section, quantities, quantity_at
+from solver.case_fields import Between, Count, Later, OneOf, Section, complaint, each_of
+from solver.case_sections import quantities, quantity_at
 
 NOISE = {
     "displacement": Between("0 mm", "1000 mm"),

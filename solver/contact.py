@@ -28,9 +28,9 @@ class Contact:
     """
 
     def __init__(self, bird: Bird, plate: Plate) -> None:
-        self.spacing = bird.volume ** (1.0 / 3.0)
+        self.spacing = bird.spacing
         self.gap = 0.5 * plate.thickness + 0.5 * self.spacing
-        self.stiffness = bird.material.bulk_modulus * self.spacing
+        self.stiffness = bird.bulk_modulus * self.spacing
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.everyone = np.ones(bird.n, np.bool_)
@@ -38,6 +38,7 @@ class Contact:
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
         self.touching, self.deepest, self.stored = 0, 0.0, 0.0
+        self.accounts = {"contact": 0.0, "eroded": 0.0}
 
     def search(self, bird: Bird, plate: Plate) -> None:
         """Nearest facet of every particle, and which particles may touch before the next search."""
@@ -69,7 +70,7 @@ class Contact:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
-        add_contact(bird.n, bird.mass, self.on_bird, bird.acceleration)
+        add_contact(bird.n, bird.masses, self.on_bird, bird.acceleration)
 
     def work(self, bird: Bird, plate: Plate, dt: float) -> float:
         """Energy [J] that the contact springs took over the step that ended, trapezoidal in the forces."""
@@ -77,12 +78,16 @@ class Contact:
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
         return -dt * (on_bird + on_plate)
 
-    def stored_before(self, particle: int) -> float:
-        """Energy [J] that a particle's spring held at the start of the step, f^2/(2k)."""
-        force = self.on_bird_before[particle]
-        return float(force @ force) / (2.0 * self.stiffness)
+    def keep_books(self, bird: Bird, plate: Plate, dt: float) -> None:
+        """Work of the step that ended; what the springs of newly eroded particles held, f^2/(2k), is frozen."""
+        self.accounts["contact"] += self.work(bird, plate, dt)
+        eroded = bird.eroded_now[: bird.n]
+        if eroded.any():
+            frozen = float((self.on_bird_before[eroded] ** 2).sum()) / (2.0 * self.stiffness)
+            self.accounts["contact"] -= frozen
+            self.accounts["eroded"] += frozen
 
     def stable_step(self, bird: Bird, plate: Plate) -> float:
         """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
         per_node = max(plate.shape[:, 4].max() / self.spacing**2, 1.0)
-        return 2.0 / np.sqrt(self.stiffness * (1.0 / bird.mass + per_node / plate.mass.min()))
+        return 2.0 / np.sqrt(self.stiffness * (1.0 / bird.masses.min() + per_node / plate.mass.min()))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
+from solver.kernels.smoothing import slope, slope_constant
 
 # Points of one cubic cell and the cell's edge over the spacing of a cubic lattice of equal density.
 LATTICES = {
@@ -39,6 +40,19 @@ def lattice(spacing: float, kind: str, half: Array) -> Array:
     points = ((corners + cell) * edge).reshape(-1, 3)
     points = points[np.all(np.abs(points) <= half + 0.5 * edge, axis=1)]
     return points[np.lexsort(np.round(points / edge, 6).T)]
+
+
+def slope_gain(kind: str, smoothing: float) -> float:
+    """Factor on the kernel's slope that makes the sum of V x grad W over the undistorted lattice exactly -1.
+
+    Without it, a lattice sum of the kernel at h = 1.2 spacings sees compressions 1.9 % (FCC) too small, and so does
+    the sound speed. One factor for all pairs keeps every conservation law. smoothing: h over spacing.
+    """
+    reach = 2.0 * smoothing
+    points = lattice(1.0, kind, np.full(3, reach))
+    distance = np.linalg.norm(points, axis=1)
+    pull = np.array([slope(float(r) / smoothing, slope_constant(smoothing)) for r in distance])
+    return float(-3.0 / (pull * distance**2).sum())
 
 
 def fill_bird(shape: str, diameter: float, length: float, volume: float, particles: int, kind: str) -> Array:

@@ -18,7 +18,7 @@ from solver.kernels.shell import (
     shell_strain,
 )
 from solver.kernels.shell_stress import update_shell_stress
-from solver.kernels.sums import weighted_square
+from solver.kernels.sums import total, weighted_square
 
 LAYERS = 5
 HOURGLASS_COEFFICIENT = 0.05
@@ -81,6 +81,7 @@ class Plate:
         share = 0.25 * material.density * thickness * self.shape[:, 4]
         self.mass = np.bincount(mesh.quads.ravel(), np.repeat(share, 4), minlength=m)
         self.inertia = self.mass * thickness**2 / 12.0
+        self.accounts: dict[str, float] = dict.fromkeys(("plate_internal", "plate_hourglass"), 0.0)
 
     def clear_stress(self) -> None:
         """Stress-free, and no memory of plastic strain."""
@@ -104,6 +105,11 @@ class Plate:
         update_shell_stress(self.strain, self.shape[:, 4], self.alive, *material, *state)
         hourglass = (self.thickness, self.material.elastic, HOURGLASS_COEFFICIENT, self.hourglass, self.hourglass_work)
         shell_hourglass(self.hourglass_strain, self.shape, self.alive, *hourglass)
+
+    def keep_books(self) -> None:
+        """Works of the step that ended [J]."""
+        self.accounts["plate_internal"] += total(self.work)
+        self.accounts["plate_hourglass"] += total(self.hourglass_work)
 
     def kick_and_drift(self, kick: float, drift: float, applied: Array) -> None:
         """New half-step velocities under internal and applied forces (m, 3) [N], then new positions."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from data.histories import Array
+from solver.case_settings import Sensor
 from solver.kernels.contact import bilinear
 from solver.plate import Plate
 
-UNITS = {"displacement": "m", "contact_force": "N", "reaction_force": "N"}
+if TYPE_CHECKING:
+    from solver.strike import Strike
 
 
 def nodes_at(plate: Plate, at: tuple[float, float]) -> tuple[NDArray[np.int64], Array]:
@@ -22,29 +27,31 @@ def nodes_at(plate: Plate, at: tuple[float, float]) -> tuple[NDArray[np.int64], 
     return plate.quads[element], np.array(bilinear(xi, eta))
 
 
+def gauge(sensor: Sensor, strike: Strike) -> Callable[[Strike], float]:
+    """Reading of one sensor from the present state; displacement [m] and forces [N] are positive in the push."""
+    if sensor.kind == "contact_force":
+        return lambda now: now.push
+    if sensor.kind == "reaction_force":
+        return lambda now: -float(now.reaction[2])
+    nodes, shape = nodes_at(strike.plate, sensor.at)
+    rest = strike.plate.x[nodes, 2].copy()
+    return lambda now: float(shape @ (rest - now.plate.x[nodes, 2]))
+
+
 class Recorder:
     """Per-step readings; the push is towards -z, and displacement and forces are positive in the push."""
 
-    def __init__(self, plate: Plate, sensors: dict[str, tuple[str, tuple[float, float]]], steps: int) -> None:
-        self.kinds = {name: kind for name, (kind, _) in sensors.items()}
-        self.places = {name: nodes_at(plate, at) for name, (kind, at) in sensors.items() if kind == "displacement"}
+    def __init__(self, strike: Strike, sensors: Mapping[str, Sensor], steps: int) -> None:
+        self.kinds = {name: sensor.kind for name, sensor in sensors.items()}
         self.time = np.zeros(steps + 1)
         self.readings = {name: np.zeros(steps + 1) for name in sensors}
-        self.rest = plate.mesh.nodes[:, 2].copy()
+        self.gauges = {name: gauge(sensor, strike) for name, sensor in sensors.items()}
 
-    def read(self, step: int, time: float, plate: Plate, contact_force: float, reaction: float) -> None:
-        """Take all readings of one step; forces in the push [N]."""
-        self.time[step] = time
-        for name, kind in self.kinds.items():
-            if kind == "displacement":
-                self.readings[name][step] = self.displacement(name, plate)
-            else:
-                self.readings[name][step] = contact_force if kind == "contact_force" else reaction
-
-    def displacement(self, name: str, plate: Plate) -> float:
-        """Displacement of the sensor's point in the push [m]."""
-        nodes, shape = self.places[name]
-        return float(shape @ (self.rest[nodes] - plate.x[nodes, 2]))
+    def read(self, strike: Strike) -> None:
+        """Take all readings of the present step."""
+        self.time[strike.step] = strike.time
+        for name, read in self.gauges.items():
+            self.readings[name][strike.step] = read(strike)
 
     def sampled(self, clock: Array) -> dict[str, Array]:
         """Channels on the user's clock [s]: displacements interpolated, forces as means over the sampling interval."""

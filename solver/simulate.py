@@ -13,7 +13,7 @@ from data.errors import RunFailed
 from data.histories import Array, Histories, Snapshot
 from solver.case import Case, case_hash
 from solver.estimate import estimate
-from solver.sensors import UNITS, Recorder
+from solver.sensors import Recorder
 from solver.strike import Strike
 from solver.version import SOLVER_VERSION
 
@@ -41,13 +41,12 @@ def simulate(
     numba.set_num_threads(min(threads or case.solver.threads or MOST_THREADS, MOST_THREADS))
     started = time.perf_counter()
     strike = Strike(case, step_factor)
-    sensors = {name: (sensor.kind, sensor.at) for name, sensor in case.sensors.items()}
-    recorder = Recorder(strike.plate, sensors, strike.steps)
+    recorder = Recorder(strike, case.sensors, strike.steps)
     snapshots = run(strike, recorder, case.time.snapshots, progress or silent)
     interval = case.time.output_interval
     clock = interval * np.arange(int(case.time.end / interval * (1.0 + 1e-12)) + 1)
     channels = recorder.sampled(clock)
-    units = {name: UNITS[kind] for name, (kind, _) in sensors.items()}
+    units = {name: sensor.unit for name, sensor in case.sensors.items()}
     peaks = {name: peak(clock, values) for name, values in channels.items()}
     summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
     return Histories(clock, channels, units, summary, snapshots)
@@ -61,7 +60,7 @@ def run(
     due = sorted(instants)
     for step in range(strike.steps + 1):
         strike.advance()
-        recorder.read(step, strike.time, strike.plate, strike.push, -float(strike.reaction[2]))
+        recorder.read(strike)
         while due and strike.time >= due[0] - 0.5 * strike.dt:
             snapshots.append(strike.snapshot())
             due.pop(0)
@@ -108,7 +107,7 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
             "initial": balance.initial,
             "normal": balance.normal_energy,
         },
-        "shock_equivalent_viscosity_Pa_s": balance.equivalent_viscosity(),
+        "shock_equivalent_viscosity_Pa_s": bird.equivalent_viscosity(),
         "deepest_overlap_m": strike.deepest,
         "eroded_particles": eroded,
         "eroded_mass_fraction": eroded / bird.n,
@@ -143,7 +142,7 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
         )
-    worst, viscosity = strike.balance.worst, strike.balance.equivalent_viscosity()
+    worst, viscosity = strike.balance.worst, strike.bird.equivalent_viscosity()
     if worst > BALANCE_GOAL:
         warnings.append(f"the energy balance was off by {worst:.1%} of the normal kinetic energy; the goal is 1 %")
     if viscosity > SHOCK_VISCOSITY_LIMIT:

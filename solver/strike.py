@@ -10,39 +10,13 @@ import numpy as np
 from data.errors import RunFailed
 from data.histories import Snapshot
 from solver.balance import Balance
-from solver.bird import Bird, NullMaterial
+from solver.build_bird import build_bird
+from solver.build_plate import build_plate
 from solver.case import Case
 from solver.contact import Contact
-from solver.geometry import fill_bird, place_bird, plate_mesh
-from solver.plate import Plate, ShellMaterial
 
 PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
 UNSTABLE = 0.2  # energy error at which a run has exploded, far beyond any balance that could be believed
-
-
-def build_plate(case: Case) -> Plate:
-    """Plate of the case, at rest."""
-    m = case.plate.material
-    material = ShellMaterial(m.young, m.poisson, m.density, m.yield_stress, m.tangent_modulus, m.beta)
-    mesh = plate_mesh(case.plate.length, case.plate.width, case.plate.elements)
-    return Plate(mesh, case.plate.thickness, material, case.plate.edges)
-
-
-def build_bird(case: Case) -> Bird:
-    """Bird of the case, `standoff` of flight before its first particle touches the plate."""
-    b, m = case.bird, case.bird.material
-    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
-    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
-    surface = 0.5 * case.plate.thickness + 0.5 * spacing
-    angle = case.impact.angle
-    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
-    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
-    e = m.eos
-    four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
-    material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
-    shock = (case.solver.shock_linear, case.solver.shock_quadratic)
-    mass = b.actual_mass / len(points)
-    return Bird(x, np.tile(velocity, (len(x), 1)), mass, case.solver.smoothing * spacing, material, shock)
 
 
 @dataclass
@@ -67,14 +41,16 @@ class Strike:
         self.contact = Contact(self.bird, self.plate)
         normal_speed = case.normal_speed
         self.limits = Steps(
-            self.bird.stable_step(self.bird.material.shocked_sound_speed(normal_speed)),
+            self.bird.step_at_impact(normal_speed),
             self.plate.stable_step(),
             self.contact.stable_step(self.bird, self.plate),
         )
         longest = step_factor * self.limits.step(case.solver.courant)
         self.steps = math.ceil(case.time.end / longest)
         self.dt = case.time.end / self.steps
-        self.balance = Balance(self.bird, 0.5 * case.bird.actual_mass * normal_speed**2)
+        self.balance = Balance(
+            self.bird, (self.bird, self.plate, self.contact), 0.5 * case.bird.actual_mass * normal_speed**2
+        )
         self.first_touch_off_plate = self._touches_beside(case)
         self.half_length = 0.5 * case.bird.length
         self.step = 0
@@ -98,7 +74,9 @@ class Strike:
         plate.reaction(contact.on_plate, self.reaction)
         self.push = -float(contact.on_plate[:, 2].sum())
         self.deepest = max(self.deepest, contact.deepest)
-        self.balance.add_step(bird, plate, contact, since)
+        bird.keep_books(since)
+        plate.keep_books()
+        contact.keep_books(bird, plate, since)
 
     def move(self) -> None:
         """Kick to the next half step, drift to the next whole step."""
@@ -138,6 +116,8 @@ class Strike:
             bird.p[:n].copy(),
             bird.v[:n].copy(),
             ~bird.active[:n],
+            bird.von_mises(),
+            bird.cells,
             plate.x.copy(),
             plate.quads.copy(),
             plate.von_mises(),

@@ -7,10 +7,10 @@ from numba import njit, prange
 
 @njit(cache=True, parallel=True)
 def add_contact(n, mass, on_bird, acceleration):
-    """Contact forces (n, 3) [N] join the accelerations [m/s^2]."""
+    """Contact forces (n, 3) [N] on masses (n,) [kg] join the accelerations [m/s^2]."""
     for a in prange(n):
         for c in range(3):
-            acceleration[a, c] += on_bird[a, c] / mass
+            acceleration[a, c] += on_bird[a, c] / mass[a]
 
 
 @njit(cache=True, parallel=True)

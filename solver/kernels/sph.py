@@ -15,7 +15,7 @@ import math
 
 from numba import njit, prange
 
-from solver.kernels.smoothing import slope, slope_constant
+from solver.kernels.smoothing import slope
 
 ROW = 16
 PAIR_MATH = {"contract", "reassoc", "arcp", "nsz"}
@@ -37,14 +37,14 @@ def pack_midpoint(n, x, v, rho, dt, row):
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)
-def rate_of_deformation(n, row, mass, h, start, neighbour, drho_dt, deformation):
+def rate_of_deformation(n, row, mass, h, constant, start, neighbour, drho_dt, deformation):
     """Continuity drho/dt = sum m (v_a - v_b).grad W, and D = sym(grad v) with the linear-exact gradient.
 
-    row: (N, 16); mass [kg]; h [m]; out: drho_dt (N,) [kg/m^3/s], deformation (N, 6) [1/s].
+    row: (N, 16); mass [kg]; h [m]; constant: of `slope` [1/m^5];
+    out: drho_dt (N,) [kg/m^3/s], deformation (N, 6) [1/s].
     The density keeps the plain gradient, because that is the one whose work the pair forces do exactly; the corrected
     one (Bonet & Lok, CMAME 180 (1999) 97) is used where only accuracy counts. Lonely particles get D = 0.
     """
-    constant = slope_constant(h)
     inverse_h = 1.0 / h
     for a in prange(n):
         xa, ya, za = row[a, 0], row[a, 1], row[a, 2]
@@ -133,7 +133,7 @@ def pack_state(n, x, v, acceleration, rho, p, c, drho_dt, deformation, dt, visco
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)
-def pair_forces(n, row, mass, h, viscosity, shock, start, neighbour, acceleration, dissipation):
+def pair_forces(n, row, mass, h, constant, viscosity, shock, start, neighbour, acceleration, dissipation):
     """Accelerations from pressure, Newtonian viscosity and shock viscosity; dissipated power per particle.
 
     viscosity: MU [Pa s]; shock: (2,) linear and quadratic coefficients; out: acceleration (N, 3) [m/s^2],
@@ -146,7 +146,6 @@ def pair_forces(n, row, mass, h, viscosity, shock, start, neighbour, acceleratio
     that shear is not damped and MU keeps its meaning. The linear coefficient carries the pair's mean shock share.
     The rows may list particles beyond the support: there the slope is zero.
     """
-    constant = slope_constant(h)
     inverse_h = 1.0 / h
     core = 1e-4 * h * h  # keeps the pair viscosity finite should two particles meet
     linear, quadratic = 0.25 * shock[0], 0.5 * shock[1]

@@ -14,6 +14,8 @@ from data.fields import write_fields
 from data.files import whole_file, write_json
 from data.histories import Snapshot
 
+NO_CELLS = np.empty((0, 8), np.int64)
+
 
 def test_a_file_that_is_not_finished_does_not_replace_the_old_one(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
@@ -69,8 +71,10 @@ def test_vtu_files_hold_the_snapshot(tmp_path: Path) -> None:
 
     nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     bird = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
-    quads, eroded = np.array([[0, 1, 2, 3]]), np.array([False, True])
-    snapshot = Snapshot(1e-3, bird, np.array([1e6, 2e6]), 9.0 * bird, eroded, nodes, quads, np.array([5e7]))
+    quads, eroded, stress = np.array([[0, 1, 2, 3]]), np.array([False, True]), np.array([3e4, 0.0])
+    snapshot = Snapshot(
+        1e-3, bird, np.array([1e6, 2e6]), 9.0 * bird, eroded, stress, NO_CELLS, nodes, quads, np.array([5e7])
+    )
     assert [p.name for p in write_fields(tmp_path, [snapshot])] == ["bird_0000.vtu", "plate_0000.vtu"]
     points = meshio.read(tmp_path / "bird_0000.vtu")
     np.testing.assert_array_equal(points.points, bird)

@@ -26,6 +26,8 @@ def a_run() -> Histories:
         rng.normal(size=7) * 1e6,
         rng.normal(size=(7, 3)),
         np.arange(7) > 4,
+        rng.normal(size=7) * 1e6,
+        np.empty((0, 8), np.int64),
         rng.normal(size=(9, 3)),
         np.array([[0, 1, 4, 3], [1, 2, 5, 4]]),
         rng.normal(size=2) * 1e6,

@@ -74,9 +74,11 @@ def snapshot(time: float, peak: float = 5.6e-3) -> Snapshot:
     pressure = 8e6 * np.exp(-((particles[:, 2] - 0.01) ** 2) / 0.03**2) * np.exp(-(particles[:, 0] ** 2) / 0.1**2)
     velocity = np.tile([78.9, 0.0, -45.6], (len(particles), 1))
     eroded = np.arange(len(particles)) % 997 == 0
-    middle = nodes[quads].mean(axis=1)
+    middle, no_cells = nodes[quads].mean(axis=1), np.empty((0, 8), np.int64)
     stress = 2.0e8 * np.cos(np.pi * middle[:, 0] / 0.525) ** 2 * np.cos(np.pi * middle[:, 1] / 0.43) ** 2
-    return Snapshot(time, particles, pressure + 1e5 * along, velocity, eroded, nodes, quads, stress)
+    return Snapshot(
+        time, particles, pressure + 1e5 * along, velocity, eroded, 0.1 * pressure, no_cells, nodes, quads, stress
+    )
 
 
 def plate(deflection: float) -> tuple[Array, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from data.histories import Array
 from solver.bird import Bird, Images, NullMaterial
-from solver.geometry import LATTICES
+from solver.geometry import LATTICES, slope_gain
 
 SEED = NullMaterial(938.0, -1e5, 0.0, 0.0, 0.0, 1670.0, 2.48)
 SMOOTHING = 1.2
@@ -44,7 +44,9 @@ def periodic_bird(
     x, box = block(cells, spacing, kind)
     h = SMOOTHING * spacing
     images = images_of(x, box, axes, 2.6 * h)
-    bird = Bird(x, np.zeros_like(x), material.rho0 * spacing**3, h, material, shock, images)
+    bird = Bird(
+        x, np.zeros_like(x), material.rho0 * spacing**3, h, material, shock, images, slope_gain(kind, SMOOTHING)
+    )
     return bird, box
 
 

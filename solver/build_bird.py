@@ -1,0 +1,29 @@
+"""The bird of a case, in place and in flight."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from solver.bird import Bird, NullMaterial
+from solver.case import Case
+from solver.geometry import fill_bird, place_bird, slope_gain
+
+
+def build_bird(case: Case) -> Bird:
+    """Bird of the case, `standoff` of flight before its first particle touches the plate."""
+    b, m = case.bird, case.bird.material
+    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
+    surface = 0.5 * case.plate.thickness + 0.5 * spacing
+    angle = case.impact.angle
+    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
+    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    e = m.eos
+    four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
+    material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
+    shock = (case.solver.shock_linear, case.solver.shock_quadratic)
+    mass = b.actual_mass / len(points)
+    gain = slope_gain(b.lattice, case.solver.smoothing)
+    return Bird(x, np.tile(velocity, (len(x), 1)), mass, case.solver.smoothing * spacing, material, shock, gain=gain)

@@ -1,0 +1,15 @@
+"""The plate of a case."""
+
+from __future__ import annotations
+
+from solver.case import Case
+from solver.geometry import plate_mesh
+from solver.plate import Plate, ShellMaterial
+
+
+def build_plate(case: Case) -> Plate:
+    """Plate of the case, at rest."""
+    m = case.plate.material
+    material = ShellMaterial(m.young, m.poisson, m.density, m.yield_stress, m.tangent_modulus, m.beta)
+    mesh = plate_mesh(case.plate.length, case.plate.width, case.plate.elements)
+    return Plate(mesh, case.plate.thickness, material, case.plate.edges)
