@@ -151,8 +151,8 @@ class Bird:
         """Accelerations and dissipated powers at the whole step."""
         mu = self.material.viscosity
         rows = (self.list.start, self.list.neighbour)
-        state = (self.rho, self.p, self.c, self.drho_dt, self.deformation)
-        pack_state(len(self.x), self.x, self.v, self.acceleration, *state, dt, mu, self.row)
+        state = (self.rho, self.p, self.c, self.deformation)
+        pack_state(len(self.x), self.x, self.v, self.acceleration, *state, dt, self.row)
         pair = (self.row, self.mass, self.h, self.slope, mu, self.shock, *rows, self.acceleration, self.dissipation)
         pair_forces(self.n, *pair)
         self.heating[: self.n] = (mu * self.dissipation[: self.n, 0] + self.dissipation[: self.n, 1]) / self.volume
@@ -197,8 +197,10 @@ class Bird:
         """Largest stable step [s] of an undistorted lattice: 1/(omega/2 + lambda), by von Neumann analysis.
 
         omega = 1.165 c/h is the highest acoustic frequency of Wendland C2 on cubic and FCC lattices (h = 1 to 2.5
-        spacings), lambda = 18 nu/h^2 the highest damping rate of the pair viscosity, whose nu is that of MU and of the
-        shock viscosity's linear part, c h/10. Velocities predicted by half a kick are stable for lambda dt < 1.
+        spacings). lambda is the highest damping rate: 18/h^2 times the shock viscosity's linear part, c h/10, and
+        4/3 (1.165/h)^2 times nu = MU/rho, doubled because the gradient's correction enlarges strains at a free surface.
+        Velocities predicted by half a kick are stable for lambda dt < 1.
         """
-        nu = self.material.viscosity / self.material.rho0 + 0.1 * self.shock[0] * speed_of_sound * self.h
-        return 1.0 / (self.gain * (0.5 * 1.165 * speed_of_sound / self.h + 18.0 * nu / self.h**2))
+        shock = 18.0 * 0.1 * self.shock[0] * speed_of_sound / self.h
+        viscous = 2.0 * 4.0 / 3.0 * (1.165 / self.h) ** 2 * self.material.viscosity / self.material.rho0
+        return 1.0 / (self.gain * (0.5 * 1.165 * speed_of_sound / self.h + shock + viscous))

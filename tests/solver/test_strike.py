@@ -44,7 +44,8 @@ def test_momentum_is_conserved(strike):
 
 
 def test_angular_momentum_is_conserved(strike):
-    assert strike.summary["angular_momentum_error"] < 1e-6
+    """Within 1 % of the momentum times half the length: only the viscous stress acts off the line of a pair."""
+    assert strike.summary["angular_momentum_error"] < 0.01
 
 
 def test_energy_balances(strike):
@@ -57,8 +58,8 @@ def test_energy_balances(strike):
 
 @pytest.mark.parametrize("mu", ["0 Pa s", "641 Pa s"])
 def test_shock_viscosity_does_not_stand_in_for_viscosity(mu):
-    """Its equivalent shear viscosity stays below 5 % of the range of MU, 1500 Pa s, at the demo's resolution."""
-    case = load_case("demo", {"bird.material.viscosity": mu, "time.end": "1.5 ms", "time.snapshots": "[]"})
+    """Its equivalent shear viscosity on the reference strike stays below 5 % of the range of MU, 1500 Pa s."""
+    case = load_case("reference_strike", {"bird.material.viscosity": mu, "time.end": "1.5 ms", "time.snapshots": "[]"})
     assert 0.0 < simulate(case).summary["shock_equivalent_viscosity_Pa_s"] < 75.0
 
 
