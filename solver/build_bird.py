@@ -38,7 +38,9 @@ def build_bird(case: Case) -> Bird:
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, np.tile(velocity, (len(x), 1)), b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing)
-    return BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird.stiffen(case.normal_speed)
+    return bird
 
 
 def bird_lattice(b: BirdSection) -> tuple[Array, float]:

@@ -8,7 +8,6 @@ import pytest
 from data.errors import RunFailed
 from solver.elastic_bird import ElasticBird
 from solver.materials import elastic
-from solver.solid_bird import SolidBird
 from tests.solver.bars import SPACING, angular_momentum, cuboid, free_body, steps
 
 SEED = elastic(938.0, 68.9e6, 0.49)
@@ -75,14 +74,13 @@ def test_forces_are_minus_the_gradient_of_the_stored_energy_and_conserve():
     assert np.abs(np.cross(bird.x, force).sum(axis=0)).max() < 1e-13 * scale * np.abs(x).max()
 
 
-@pytest.mark.parametrize("kind", [ElasticBird, SolidBird])
-def test_bar_rings_at_its_longitudinal_frequency(kind):
+def test_bar_rings_at_its_longitudinal_frequency():
     """Half a period is L/c, c = sqrt(E/rho), of a bar six times as long as wide; within 3 %."""
     x = cuboid((30, 5, 5))
     length = 30 * SPACING
     v = np.zeros_like(x)
     v[:, 0] = 0.1 * np.sin(np.pi * x[:, 0] / length)
-    bird = free_body(kind, MODERATE, x, v)
+    bird = free_body(ElasticBird, MODERATE, x, v)
     dt = 0.5 * bird.stable_step(MODERATE.fastest_wave(1e-3))
     end, elongation = x[:, 0] > 0.45 * length, []
     for _ in steps(bird, dt, int(1.2 * length / np.sqrt(68.9e6 / 938.0) / dt)):
@@ -109,22 +107,23 @@ def test_spun_bar_stays_whole_and_keeps_its_angular_momentum():
 
 
 def test_stretched_bar_does_not_fracture_and_comes_back():
-    """Pulled apart to half as long again: the strain stays smooth, the energy is kept, and the bar returns."""
+    """Pulled to 1.4 lengths it springs back to 0.7 and out again: smooth strain, energy kept within 1 %."""
     x = cuboid((17, 4, 4))
     v = np.zeros_like(x)
     v[:, 0] = 4500.0 * x[:, 0]
     bird = free_body(ElasticBird, SEED, x, v)
-    dt = 0.4 * bird.stable_step(SEED.fastest_wave(1e-3))
+    dt = 0.2 * bird.stable_step(SEED.fastest_wave(1e-3))
     kinetic = bird.kinetic_energy()
     lengths, errors = [], []
-    for energy in steps(bird, dt, int(1.4e-3 / dt)):
+    for energy in steps(bird, dt, int(9e-4 / dt)):
         lengths.append(np.ptp(bird.x[:, 0]) / np.ptp(x[:, 0]))
         errors.append(energy / kinetic - 1.0)
         middle = np.abs(x[:, 0]) < 6.1 * SPACING
         along = bird.lattice_row[middle, 6]
         assert along.max() < 1.6 * along.mean()
     assert max(lengths) > 1.3
-    assert lengths[-1] < 0.8 * max(lengths)
+    assert min(lengths) < 0.8
+    assert lengths[-1] > 1.1
     assert np.abs(errors).max() < 0.01
     assert bird.accounts["bird_hourglass"] < 0.05 * kinetic
 

@@ -23,17 +23,21 @@ def uniaxial(strains: np.ndarray, strength: np.ndarray) -> np.ndarray:
     for strain in strains:
         step = strain - before
 
-        def side_stress(lateral: float, step: float = step) -> float:
-            trial, trial_back = stress.copy(), back.copy()
-            update_deviator(trial, trial_back, eps_p, strain_rate(step, lateral), 0.0, 0.0, 0.0, 1.0, strength)
-            return trial[1] + K * (volume + step + 2.0 * lateral)  # noqa: B023 (called at once)
-
-        lateral = brentq(side_stress, -2.0 * abs(step) - 1e-12, 2.0 * abs(step) + 1e-12, xtol=1e-20, rtol=1e-15)
+        state = (stress, back, eps_p, volume, step, strength)
+        reach = 2.0 * abs(step) + 1e-12
+        lateral: float = brentq(side_stress, -reach, reach, args=state, xtol=1e-20, rtol=1e-15)  # pyright: ignore
         rate = strain_rate(step, lateral)
         eps_p = update_deviator(stress, back, eps_p, rate, 0.0, 0.0, 0.0, 1.0, strength)
         volume, before = volume + step + 2.0 * lateral, strain
         axial.append(stress[0] + K * volume)
     return np.array(axial)
+
+
+def side_stress(lateral, stress, back, eps_p, volume, step, strength) -> float:
+    """Lateral stress after a step of axial and lateral strain."""
+    trial, trial_back = stress.copy(), back.copy()
+    update_deviator(trial, trial_back, eps_p, strain_rate(step, lateral), 0.0, 0.0, 0.0, 1.0, strength)
+    return trial[1] + K * (volume + step + 2.0 * lateral)
 
 
 def strain_rate(axial: float, lateral: float) -> np.ndarray:
