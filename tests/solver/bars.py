@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from data.histories import Array
@@ -11,6 +13,7 @@ from solver.materials import SolidMaterial
 from tests.solver.columns import SMOOTHING
 
 SPACING = 5e-3
+Body = TypeVar("Body", bound=Bird)
 
 
 def cuboid(shape: tuple[int, int, int]) -> Array:
@@ -19,7 +22,7 @@ def cuboid(shape: tuple[int, int, int]) -> Array:
     return SPACING * (points - points.mean(axis=0))
 
 
-def free_body(kind: type[Bird], material: SolidMaterial, x: Array, v: Array, shock: float = 0.0) -> Bird:
+def free_body(kind: type[Body], material: SolidMaterial, x: Array, v: Array, shock: float = 0.0) -> Body:
     """A body of the lattice x with velocities v; shock: factor on the usual coefficients."""
     mass, gain = material.rho0 * SPACING**3, slope_gain("cubic", SMOOTHING)
     return kind(x, v, mass, SMOOTHING * SPACING, material, (shock, 2.0 * shock), gain=gain)

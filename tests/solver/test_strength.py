@@ -89,8 +89,9 @@ def test_rigidly_spinning_stressed_body_keeps_its_stress():
     strength = constants(0.5, sigma_y=np.inf)
     steps = 64
     half = 2.0 * np.tan(np.pi / steps)  # of the Rodrigues vector: exactly `steps` steps a turn
+    wx, wy, wz = half * axis
     for _ in range(1000 * steps):
-        update_deviator(stress, back, 0.0, np.zeros(6), *(half * axis), 1.0, strength)
+        update_deviator(stress, back, 0.0, np.zeros(6), wx, wy, wz, 1.0, strength)
     assert stress == pytest.approx(start, abs=1e-9)
     assert back == pytest.approx(0.5 * start, abs=1e-9)
     assert contraction(stress, stress) == pytest.approx(contraction(start, start), rel=1e-10)
@@ -103,7 +104,7 @@ def test_rotation_is_that_of_the_matrix():
     q = np.linalg.solve(np.eye(3) - 0.5 * dt * spin, np.eye(3) + 0.5 * dt * spin)
     full = np.array([[3.0, 0.5, 0.9], [0.5, -1.0, -0.7], [0.9, -0.7, -2.0]])
     turned = q @ full @ q.T
-    rotate(tensor, *w, dt)
+    rotate(tensor, w[0], w[1], w[2], dt)
     assert tensor == pytest.approx(turned[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], rel=1e-13)
 
 
