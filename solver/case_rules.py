@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,14 +9,13 @@ from pydantic_core import PydanticCustomError
 
 from solver.case_fields import Between
 from solver.case_sections import quantity_at
-from solver.case_settings import OFFSET
 
 Raw = dict[str, Any]
 
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (_mass_or_density, _bird_length, _hardening, _rates, _friction, _times, _sensors):
+    for rule in (_mass_or_density, _bird_length, _hardening, _rates, _times):
         yield from rule(raw)
 
 
@@ -32,10 +30,11 @@ def at(raw: Raw, key: str) -> Any:
 def si(raw: Raw, key: str) -> float | None:
     """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
     mark = quantity_at(key)
-    return None if mark is None else _valid(mark, at(raw, key))
+    return None if mark is None else valid(mark, at(raw, key))
 
 
-def _valid(mark: Between, value: Any) -> float | None:
+def valid(mark: Between, value: Any) -> float | None:
+    """SI value of a text; None where it is absent or is itself an error, reported elsewhere."""
     try:
         return None if value is None else mark.validate(value)
     except PydanticCustomError:
@@ -74,11 +73,6 @@ def _rates(raw: Raw) -> Iterator[str]:
         yield f"plate.material.rate_c = {text}: rate hardening is not available in this version; leave it out"
 
 
-def _friction(raw: Raw) -> Iterator[str]:
-    if si(raw, "impact.friction"):
-        yield f"impact.friction = {at(raw, 'impact.friction')}: friction is not available in this version; leave it out"
-
-
 def _times(raw: Raw) -> Iterator[str]:
     end, interval = si(raw, "time.end"), si(raw, "time.output_interval")
     if end is None:
@@ -87,27 +81,6 @@ def _times(raw: Raw) -> Iterator[str]:
         yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
     snapshots = at(raw, "time.snapshots")
     for text in snapshots if isinstance(snapshots, list) else []:
-        instant = _valid(Between("0 ms", "100 ms"), text)
+        instant = valid(Between("0 ms", "100 ms"), text)
         if instant is not None and instant > end:
             yield f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}'
-
-
-def _sensors(raw: Raw) -> Iterator[str]:
-    sensors = raw.get("sensors")
-    for name, sensor in sensors.items() if isinstance(sensors, dict) else []:
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in ("time", "run") or name.endswith("_sigma"):
-            yield f'sensors."{name}" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)'
-        if isinstance(sensor, dict):
-            yield from _place(raw, name, sensor)
-
-
-def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
-    place = sensor.get("at")
-    if place is None or not isinstance(place, list):
-        return
-    if sensor.get("kind") != "displacement":
-        yield f"sensors.{name}.at = {place}: only a displacement sensor has a place; leave it out"
-    for text, key in zip(place, ("plate.length", "plate.width"), strict=False):
-        offset, size = _valid(OFFSET, text), si(raw, key)
-        if offset is not None and size is not None and abs(offset) > 0.5 * size:
-            yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'
