@@ -92,10 +92,8 @@ class Case(Section):
         if not self.plate.rigid:
             del tree["plate"]["rigid"]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
-        instruments = {
-            name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()
-        }
-        return tree | ({"instrument": instruments} if instruments else {})
+        acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
+        return tree | ({"instrument": acting} if acting else {})
 
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:

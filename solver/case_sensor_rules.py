@@ -48,18 +48,23 @@ def _on_rigid(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
 
 def _instruments(raw: Raw) -> Iterator[str]:
     """An instrument belongs to a sensor, and its drift has the unit of that sensor's channel per second."""
-    instruments, sensors = raw.get("instrument"), raw.get("sensors") or {}
-    known = {name: sensor.kind for name, sensor in DEFAULT_SENSORS.items()} if not sensors else {}
-    for name, sensor in sensors.items() if isinstance(sensors, dict) else []:
-        known[name] = sensor.get("kind") if isinstance(sensor, dict) else None
+    instruments, known = raw.get("instrument"), _kinds(raw)
     for name, own in instruments.items() if isinstance(instruments, dict) else []:
         if name not in known:
             yield f"instrument.{name} belongs to no sensor of the case; its sensors: {', '.join(known)}"
             continue
-        mark, drift = DRIFT.get(known[name] or ""), own.get("drift") if isinstance(own, dict) else None
+        mark, drift = DRIFT.get(known[name]), own.get("drift") if isinstance(own, dict) else None
         if mark and drift is not None and valid(mark, drift) is None and _some_kinds(drift):
             kind = known[name]
             yield f"instrument.{name}.drift = {drift} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
+
+
+def _kinds(raw: Raw) -> dict[str, str]:
+    """Kind of each sensor as the file has it, the default ones where it names none."""
+    sensors = raw.get("sensors")
+    if not isinstance(sensors, dict) or not sensors:
+        return {name: sensor.kind for name, sensor in DEFAULT_SENSORS.items()}
+    return {name: str(sensor.get("kind")) if isinstance(sensor, dict) else "" for name, sensor in sensors.items()}
 
 
 def _some_kinds(drift: object) -> bool:

@@ -68,6 +68,7 @@ class Sensor(Section):
 
 
 NO_NOISE = 'fits no kind of sensor; write a length or a force such as "0.1 mm" or "0.1 kN"'
+NO_DRIFT = 'fits no kind of sensor; write it per second, such as "1 mm/s" or "5 kN/s"'
 
 
 def of_its_kind(marks: Mapping[str, Between], kind: str, value: Any, fits_none: str) -> float | None:
@@ -98,9 +99,7 @@ class Instrument(Section):
     @field_validator("drift", mode="before")
     @classmethod
     def _drift_of_some_kind(cls, value: Any) -> float | None:
-        return of_its_kind(
-            DRIFT, "", value, 'fits no kind of sensor; write it per second, such as "1 mm/s" or "5 kN/s"'
-        )
+        return of_its_kind(DRIFT, "", value, NO_DRIFT)
 
 
 DEFAULT_SENSORS = {

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
@@ -74,8 +75,8 @@ def coarse_gauges(sensors: dict[str, Sensor], strike: Strike) -> list[str]:
     """Warnings about pressure gauges that few particles reach."""
     spacing = strike.contact.spacing
     return [
-        f"sensors.{name}.radius = {1e3 * sensor.radius:.3g} mm is {sensor.radius / spacing:.1f} particle spacings: below "
-        f"{FEWEST_SPACINGS:.0f} a pressure is coarse; raise bird.particles or the radius"
+        f"sensors.{name}.radius = {1e3 * sensor.radius:.3g} mm is {sensor.radius / spacing:.1f} particle spacings: "
+        f"below {FEWEST_SPACINGS:.0f} a pressure is coarse; raise bird.particles or the radius"
         for name, sensor in sensors.items()
         if sensor.kind == "pressure" and sensor.radius < FEWEST_SPACINGS * spacing
     ]
@@ -98,14 +99,14 @@ def strain_gauges(sensors: dict[str, Sensor], strike: Strike) -> dict[str, Readi
     elements = np.unique(np.concatenate([near for near, _ in weights.values()]))
     plate.watch(elements)
 
-    def reading(near: Array, share: Array) -> Reading:
+    def reading(near: NDArray[np.int64], share: Array) -> Reading:
         rows = np.searchsorted(elements, near)
-        return lambda now: math.expm1(float((share * now.plate.felt[rows]).sum()))
+        return lambda _: math.expm1(float((share * plate.felt[rows]).sum()))
 
     return {name: reading(near, share) for name, (near, share) in weights.items()}
 
 
-def gauge_weights(sensor: Sensor, plate: Plate, side: int) -> tuple[Array, Array]:
+def gauge_weights(sensor: Sensor, plate: Plate, side: int) -> tuple[NDArray[np.int64], Array]:
     """Elements (k,) and the shares (k, 8) of their strains that a gauge feels. side: see `Contact`."""
     toward = np.array([math.cos(sensor.direction), math.sin(sensor.direction)])
     at = np.array(sensor.at)
@@ -115,7 +116,7 @@ def gauge_weights(sensor: Sensor, plate: Plate, side: int) -> tuple[Array, Array
     for step, share in zip(steps, 0.5 * shares, strict=True):
         x, y = at + 0.5 * (sensor.length or 0.0) * step * toward
         add_point(total, share, plate, (float(x), float(y)), toward, height)
-    near = np.flatnonzero(np.abs(total).sum(axis=1))
+    near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
     return near, total[near]
 
 

@@ -49,11 +49,8 @@ def with_noise(histories: Histories, sensors: Mapping[str, Sensor], seed: int) -
     The same seed gives the same noise; each sensor has its own stream, named by it, so that another sensor beside it
     changes nothing. Raises UserError when no sensor has a noise.
     """
+    refuse_noiseless(sensors)
     noisy = {name: sensor.noise for name, sensor in sensors.items() if sensor.noise}
-    if not noisy:
-        raise UserError(
-            'no sensor of the case has noise; give one, such as sensors.displacement_centre.noise="0.03 mm"'
-        )
     channels = dict(histories.channels)
     for name, sigma in noisy.items():
         stream = np.random.default_rng([seed, zlib.crc32(name.encode())])
@@ -61,11 +58,17 @@ def with_noise(histories: Histories, sensors: Mapping[str, Sensor], seed: int) -
     return replace(histories, channels=channels)
 
 
+def refuse_noiseless(sensors: Mapping[str, Sensor]) -> None:
+    """Raise UserError when no sensor has a noise."""
+    if not any(sensor.noise for sensor in sensors.values()):
+        raise UserError('no sensor has noise; give one, such as sensors.displacement_centre.noise = "0.03 mm"')
+
+
 def unrecorded_ends(instruments: Mapping[str, Instrument]) -> list[str]:
     """Warnings about instruments so early that their record would need what happens after time.end."""
     return [
-        f"instrument.{name}.time_offset = {1e3 * own.time_offset:.3g} ms: the last {-1e3 * own.time_offset:.3g} ms of its "
-        "record lie beyond time.end and repeat the last reading; lengthen time.end"
+        f"instrument.{name}.time_offset = {1e3 * own.time_offset:.3g} ms: the last {-1e3 * own.time_offset:.3g} ms of "
+        "its record lie beyond time.end and repeat the last reading; lengthen time.end"
         for name, own in instruments.items()
         if own.time_offset < 0.0
     ]
