@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,10 @@ from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
+from solver.bird import Bird
 from solver.case_sensors import Sensor
+from solver.contact import Contact
+from solver.geometry import PlateMesh
 from solver.kernels.contact import bilinear
 from solver.kernels.gauge import force_on_disc
 from solver.places import blend, facets_around, place_on, point_at
@@ -52,23 +56,36 @@ def displacement(sensor: Sensor, strike: Strike) -> Reading:
     return lambda now: float(shape @ (rest - now.plate.x[nodes, 2]))
 
 
-def pressure(sensor: Sensor, strike: Strike) -> Reading:
-    """Normal contact force on the gauge's disc over its area.
+@dataclass(frozen=True)
+class Disc:
+    """A pressure gauge: centre (3,), radius and the particles' width [m], on the undeformed nodes (m, 3).
 
     The disc is a part of the undeformed surface and moves with it. A particle's force is spread over one particle
     spacing d, and so is the disc's edge: the area is that of the smeared disc, pi (r^2 + d^2/12).
     """
-    mesh, spacing = strike.plate.mesh, strike.contact.spacing
-    centre = point_at(mesh, *place_on(mesh, sensor.at))
-    area = math.pi * (sensor.radius**2 + spacing**2 / 12.0)
 
-    def read(now: Strike) -> float:
-        bird, contact = now.bird, now.contact
+    nodes: Array
+    centre: Array
+    radius: float
+    width: float
+
+    def pressure(self, bird: Bird, contact: Contact) -> float:
+        """Normal contact force on the disc over its area [Pa]."""
         touching = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
-        disc = (centre, sensor.radius, spacing)
-        return force_on_disc(bird.n, contact.stiffness, contact.gap, mesh.nodes, *touching, *disc) / area
+        disc = (self.centre, self.radius, self.width)
+        force = force_on_disc(bird.n, contact.stiffness, contact.gap, self.nodes, *touching, *disc)
+        return force / (math.pi * (self.radius**2 + self.width**2 / 12.0))
 
-    return read
+
+def disc(sensor: Sensor, mesh: PlateMesh, spacing: float) -> Disc:
+    """The disc of a pressure sensor under a bird of this particle spacing [m]."""
+    return Disc(mesh.nodes, point_at(mesh, *place_on(mesh, sensor.at)), sensor.radius, spacing)
+
+
+def pressure(sensor: Sensor, strike: Strike) -> Reading:
+    """Of the gauge's disc."""
+    gauge = disc(sensor, strike.plate.mesh, strike.contact.spacing)
+    return lambda now: gauge.pressure(now.bird, now.contact)
 
 
 def coarse_gauges(sensors: dict[str, Sensor], strike: Strike) -> list[str]:

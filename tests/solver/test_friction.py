@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reports.verification.target_problems import sliding_layer
 from solver.bird import Bird
 from solver.contact import Contact
 from solver.geometry import plate_mesh, shell_mesh
 from solver.plate import Plate, ShellMaterial
-from solver.rigid_plate import RigidPlate, Target
 from tests.solver.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
@@ -67,47 +67,16 @@ def test_friction_only_takes_energy():
     assert force.sum() > 0.0
 
 
-def slide(plate: Target, mu: float, steps: int, push: float) -> tuple[np.ndarray, np.ndarray, Bird, Contact]:
-    """Loose particles, each pressed on a plate by `push` [N], sliding at 1 m/s: time, mean speed, bird, contact."""
-    grid = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), axis=-1).reshape(-1, 2) * 0.03
-    bird = particles(np.column_stack([grid, np.full(25, GAP)]), np.tile([1.0, 0.0, 0.0], (25, 1)))
-    contact = Contact(bird, plate, mu)
-    bird.x[:, 2] -= push / contact.stiffness
-    dt = 0.5 * contact.stable_step(bird, plate)
-    time, speed = dt * np.arange(steps), np.zeros(steps)
-    for step in range(steps):
-        speed[step] = bird.v[:25, 0].mean()
-        since = dt if step else 0.0
-        bird.acceleration[:] = 0.0
-        contact.update_forces(bird, plate)
-        contact.keep_books(bird, plate, since)
-        bird.acceleration[:25, 2] -= push / bird.mass
-        bird.kick_and_drift(since or 0.5 * dt, dt)
-    return time, speed, bird, contact
-
-
 def test_a_pressed_layer_slows_at_mu_n_over_m_and_its_heat_is_mu_n_s():
-    """Coulomb: v = v0 - mu N t/m; the heat is mu N times the way, and what the layer lost."""
-    mu, push, steps = 0.2, 1.0, 150
-    plate = RigidPlate(plate_mesh(0.4, 0.4, (10, 10)), THICKNESS)
-    time, speed, bird, contact = slide(plate, mu, steps, push)
-    assert contact.rubbing is not None
-    creep = mu * push / contact.rubbing.resistance
-    sliding = (speed > 2.0 * creep) & (time > 0.0)
-    assert speed[-1] < 0.5
-    assert sliding.sum() > 20
-    slope = np.polyfit(time[sliding], speed[sliding], 1)[0]
-    assert slope == pytest.approx(-mu * push / bird.mass, rel=1e-6)
-    way = (bird.x[:25, 0] - np.repeat(np.arange(-2, 3)[None, :], 5, axis=0).ravel() * 0.03).mean()
-    lost = 0.5 * bird.mass * (1.0 - bird.v[:25, 0].mean() ** 2)
-    assert contact.accounts["friction"] / 25 == pytest.approx(lost, rel=0.01)
-    assert contact.accounts["friction"] / 25 == pytest.approx(mu * push * way, rel=0.01)
-    assert abs(contact.accounts["contact"]) < 1e-6 * contact.accounts["friction"]
+    """Coulomb: v = v0 - mu N t/m; the heat is mu N times the way."""
+    deceleration, heat = sliding_layer()
+    assert 0.0 < deceleration.seen["speed_left"] < 0.5
+    assert deceleration.error == pytest.approx(0.0, abs=1e-6)
+    assert heat.error == pytest.approx(0.0, abs=0.01)
 
 
 def test_a_slow_layer_sticks():
-    """Below the creep speed the layer comes to rest exponentially and never slides back."""
-    plate = RigidPlate(plate_mesh(0.4, 0.4, (10, 10)), THICKNESS)
-    _, speed, _, _ = slide(plate, 2.0, 60, 400.0)
-    assert (speed >= 0.0).all()
-    assert speed[-1] < 1e-6
+    """Below the creep speed a layer comes to rest and never slides back."""
+    speed = [sliding_layer(2.0, 400.0, steps)[0].seen["speed_left"] for steps in (4, 12, 60)]
+    assert speed[0] > speed[1] > speed[2] >= 0.0
+    assert speed[2] < 1e-6

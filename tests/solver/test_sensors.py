@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from reports.verification.target_problems import gauge_under_a_layer
 from solver.bird import Bird
 from solver.case_sensors import Sensor
 from solver.contact import Contact
@@ -201,3 +202,7 @@ def test_sampling_lets_no_alias_of_a_force_or_a_strain_through():
     assert np.abs(sample("displacement", clock, time, ringing)[2:-2]).max() > 0.95
     for kind in ("strain", "contact_force", "reaction_force", "pressure"):
         assert np.abs(sample(kind, clock, time, ringing)[2:-2]).max() < 0.011
+
+
+def test_a_pressure_gauge_off_centre_of_its_particles_still_reads():
+    assert abs(gauge_under_a_layer(radius=0.031, spacing=4e-3).error) < 0.01
