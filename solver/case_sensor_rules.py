@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from data.units import ACCEPTED
 from solver.case_rules import Raw, at, si, valid
 from solver.case_sensors import DEFAULT_SENSORS, DRIFT, OF_KIND, OFFSET, PLACED
 
@@ -16,10 +17,18 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in ("time", "run") or name.endswith("_sigma"):
             yield f'sensors."{name}" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)'
         if isinstance(sensor, dict):
+            yield from _unit_in_name(name, sensor)
             yield from _fields_of_its_kind(name, sensor)
             yield from _place(raw, name, sensor)
             yield from _on_rigid(raw, name, sensor)
     yield from _instruments(raw)
+
+
+def _unit_in_name(name: str, sensor: Raw) -> Iterator[str]:
+    """A strain's column carries no unit, so that its name must not look as if it did."""
+    last = name.rpartition("_")[2]
+    if sensor.get("kind") == "strain" and last != name and last in ACCEPTED:
+        yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
 
 
 def _fields_of_its_kind(name: str, sensor: Raw) -> Iterator[str]:

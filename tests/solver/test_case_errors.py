@@ -67,6 +67,11 @@ BETWEEN_FIELDS = [
         "5 mm",
         "~ = 5 mm: only a pressure sensor has a radius; leave it out",
     ),
+    (
+        "sensors.gauge_m.kind",
+        "strain",
+        'sensors.gauge_m: a strain\'s column would be read as one in the unit "m"; use another name',
+    ),
     ("plate.rigid", "yes", "~ = yes must be true or false, without quotes"),
 ]
 INVERSION = [
