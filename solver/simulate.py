@@ -133,14 +133,19 @@ def judge(strike: Strike) -> None:
         )
 
 
+def untouched(strike: Strike) -> str:
+    """Why the bird and the plate never met, and what to change."""
+    if (strike.bird.x[: strike.bird.n, 2] < strike.plate.x[:, 2].min()).all():
+        return "the bird flew past the plate: enlarge plate.length or plate.width, or aim elsewhere (impact.aim)"
+    return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
+
+
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
     warnings: list[str] = []
     warnings += coarse_gauges(case.sensors, strike) + unrecorded_ends(case.instrument)
     if strike.deepest == 0.0:
-        warnings.append(
-            "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
-        )
+        warnings.append(untouched(strike))
     if strike.first_touch_off_plate:
         warnings.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"

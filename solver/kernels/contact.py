@@ -122,7 +122,7 @@ def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
     """
     came_from = -1
     for _ in range(64):
-        if not foot_on_facet(point, nodes, quads[facet], foot):
+        if not (alive[facet] and foot_on_facet(point, nodes, quads[facet], foot)):
             break
         xi, eta = foot[0], foot[1]
         if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
