@@ -95,7 +95,7 @@ def coarse_gauges(sensors: dict[str, Sensor], strike: Strike) -> list[str]:
         f"sensors.{name}.radius = {1e3 * sensor.radius:.3g} mm is {sensor.radius / spacing:.1f} particle spacings: "
         f"below {FEWEST_SPACINGS:.0f} a pressure is coarse; raise bird.particles or the radius"
         for name, sensor in sensors.items()
-        if sensor.kind == "pressure" and sensor.radius < FEWEST_SPACINGS * spacing
+        if sensor.kind == "pressure" and round(sensor.radius / spacing, 1) < FEWEST_SPACINGS
     ]
 
 
