@@ -40,7 +40,7 @@ def strike_on(plate: Target, side: int = 1) -> SimpleNamespace:
     )
 
 
-def read(plate: Plate, move, side: int = 1, **sensors: Sensor) -> dict[str, float]:
+def read(plate: Plate, move, sensors: dict[str, Sensor], side: int = 1) -> dict[str, float]:
     """Readings after `move(plate)` has set velocities and one step of 1 s was taken."""
     strike = strike_on(plate, side)
     found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
@@ -79,7 +79,7 @@ def test_gauges_read_a_known_membrane_strain_in_their_direction():
     plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
     turned = {f"at_{a}": gauge(direction=f"{a} deg", side="impact") for a in (0, 30, 90, 135)}
     others = {"rim": gauge(("99 mm", "79 mm")), "long": gauge(length="20 mm", direction="30 deg"), "back": gauge()}
-    found = read(plate, stretch, **turned, **others)
+    found = read(plate, stretch, turned | others)
 
     def expected(degrees: float) -> float:
         c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -99,11 +99,11 @@ def test_gauges_read_a_known_bending_on_their_side():
 
     sensors = {"top": gauge(side="impact"), "back": gauge(side="back"), "across": gauge(direction="90 deg")}
     plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
-    found = read(plate, bend, **sensors)
+    found = read(plate, bend, sensors)
     assert found["top"] == pytest.approx(THICKNESS / 2.0 / 50.0, rel=2e-4)
     assert found["back"] == pytest.approx(-THICKNESS / 2.0 / 50.0, rel=2e-4)
     assert found["across"] == pytest.approx(0.0, abs=1e-12)
-    struck_from_below = read(Plate(distorted(), THICKNESS, ALUMINIUM, "free"), bend, side=-1, **sensors)
+    struck_from_below = read(Plate(distorted(), THICKNESS, ALUMINIUM, "free"), bend, sensors, -1)
     assert struck_from_below["top"] == pytest.approx(found["back"])
 
 
@@ -117,7 +117,9 @@ def test_a_gauge_along_a_curved_panel_follows_its_surface():
     def grow(plate: Plate) -> None:
         plate.v[:, 0], plate.v[:, 2] = 1e-4 * plate.x[:, 0], 1e-4 * (plate.x[:, 2] - 0.3)
 
-    found = read(plate, grow, hoop=gauge(("60 mm", "10 mm")), axial=gauge(("60 mm", "10 mm"), direction="90 deg"))
+    found = read(
+        plate, grow, {"hoop": gauge(("60 mm", "10 mm")), "axial": gauge(("60 mm", "10 mm"), direction="90 deg")}
+    )
     assert found["hoop"] == pytest.approx(1e-4, rel=1e-3)
     assert found["axial"] == pytest.approx(0.0, abs=1e-9)
 
