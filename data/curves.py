@@ -109,7 +109,7 @@ def write_measured(path: str | Path, measured: Measured) -> None:
         columns.append((name, measured.units[name], values))
         if name in measured.sigma:
             columns.append((f"{name}_sigma", measured.units[name], measured.sigma[name]))
-    header = ",".join(f"{name} [{DISPLAY.get(unit, unit)}]" for name, unit, _ in columns)
+    header = ",".join(f"{name} [{DISPLAY.get(unit, unit) or '-'}]" for name, unit, _ in columns)
     texts = [[_cell(value, unit) for value in values] for _, unit, values in columns]
     notes = [f"# {line}" for line in measured.provenance]
     lines = [*notes, header, *(",".join(row) for row in zip(*texts, strict=True))]

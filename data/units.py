@@ -27,10 +27,12 @@ ACCEPTED = {
     "kg/m^3": "kg/m^3, g/cm^3, t/mm^3",
     "m/s": "m/s, mm/ms, km/h, kn",
     "rad": "deg, rad",
-    "1/s": "1/s, 1/ms",
+    "1/s": "1/s, 1/ms, Hz, kHz",
+    "N/s": "N/s, kN/s, kN/ms",
+    "Pa/s": "Pa/s, MPa/s, MPa/ms",
     "N s": "N s, kN ms",
     "J": "J, kJ",
-    "": "a bare number",
+    "": "a bare number (in a record also um/m or microstrain)",
 }
 """SI units the project uses -> what a user may write instead."""
 
@@ -62,7 +64,7 @@ def _registry() -> UnitRegistry:
 @cache
 def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
     """Factor to SI and the base units of a unit's text; "kg/m3" and "N.ms/mm2" are read as engineers mean them."""
-    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", unit)
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", unit.replace("microstrain", "um/m"))
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u")
     try:
         quantity = _registry().Quantity(Decimal(1), text or "dimensionless").to_base_units()

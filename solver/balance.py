@@ -11,7 +11,7 @@ from data.histories import Array
 from solver.bird import Bird
 from solver.contact import Contact
 from solver.kernels.sums import column_sums, moment_of
-from solver.plate import Plate
+from solver.rigid_plate import Target
 
 
 class Booked(Protocol):
@@ -25,8 +25,9 @@ class Balance:
     """The bodies' accounts [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
 
     Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
-    plate_internal: stress work (elastic and plastic); plate_hourglass; contact: in the penalty springs; eroded: what
-    the eroded particles held as pressure and in their springs when they eroded; bird_kinetic, plate_kinetic.
+    plate_internal: stress work (elastic and plastic); plate_hourglass; contact: in the penalty springs; friction: its
+    heat, where there is friction; eroded: what the eroded particles held as pressure, and springs whose particle or
+    facet is gone; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: Bird, bodies: Sequence[Booked], normal_energy: float) -> None:
@@ -57,7 +58,7 @@ class Balance:
         moment_of(bird.x, momentum, bird.n, angular)
         return linear, angular
 
-    def add_impulse(self, plate: Plate, contact: Contact, reaction: Array, kick: float) -> None:
+    def add_impulse(self, plate: Target, contact: Contact, reaction: Array, kick: float) -> None:
         """Impulse of the coming kick on the frame, and the contact's moment on the plate about its centre."""
         self.frame_impulse += kick * reaction
         moment_of(plate.x, contact.on_plate, len(plate.x), self.vector)
@@ -75,7 +76,7 @@ class Balance:
         """
         return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 
-    def momentum_error(self, bird: Bird, plate: Plate) -> float:
+    def momentum_error(self, bird: Bird, plate: Target) -> float:
         """|bird + plate + frame - initial| of the initial momentum."""
         now = self.bird_momenta(bird)[0] + plate.mass @ plate.v + self.frame_impulse
         return float(np.linalg.norm(now - self.momentum) / np.linalg.norm(self.momentum))

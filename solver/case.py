@@ -1,4 +1,4 @@
-"""A case: everything that defines one strike, its sensors, and what an inversion may vary."""
+"""A case: everything that defines one strike, its sensors and instruments, and what an inversion may vary."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import PrivateAttr, ValidationError, field_validator
+from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from data.errors import CaseError
 from data.units import quantity_text
@@ -22,7 +22,9 @@ from solver.case_overlay import Raw, overlay
 from solver.case_plate import Plate
 from solver.case_rules import broken_rules
 from solver.case_sections import Impact, Time, quantity_at
-from solver.case_settings import DEFAULT_SENSORS, InversionSettings, Sensor, SolverSettings
+from solver.case_sensor_rules import broken_sensor_rules
+from solver.case_sensors import DEFAULT_SENSORS, Instrument, Sensor
+from solver.case_settings import InversionSettings, SolverSettings
 from solver.case_table import with_table
 
 
@@ -47,7 +49,7 @@ class Case(Section):
     solver: SolverSettings = SolverSettings()
     inversion: InversionSettings = InversionSettings()
     effects: Annotated[None, Later("leave the section out")] = None
-    instrument: Annotated[None, Later("leave the section out")] = None
+    instrument: dict[str, Instrument] = Field(default_factory=dict)
 
     _raw: Raw = PrivateAttr(default_factory=dict)
     _name: str = PrivateAttr(default="case")
@@ -86,14 +88,16 @@ class Case(Section):
 
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""
-        tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "sensors", "solver"})
+        tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
         del tree["solver"]["threads"]
         for key in ("mass", "slenderness", "statistics"):
             del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density
-        for sensor in tree["sensors"].values():
-            del sensor["noise"]
-        return tree
+        if not self.plate.rigid:
+            del tree["plate"]["rigid"]
+        tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
+        acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
+        return tree | ({"instrument": acting} if acting else {})
 
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
@@ -110,7 +114,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         case = Case.model_validate(table)
     except ValidationError as error:
         errors = [error_line(Case, entry, table) for entry in error.errors()]
-    errors += broken_rules(table)
+    errors += [*broken_rules(table), *broken_sensor_rules(table)]
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     case._raw, case._name = table, name

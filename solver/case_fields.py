@@ -138,6 +138,20 @@ class Count:
 
 
 @dataclass(frozen=True)
+class Switch:
+    """true or false."""
+
+    def validate(self, value: Any) -> bool:
+        """The switch itself; raises PydanticCustomError."""
+        if not isinstance(value, bool):
+            raise complaint("must be true or false, without quotes")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(self.validate)
+
+
+@dataclass(frozen=True)
 class OneOf:
     """A choice: what this version can do, and what later ones will (`planned`: refused, but by name)."""
 

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from solver.case_fields import Between, Count, OneOf, Section
+from pydantic import model_validator
+
+from solver.case_fields import Between, Count, OneOf, Section, Switch
+
+UNUSED_BY_RIGID = {
+    "thickness": "10 mm",
+    "material": {"young": "200 GPa", "poisson": 0.3, "density": "7850 kg/m^3", "yield_stress": "1000 MPa"},
+}
+"""What a rigid plate does not need to say; the thickness is only the height at which its surface lies."""
 
 
 class PlateMaterial(Section):
@@ -22,7 +30,11 @@ class PlateMaterial(Section):
 
 
 class Plate(Section):
-    """Rectangular plate, `length` along the velocity's plane; elements: shells along length and width."""
+    """Rectangular plate, `length` along the velocity's plane; elements: shells along length and width.
+
+    rigid: the plate neither moves nor strains; its edges and material mean nothing and may be left out, as may its
+    thickness.
+    """
 
     length: Annotated[float, Between("20 mm", "5000 mm")]
     width: Annotated[float, Between("20 mm", "5000 mm")]
@@ -30,3 +42,9 @@ class Plate(Section):
     elements: tuple[Annotated[int, Count(2, 400)], Annotated[int, Count(2, 400)]]
     edges: Annotated[str, OneOf(("clamped", "pinned", "free"))] = "clamped"
     material: PlateMaterial
+    rigid: Annotated[bool, Switch()] = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_rigid_plate_needs_no_metal(cls, raw: Any) -> Any:
+        return UNUSED_BY_RIGID | raw if isinstance(raw, dict) and raw.get("rigid") is True else raw

@@ -1,4 +1,4 @@
-"""What a case says around the strike: its sensors, numerical settings, and what an inversion may vary."""
+"""What a case says around the strike: numerical settings, and what an inversion may vary."""
 
 from __future__ import annotations
 
@@ -6,63 +6,15 @@ import difflib
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
-from pydantic_core import PydanticCustomError
 
-from solver.case_fields import Between, Count, Later, OneOf, Section, complaint, each_of
+from solver.case_fields import Between, Count, Later, Section, complaint, each_of
 from solver.case_sections import quantities, quantity_at
-
-NOISE = {
-    "displacement": Between("0 mm", "1000 mm"),
-    "contact_force": Between("0 kN", "100000 kN"),
-    "reaction_force": Between("0 kN", "100000 kN"),
-}
-"""Unit and range of each kind of sensor's noise; the unit is also the channel's."""
 
 NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
 NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
 NOT_SOUGHT = {
-    "impact.friction": "friction is not available in this version",
     "plate.material.rate_c": "rate hardening is not available in this version",
     "plate.material.rate_p": "rate hardening is not available in this version",
-}
-OFFSET = Between("-2500 mm", "2500 mm")
-
-
-class Sensor(Section):
-    """What is recorded; at: place of a displacement sensor from the plate's centre [m]; noise: 1 sigma, SI."""
-
-    kind: Annotated[str, OneOf(tuple(NOISE), ("strain", "pressure"))]
-    at: tuple[Annotated[float, OFFSET], Annotated[float, OFFSET]] = (0.0, 0.0)
-    noise: float | None = None
-
-    @field_validator("noise", mode="before")
-    @classmethod
-    def _noise_in_the_unit_of_its_kind(cls, value: Any, info: ValidationInfo) -> float | None:
-        mark = NOISE.get(info.data.get("kind", ""))
-        return mark.validate(value) if mark else _noise_of_some_kind(value)
-
-    @property
-    def unit(self) -> str:
-        """SI unit of the channel."""
-        return NOISE[self.kind].unit
-
-
-def _noise_of_some_kind(value: Any) -> float | None:
-    """Noise of a sensor whose kind is itself an error: it must fit one of the kinds."""
-    if value is None:
-        return None
-    for mark in NOISE.values():
-        try:
-            return mark.validate(value)
-        except PydanticCustomError:
-            continue
-    raise complaint('fits no kind of sensor; write a length or a force such as "0.1 mm" or "0.1 kN"')
-
-
-DEFAULT_SENSORS = {
-    "displacement_centre": Sensor(kind="displacement"),
-    "contact_force": Sensor(kind="contact_force"),
-    "reaction_force": Sensor(kind="reaction_force"),
 }
 
 

@@ -6,63 +6,89 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from data.errors import RunFailed
+from data.errors import RunFailed, UserError
 from data.histories import Array
 from solver.bird import Bird
 from solver.kernels.contact import contact_forces, follow_facets
 from solver.kernels.motion import add_contact
 from solver.kernels.neighbours import largest_displacement_squared
 from solver.kernels.sums import work_of_forces
-from solver.plate import Plate
+from solver.rigid_plate import Target
+from solver.rubbing import Rubbing
 
 BAND = 1.0  # a particle is watched within this many particle spacings above first contact
+OVERLAP_AT_START = 1e-6  # of the gap: rounding of a bird that starts at first contact
 STILL = np.zeros(3)
 
 
 class Contact:
-    """Penalty contact, frictionless.
+    """Penalty contact, with Coulomb friction where the coefficient is above 0.
 
     The stiffness is that of one layer of bird, one spacing d thick: bulk modulus times particle face over spacing,
     k = rho0 C^2 d^2/d = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind
     it; a softer one would make it softer. At the Hugoniot pressure p the overlap is p/(rho0 C^2) d, about 3 % of d.
+
+    The impact side is the one that the bird starts on; `side` is 1 where the shell's normals point there, else -1, and
+    quads and across are then those of the shell seen from there. Facets that have torn touch nothing.
     """
 
-    def __init__(self, bird: Bird, plate: Plate) -> None:
+    def __init__(self, bird: Bird, plate: Target, friction: float = 0.0) -> None:
         self.spacing = bird.spacing
         self.gap = 0.5 * plate.thickness + 0.5 * self.spacing
         self.stiffness = bird.bulk_modulus * self.spacing
+        self.side, self.quads, self.across = seen_from(bird, plate)
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.everyone = np.ones(bird.n, np.bool_)
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
+        self.alive_at_search = -1
         self.touching, self.deepest, self.stored = 0, 0.0, 0.0
         self.accounts = {"contact": 0.0, "eroded": 0.0}
+        self.rubbing = Rubbing(friction, self, bird, plate) if friction > 0.0 else None
+        if self.rubbing:
+            self.accounts["friction"] = 0.0
 
-    def search(self, bird: Bird, plate: Plate) -> None:
+    def refuse_overlap(self, bird: Bird, plate: Target) -> None:
+        """Raise UserError when the bird starts inside the plate."""
+        self.search(bird, plate)
+        overlap = float((self.gap - self.foot[:, 2]).max())
+        if overlap > OVERLAP_AT_START * self.gap:
+            inside = int(np.count_nonzero(self.foot[:, 2] < (1.0 - OVERLAP_AT_START) * self.gap))
+            raise UserError(
+                f"the bird starts inside the plate: {inside} particles, up to {1e3 * overlap:.3g} mm deep; raise "
+                "impact.standoff, or make bird.diameter smaller against the plate's curvature"
+            )
+
+    def search(self, bird: Bird, plate: Target) -> None:
         """Nearest facet of every particle, and which particles may touch before the next search."""
-        centres = plate.x[plate.quads].mean(axis=1)
-        self.facet[:] = KDTree(centres).query(bird.x[: bird.n])[1]
+        alive = np.flatnonzero(plate.alive)
+        if len(alive):
+            centres = plate.x[self.quads[alive]].mean(axis=1)
+            self.facet[:] = alive[KDTree(centres).query(bird.x[: bird.n])[1]]
         self.foot[:, :2] = 0.0
         self.follow(bird, plate, self.everyone)
         self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
-        self.searched_at = bird.x[: bird.n].copy()
+        self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), len(alive)
 
-    def follow(self, bird: Bird, plate: Plate, watched: NDArray[np.bool_]) -> None:
+    def follow(self, bird: Bird, plate: Target, watched: NDArray[np.bool_]) -> None:
         """Feet of the watched particles on the plate as it is now."""
-        surface = (plate.x, plate.quads, plate.mesh.across, self.gap)
+        surface = (plate.x, self.quads, self.across, plate.alive, self.gap)
         follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
 
-    def update_forces(self, bird: Bird, plate: Plate) -> None:
+    def update_forces(self, bird: Bird, plate: Target) -> None:
         """Forces of the present positions on particles and nodes."""
         moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
-        if not moved < (0.5 * BAND * self.spacing) ** 2:
+        torn = np.count_nonzero(plate.alive) != self.alive_at_search
+        if torn:
+            self.release(~plate.alive[self.facet], self.normal_forces())
+        if torn or not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
         self.follow(bird, plate, self.watched)
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
-        where = (plate.quads, self.watched, bird.active, self.facet, self.foot)
+        where = (self.quads, self.watched, bird.active, self.facet, self.foot)
         self.touching, self.deepest, self.stored = contact_forces(
             bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
         )
@@ -70,24 +96,66 @@ class Contact:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
+        if self.rubbing:
+            self.rubbing.update_forces(self, bird, plate)
         add_contact(bird.n, bird.masses, self.on_bird, bird.acceleration)
 
-    def work(self, bird: Bird, plate: Plate, dt: float) -> float:
-        """Energy [J] that the contact springs took over the step that ended, trapezoidal in the forces."""
+    def normal_forces(self) -> Array:
+        """The springs' part of `on_bird`, (n, 3) [N]."""
+        return self.on_bird - self.rubbing.on_bird if self.rubbing else self.on_bird
+
+    def release(self, gone: NDArray[np.bool_], pushed: Array) -> None:
+        """What the springs of these particles held, f^2/(2k), is frozen: their facet or they themselves are gone."""
+        frozen = float((pushed[gone] ** 2).sum()) / (2.0 * self.stiffness)
+        self.accounts["contact"] -= frozen
+        self.accounts["eroded"] += frozen
+
+    def work(self, bird: Bird, plate: Target, dt: float) -> float:
+        """Energy [J] that contact took over the step that ended, trapezoidal in the forces."""
         on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
         return -dt * (on_bird + on_plate)
 
-    def keep_books(self, bird: Bird, plate: Plate, dt: float) -> None:
-        """Work of the step that ended; what the springs of newly eroded particles held, f^2/(2k), is frozen."""
+    def keep_books(self, bird: Bird, plate: Target, dt: float) -> None:
+        """Work of the step that ended, friction's apart; what the springs of newly eroded particles held is frozen."""
         self.accounts["contact"] += self.work(bird, plate, dt)
+        if self.rubbing:
+            heat = self.rubbing.work(bird, plate, dt)
+            self.accounts["contact"] -= heat
+            self.accounts["friction"] += heat
         eroded = bird.eroded_now[: bird.n]
         if eroded.any():
-            frozen = float((self.on_bird_before[eroded] ** 2).sum()) / (2.0 * self.stiffness)
-            self.accounts["contact"] -= frozen
-            self.accounts["eroded"] += frozen
+            before = self.on_bird_before - self.rubbing.on_bird_before if self.rubbing else self.on_bird_before
+            self.release(eroded, before)
 
-    def stable_step(self, bird: Bird, plate: Plate) -> float:
+    def stable_step(self, bird: Bird, plate: Target) -> float:
         """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
-        per_node = max(plate.shape[:, 4].max() / self.spacing**2, 1.0)
-        return 2.0 / np.sqrt(self.stiffness * (1.0 / bird.masses.min() + per_node / plate.mass.min()))
+        return 2.0 / np.sqrt(self.stiffness / self.reduced_mass(bird, plate))
+
+    def reduced_mass(self, bird: Bird, plate: Target) -> float:
+        """Of a particle against its share of the lightest node [kg]; the particle's own on a plate that cannot move."""
+        inverse = 1.0 / bird.masses.min()
+        if not plate.fixed.all():
+            per_node = max(facet_areas(plate).max() / self.spacing**2, 1.0)
+            inverse += per_node / plate.mass.min()
+        return float(1.0 / inverse)
+
+
+def facet_areas(plate: Target) -> Array:
+    """Area of each facet, (e,) [m^2]."""
+    i, j, k, m = (plate.x[plate.quads[:, corner]] for corner in range(4))
+    return 0.5 * np.linalg.norm(np.cross(k - i, m - j), axis=1)
+
+
+def seen_from(bird: Bird, plate: Target) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
+    """1 where the normal of the facet nearest the bird's centre points to it, else -1; quads and across from there.
+
+    The shell's facets are wound alike. Seen from behind, corners run the other way, and so xi and eta change places.
+    """
+    corners, centre = plate.x[plate.quads], bird.x[: bird.n].mean(axis=0)
+    middle = corners.mean(axis=1)
+    nearest = int(np.argmin(((middle - centre) ** 2).sum(axis=1)))
+    i, j, k, m = corners[nearest]
+    if np.cross(k - i, m - j) @ (centre - middle[nearest]) >= 0.0:
+        return 1, plate.quads, plate.mesh.across
+    return -1, plate.quads[:, [0, 3, 2, 1]].copy(), plate.mesh.across[:, [2, 3, 0, 1]].copy()

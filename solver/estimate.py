@@ -14,11 +14,11 @@ FIRST_MODE = {"clamped": (1.506, 1.248), "pinned": (1.0, 1.0)}
 
 
 def first_period(plate: Plate) -> float | None:
-    """First natural period [s] of the thin plate; None for free edges.
+    """First natural period [s] of the thin plate; None for free edges and for a rigid plate.
 
     G. B. Warburton, Proc. I. Mech. E. 168 (1954) 371: within 1 % of Ritz for clamped edges.
     """
-    if plate.edges not in FIRST_MODE:
+    if plate.rigid or plate.edges not in FIRST_MODE:
         return None
     g, h = FIRST_MODE[plate.edges]
     ratio = (plate.length / plate.width) ** 2

@@ -71,6 +71,7 @@ class Plate:
         self.section = through_thickness(thickness)
         self.start, self.member = node_rows(mesh.quads, m)
         self.clear_stress()
+        self.watch(np.empty(0, np.int64))
         self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, 5))
         self.force, self.nodal = np.zeros((e, 4, 6)), np.zeros((m, 6))
         self.work, self.hourglass_work = np.zeros(e), np.zeros(e)
@@ -89,6 +90,10 @@ class Plate:
         self.stress, self.back = np.zeros((e, LAYERS, 3)), np.zeros((e, LAYERS, 3))
         self.eps_p, self.resultant, self.hourglass = np.zeros((e, LAYERS)), np.zeros((e, 8)), np.zeros((e, 5))
 
+    def watch(self, elements: NDArray[np.int64]) -> None:
+        """From now on, `felt` (k, 8) sums the strain increments of these elements (k,), for strain gauges."""
+        self.watched, self.felt = elements, np.zeros((len(elements), 8))
+
     def update_forces(self, dt: float) -> None:
         """Stress over the step that ended and the nodal forces of the present shape, `nodal` (m, 6) [N, N m]."""
         shell_geometry(self.x, self.quads, self.alive, self.frame, self.shape)
@@ -100,6 +105,7 @@ class Plate:
         """Strains from the half-step velocities, then layers, resultants and hourglass forces."""
         rates = (self.v, self.omega, self.quads, self.alive, self.frame, self.shape, dt)
         shell_strain(*rates, self.strain, self.hourglass_strain)
+        self.felt += self.strain[self.watched]
         material = (self.section, self.material.elastic, self.material.hardening)
         state = (self.stress, self.back, self.eps_p, self.resultant, self.work)
         update_shell_stress(self.strain, self.shape[:, 4], self.alive, *material, *state)

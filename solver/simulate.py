@@ -13,6 +13,8 @@ from data.errors import RunFailed
 from data.histories import Array, Histories, Snapshot
 from solver.case import Case, case_hash
 from solver.estimate import estimate
+from solver.gauges import coarse_gauges
+from solver.instrument import unrecorded_ends
 from solver.sensors import Recorder
 from solver.strike import Strike
 from solver.version import SOLVER_VERSION
@@ -45,7 +47,7 @@ def simulate(
     snapshots = run(strike, recorder, case.time.snapshots, progress or silent)
     interval = case.time.output_interval
     clock = interval * np.arange(int(case.time.end / interval * (1.0 + 1e-12)) + 1)
-    channels = recorder.sampled(clock)
+    channels = recorder.sampled(clock, case.instrument)
     units = {name: sensor.unit for name, sensor in case.sensors.items()}
     peaks = {name: peak(clock, values) for name, values in channels.items()}
     summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
@@ -131,13 +133,19 @@ def judge(strike: Strike) -> None:
         )
 
 
+def untouched(strike: Strike) -> str:
+    """Why the bird and the plate never met, and what to change."""
+    if (strike.bird.x[: strike.bird.n, 2] < strike.plate.x[:, 2].min()).all():
+        return "the bird flew past the plate: enlarge plate.length or plate.width, or aim elsewhere (impact.aim)"
+    return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
+
+
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
-    warnings = []
+    warnings: list[str] = []
+    warnings += coarse_gauges(case.sensors, strike) + unrecorded_ends(case.instrument)
     if strike.deepest == 0.0:
-        warnings.append(
-            "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
-        )
+        warnings.append(untouched(strike))
     if strike.first_touch_off_plate:
         warnings.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
@@ -148,7 +156,11 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
     if viscosity > SHOCK_VISCOSITY_LIMIT:
         text = f"the shock viscosity dissipated as much as a shear viscosity of {viscosity:.0f} Pa s would"
         warnings.append(f"{text}, more than 5 % of the range of MU: refine bird.particles")
-    if case.plate.edges == "free" and any(sensor.kind == "reaction_force" for sensor in case.sensors.values()):
+    if (
+        not case.plate.rigid
+        and case.plate.edges == "free"
+        and any(sensor.kind == "reaction_force" for sensor in case.sensors.values())
+    ):
         warnings.append("a plate with free edges has no frame: its reaction force is zero")
     strain, limit = float(strike.plate.eps_p.max()), case.plate.material.failure_strain
     if strain > limit:

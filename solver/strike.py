@@ -38,7 +38,8 @@ class Strike:
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
         self.plate = build_plate(case)
         self.bird = build_bird(case)
-        self.contact = Contact(self.bird, self.plate)
+        self.contact = Contact(self.bird, self.plate, case.impact.friction)
+        self.contact.refuse_overlap(self.bird, self.plate)
         normal_speed = case.normal_speed
         self.limits = Steps(
             self.bird.step_at_impact(normal_speed),

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 from rich.table import Table
 
@@ -38,6 +39,9 @@ def command(
     out: Annotated[Path, typer.Option(help="Folder for histories.csv and summary.json.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
     fields: Annotated[bool, typer.Option("--fields", help="Write VTU files for ParaView at time.snapshots.")] = False,
+    noise: Annotated[
+        int | None, typer.Option(min=0, metavar="SEED", help="Also write record.csv, with the sensors' noise.")
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; the bits do not depend on them.")] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -46,17 +50,23 @@ def command(
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
     from solver.case import load_case
+    from solver.instrument import refuse_noiseless
 
     loaded = load_case(case, overrides(settings))
     if fields and not loaded.time.snapshots:
         raise UserError('--fields needs instants: --set time.snapshots=\'["1 ms", "2 ms"]\'')
+    if noise is not None:
+        refuse_noiseless(loaded.sensors)
     out.mkdir(parents=True, exist_ok=True)
     histories = _run(loaded, threads or loaded.solver.threads)
     write_strike(out, histories, fields)
+    if noise is not None:
+        write_record(out / "record.csv", loaded, histories, noise)
     console.print(_table(loaded, histories))
     for line in _warnings(histories):
         say(f"warning: {line}")
-    say(f"Written to {out}: histories.csv, summary.json{', fields/' if fields else ''}.")
+    more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
+    say(f"Written to {out}: histories.csv, summary.json{more}.")
     say(f"Next: birdstrike run-doe {case} --out campaign --design uniform --runs 25")
     return {"out": str(out), **histories.summary}
 
@@ -83,6 +93,21 @@ def write_strike(out: Path, histories: Histories, fields: bool = False) -> None:
         old.unlink()
     if fields:
         write_fields(out / "fields", histories.snapshots)
+
+
+def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:
+    """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
+    from data.curves import Measured, write_measured
+    from solver.instrument import with_noise
+    from solver.simulate import SOLVER_VERSION
+
+    noisy = with_noise(histories, case.sensors, seed)
+    sigma = {name: np.full(len(noisy.time), sensor.noise) for name, sensor in case.sensors.items() if sensor.noise}
+    provenance = (
+        f"SIMULATED by birdstrike (solver {SOLVER_VERSION}) from case {case.name}, NOT MEASURED.",
+        f"White noise of the sensors' own sigma was added, seed {seed}.",
+    )
+    write_measured(path, Measured(noisy.time, noisy.channels, sigma, noisy.units, provenance))
 
 
 def _table(case: Case, histories: Histories) -> Table:

@@ -10,6 +10,7 @@ from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
 from solver.case_material import BirdMaterial
+from solver.case_sensors import PLACED
 
 
 def section(results: Results) -> Section:
@@ -31,7 +32,7 @@ def _caption(case: Case) -> str:
 
 
 def _drawn(case: Case) -> SetUp:
-    sensors = {name: sensor.at for name, sensor in case.sensors.items() if sensor.kind == "displacement"}
+    sensors = {name: sensor.at for name, sensor in case.sensors.items() if sensor.kind in PLACED}
     return SetUp(
         length=case.plate.length,
         width=case.plate.width,
@@ -56,6 +57,8 @@ def _facts(results: Results) -> Table:
 
 def _plate(case: Case) -> tuple[tuple[str, str], ...]:
     plate, metal = case.plate, case.plate.material
+    if plate.rigid:
+        return (("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')}, rigid"),)
     size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))
     return (
         ("plate", f"{size}, edges {plate.edges}; {plate.elements[0]} × {plate.elements[1]} shell elements"),

@@ -1,4 +1,4 @@
-"""Frictionless penalty contact of particles with the shell's surface.
+"""Penalty contact of particles with the shell's surface: feet on facets and normal forces (rubbing: `friction`).
 
 A particle touches where its distance from the mid-surface is below gap = half the thickness + half a particle spacing.
 The force acts along the normal of the facet through the foot of the perpendicular, so the pair of forces is equal,
@@ -107,44 +107,58 @@ def clamp_to_facet(point, nodes, quad, foot):
             foot[3 + c] /= distance
 
 
+@njit(cache=True, inline="always")
+def beyond_side(across, alive, facet, side):
+    """Facet beyond a side; -1 at the rim, which is also where the neighbour has torn."""
+    neighbour = across[facet, side]
+    return neighbour if neighbour >= 0 and alive[neighbour] else -1
+
+
 @njit(cache=True)
-def walk_to_foot(point, nodes, quads, across, facet, foot):
-    """The facet that holds the foot, walking from `facet` over its sides; sets foot, infinitely far beyond the rim."""
+def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
+    """The facet that holds the foot, walking from `facet` over its sides; sets foot, infinitely far beyond the rim.
+
+    The walk leaves by the side that the foot is farthest beyond; where that is rim, by the other that it is beyond.
+    """
     came_from = -1
     for _ in range(64):
-        if not foot_on_facet(point, nodes, quads[facet], foot):
-            foot[2] = math.inf
-            return facet
+        if not (alive[facet] and foot_on_facet(point, nodes, quads[facet], foot)):
+            break
         xi, eta = foot[0], foot[1]
         if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
             return facet
-        side = (0 if xi < 0.0 else 1) if abs(xi) > abs(eta) else (2 if eta < 0.0 else 3)
-        beyond = across[facet, side]
-        if beyond < 0:
-            foot[2] = math.inf
-            return facet
+        along, across_it = (0 if xi < 0.0 else 1), (2 if eta < 0.0 else 3)
+        first, second = (along, across_it) if abs(xi) > abs(eta) else (across_it, along)
+        beyond = beyond_side(across, alive, facet, first)
+        around = beyond < 0
+        if around and min(abs(xi), abs(eta)) > OUTSIDE:
+            beyond = beyond_side(across, alive, facet, second)
+        if beyond < 0 or (around and beyond == came_from):
+            break
         if beyond == came_from:
             clamp_to_facet(point, nodes, quads[facet], foot)
             return facet
         came_from = facet
         facet = beyond
         foot[0] = foot[1] = 0.0
+    foot[2] = math.inf
     return facet
 
 
 @njit(cache=True, parallel=True)
-def follow_facets(n, x, nodes, quads, across, gap, watched, facet, foot, past_rim):
+def follow_facets(n, x, nodes, quads, across, alive, gap, watched, facet, foot, past_rim):
     """Foot of each watched particle, walking to the neighbouring facet when it leaves its own.
 
-    across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; in and out: facet (n,),
-    foot (n, 6), past_rim (n,). Beyond the rim the distance is set to infinity: nothing to touch there. A particle that
-    comes back from there within the gap [m] came in from beside: the springs know nothing of it until it has been
-    clear of the surface, for a spring that starts stretched would make energy from nothing.
+    across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; alive: (e,) facets that
+    have not torn; in and out: facet (n,), foot (n, 6), past_rim (n,). Beyond the rim, and over a torn facet, the
+    distance is set to infinity: nothing to touch there. A particle that comes back from there within the gap [m] came
+    in from beside: the springs know nothing of it until it has been clear of the surface on the impact side, for a
+    spring that starts stretched would make energy from nothing.
     """
     for a in prange(n):
         if not watched[a]:
             continue
-        facet[a] = walk_to_foot(x[a], nodes, quads, across, facet[a], foot[a])
+        facet[a] = walk_to_foot(x[a], nodes, quads, across, alive, facet[a], foot[a])
         past_rim[a] = foot[a, 2] == math.inf or (past_rim[a] and foot[a, 2] < gap)
         if past_rim[a]:
             foot[a, 2] = math.inf

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from data.errors import UserError
 from solver.bird import Bird
 from solver.contact import Contact
 from solver.geometry import plate_mesh, shell_mesh
@@ -105,3 +106,128 @@ def test_beyond_the_rim_nothing_is_touched():
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
     assert contact.touching == 0
+
+
+def bowl(radius: float = 0.5, flipped: bool = False) -> Plate:
+    """A curved panel, z = x^2/(2 R); flipped: its facets wound so that the normals point away from z > 0."""
+    mesh = plate_mesh(0.2, 0.2, (10, 10))
+    mesh.nodes[:, 2] = mesh.nodes[:, 0] ** 2 / (2.0 * radius)
+    quads = mesh.quads[:, ::-1].copy() if flipped else mesh.quads
+    return Plate(shell_mesh(mesh.nodes, quads), 0.004, STEEL, "free")
+
+
+def layer_on(plate: Plate, radius: float, depth: float) -> Bird:
+    """Particles `depth` [m] inside first contact with the panel, on its z > 0 side."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.07, 0.07, 9), np.linspace(-0.07, 0.07, 9)))
+    lift = 0.5 * (plate.thickness + GAP_PARTICLE) - depth
+    slope = x / radius
+    normal = np.column_stack([-slope, np.zeros_like(x), np.ones_like(x)]) / np.hypot(1.0, slope)[:, None]
+    points = np.column_stack([x, y, x**2 / (2.0 * radius)]) + lift * normal
+    return particles(points, np.zeros_like(points))
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_the_impact_side_of_a_curved_panel_is_the_one_the_bird_starts_on(flipped):
+    """Each particle is pushed back along the surface's own normal, whichever way the facets are wound."""
+    plate = bowl(flipped=flipped)
+    bird = layer_on(plate, 0.5, 2e-4)
+    contact = Contact(bird, plate)
+    contact.update_forces(bird, plate)
+    assert contact.side == (-1 if flipped else 1)
+    assert contact.touching == bird.n
+    push = contact.on_bird / np.linalg.norm(contact.on_bird, axis=1)[:, None]
+    slope = bird.x[:, 0] / 0.5
+    normal = np.column_stack([-slope, np.zeros_like(slope), np.ones_like(slope)]) / np.hypot(1.0, slope)[:, None]
+    assert (push * normal).sum(axis=1).min() > 0.999
+    assert np.abs(contact.on_bird.sum(axis=0) + contact.on_plate.sum(axis=0)).max() < 1e-12 * np.abs(push).sum() * 1e6
+
+
+def test_both_windings_give_the_same_forces():
+    forces = []
+    for flipped in (False, True):
+        plate = bowl(flipped=flipped)
+        bird = layer_on(plate, 0.5, 2e-4)
+        contact = Contact(bird, plate)
+        contact.update_forces(bird, plate)
+        forces.append((contact.on_bird, contact.on_plate))
+    assert np.abs(forces[0][0] - forces[1][0]).max() < 1e-6 * np.abs(forces[0][0]).max()
+    assert np.abs(forces[0][1] - forces[1][1]).max() < 1e-6 * np.abs(forces[0][1]).max()
+
+
+def torn_plate() -> Plate:
+    """Flat, 20 mm facets, the four around the centre torn out."""
+    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    centres = plate.x[plate.quads].mean(axis=1)
+    plate.alive[np.abs(centres[:, :2]).max(axis=1) < 0.02] = False
+    return plate
+
+
+def test_a_torn_facet_touches_nothing_and_its_neighbours_do():
+    plate = torn_plate()
+    bird = particles(np.array([[0.0, 0.0, 0.003], [0.012, -0.011, 0.002], [0.03, 0.0, 0.003]]), np.zeros((3, 3)))
+    contact = Contact(bird, plate)
+    contact.update_forces(bird, plate)
+    assert contact.touching == 1
+    assert contact.on_bird[2, 2] > 0.0
+    assert contact.past_rim.tolist() == [True, True, False]
+
+
+def test_a_particle_flies_through_the_hole_and_is_not_caught_from_below():
+    """Down through the hole, then sideways under the sound part of the plate: nothing touches, nothing fails."""
+    plate = torn_plate()
+    bird = particles(np.array([[0.0, 0.0, 0.004]]), np.zeros((1, 3)))
+    contact = Contact(bird, plate)
+    for z in np.linspace(0.004, -0.004, 17):
+        bird.x[0, 2] = z
+        contact.update_forces(bird, plate)
+        assert contact.touching == 0
+    for x in np.linspace(0.0, 0.06, 61):
+        bird.x[0, 0] = x
+        contact.update_forces(bird, plate)
+        assert contact.touching == 0
+
+
+def test_tearing_under_a_particle_freezes_what_its_spring_held():
+    """The contact's own account then holds only the springs that are left; what was lost stands under eroded."""
+    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    bird = particles(np.array([[0.01, 0.01, 0.00451], [0.05, 0.05, 0.00451]]), np.tile([0.0, 0.0, -10.0], (2, 1)))
+    contact = Contact(bird, plate)
+    dt = 1e-7
+    for step in range(60):
+        contact.update_forces(bird, plate)
+        contact.keep_books(bird, plate, dt if step else 0.0)
+        bird.x[: bird.n] += dt * bird.v[: bird.n]
+    held = contact.stored
+    plate.alive[contact.facet[0]] = False
+    contact.update_forces(bird, plate)
+    bird.v[:] = 0.0
+    contact.keep_books(bird, plate, dt)
+    assert contact.touching == 1
+    assert contact.accounts["eroded"] == pytest.approx(0.5 * held, rel=1e-6)
+    assert contact.accounts["contact"] == pytest.approx(0.5 * held, rel=0.02)
+
+
+def test_the_foot_goes_round_the_corner_of_a_hole():
+    """From a facet beside the hole to the one across its corner, over the sound facet between them."""
+    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    bird = particles(np.array([[0.0199, 0.0190, 0.003]]), np.zeros((1, 3)))
+    contact = Contact(bird, plate)
+    contact.update_forces(bird, plate)
+    start = plate.quads[contact.facet[0]]
+    torn = next(f for f in contact.across[contact.facet[0]] if plate.x[plate.quads[f], 0].mean() > 0.02)
+    plate.alive[torn] = False
+    contact.search(bird, plate)
+    assert (plate.quads[contact.facet[0]] == start).all()
+    bird.x[0, :2] = 0.0211, 0.0201
+    contact.follow(bird, plate, contact.everyone)
+    assert contact.foot[0, 2] == pytest.approx(0.003)
+    assert plate.x[plate.quads[contact.facet[0]]].mean(axis=0)[:2] == pytest.approx([0.03, 0.03])
+
+
+def test_a_bird_that_starts_inside_the_plate_is_told_what_to_change():
+    plate = bowl()
+    bird = layer_on(plate, 0.5, 1e-3)
+    with pytest.raises(UserError, match=r"starts inside the plate: 81 particles, up to 1\.\d mm deep; raise impact"):
+        Contact(bird, plate).refuse_overlap(bird, plate)
+    clear = layer_on(plate, 0.5, -1e-3)
+    Contact(clear, plate).refuse_overlap(clear, plate)

@@ -1,0 +1,82 @@
+"""Friction: Coulomb's deceleration and work, its couple on the shell, and its place in the books."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reports.verification.target_problems import sliding_layer
+from solver.bird import Bird
+from solver.contact import Contact
+from solver.geometry import plate_mesh, shell_mesh
+from solver.plate import Plate, ShellMaterial
+from tests.solver.columns import SEED
+
+STEEL = ShellMaterial(200e9, 0.3, 7800.0)
+SPACING, THICKNESS = 5e-3, 0.004
+GAP = 0.5 * (THICKNESS + SPACING)
+
+
+def particles(x: np.ndarray, v: np.ndarray) -> Bird:
+    return Bird(x, v, SEED.rho0 * SPACING**3, 1.2 * SPACING, SEED, (1.0, 2.0))
+
+
+def saddle() -> Plate:
+    mesh = plate_mesh(0.2, 0.2, (10, 10))
+    mesh.nodes[:, 2] = 0.4 * (mesh.nodes[:, 0] ** 2 - mesh.nodes[:, 1] ** 2)
+    return Plate(shell_mesh(mesh.nodes, mesh.quads), THICKNESS, STEEL, "free")
+
+
+def rubbing_layer(plate: Plate) -> tuple[Bird, Contact]:
+    """300 particles pressed into a saddle, flying every way, and a plate that spins: one evaluation of the forces."""
+    rng = np.random.default_rng(0)
+    x = np.column_stack([rng.uniform(-0.08, 0.08, (300, 2)), np.zeros(300)])
+    x[:, 2] = 0.4 * (x[:, 0] ** 2 - x[:, 1] ** 2) + rng.uniform(0.002, 0.006, 300)
+    bird = particles(x, rng.normal(0.0, 30.0, x.shape))
+    plate.v[:] = rng.normal(0.0, 5.0, plate.v.shape)
+    contact = Contact(bird, plate, 0.3)
+    contact.update_forces(bird, plate)
+    return bird, contact
+
+
+def test_friction_conserves_linear_and_angular_momentum():
+    """Friction acts at the particle's height above the mid-surface: the shell gets the couple as well."""
+    plate = saddle()
+    bird, contact = rubbing_layer(plate)
+    rubbing = contact.rubbing
+    assert rubbing is not None
+    scale = np.abs(rubbing.on_bird).sum()
+    assert scale > 0.02 * np.abs(contact.on_bird).sum()
+    assert np.abs(rubbing.on_bird.sum(axis=0) + rubbing.on_plate.sum(axis=0)).max() < 1e-13 * scale
+    moment = np.cross(bird.x, rubbing.on_bird).sum(axis=0) + np.cross(plate.x, rubbing.on_plate).sum(axis=0)
+    assert np.abs(moment).max() < 1e-9 * scale * 0.1
+
+
+def test_friction_only_takes_energy():
+    """Its power on particles and nodes together is the sum of -|F| |slip|, also on a shell that moves and turns."""
+    plate = saddle()
+    bird, contact = rubbing_layer(plate)
+    rubbing = contact.rubbing
+    assert rubbing is not None
+    power = (rubbing.on_bird * bird.v).sum() + (rubbing.on_plate * plate.v).sum()
+    force = np.linalg.norm(rubbing.on_bird, axis=1)
+    normal = np.linalg.norm(contact.normal_forces(), axis=1)
+    assert (force <= 0.3 * normal * (1.0 + 1e-12)).all()
+    assert (force < 0.3 * normal * (1.0 - 1e-9)).any()
+    assert power <= -(force**2).sum() / rubbing.resistance * (1.0 - 1e-9)
+    assert force.sum() > 0.0
+
+
+def test_a_pressed_layer_slows_at_mu_n_over_m_and_its_heat_is_mu_n_s():
+    """Coulomb: v = v0 - mu N t/m; the heat is mu N times the way."""
+    deceleration, heat = sliding_layer()
+    assert 0.0 < deceleration.seen["speed_left"] < 0.5
+    assert deceleration.error == pytest.approx(0.0, abs=1e-6)
+    assert heat.error == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_slow_layer_sticks():
+    """Below the creep speed a layer comes to rest and never slides back."""
+    speed = [sliding_layer(2.0, 400.0, steps)[0].seen["speed_left"] for steps in (4, 12, 60)]
+    assert speed[0] > speed[1] > speed[2] >= 0.0
+    assert speed[2] < 1e-6

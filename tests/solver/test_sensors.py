@@ -1,0 +1,210 @@
+"""Sensors: interpolated displacement, surface strain, pressure, and sampling that lets no alias through."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from reports.verification.target_problems import gauge_under_a_layer
+from solver.bird import Bird
+from solver.case_sensors import Sensor
+from solver.contact import Contact
+from solver.gauges import gauges
+from solver.geometry import PlateMesh, plate_mesh, shell_mesh
+from solver.places import blend, place_on, point_at
+from solver.plate import Plate, ShellMaterial
+from solver.rigid_plate import RigidPlate, Target
+from solver.sensors import sample
+from tests.solver.columns import SEED
+
+ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
+THICKNESS = 0.01
+
+
+def distorted(radius: float = math.inf) -> PlateMesh:
+    """A 200 x 160 mm mesh of skewed quadrilaterals, flat or on the panel z = x^2/(2 R)."""
+    mesh = plate_mesh(0.2, 0.16, (10, 8))
+    inner = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.rim)
+    mesh.nodes[inner, :2] += np.random.default_rng(0).uniform(-0.005, 0.005, (len(inner), 2))
+    mesh.nodes[:, 2] = mesh.nodes[:, 0] ** 2 / (2.0 * radius)
+    return shell_mesh(mesh.nodes, mesh.quads)
+
+
+def strike_on(plate: Target, side: int = 1) -> SimpleNamespace:
+    """As much of a strike as gauges read."""
+    return SimpleNamespace(
+        plate=plate, contact=SimpleNamespace(side=side, spacing=5e-3), push=0.0, reaction=np.zeros(3)
+    )
+
+
+def read(plate: Plate, move, sensors: dict[str, Sensor], side: int = 1) -> dict[str, float]:
+    """Readings after `move(plate)` has set velocities and one step of 1 s was taken."""
+    strike = strike_on(plate, side)
+    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    move(plate)
+    plate.update_forces(1.0)
+    return {name: reading(strike) for name, reading in found.items()}  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("radius", [math.inf, 0.3])
+@pytest.mark.parametrize("at", [(0.0, 0.0), (0.013, -0.037), (0.1, 0.08), (-0.0999, 0.02)])
+def test_a_place_on_any_quadrilaterals_is_found(radius, at):
+    mesh = distorted(radius)
+    assert point_at(mesh, *place_on(mesh, at))[:2] == pytest.approx(at, abs=1e-9)
+
+
+def test_displacement_of_a_linear_field_is_exact_anywhere():
+    plate = Plate(distorted(0.3), THICKNESS, ALUMINIUM, "free")
+    sensors = {"a": Sensor.model_validate({"kind": "displacement", "at": ["13 mm", "-37 mm"]})}
+    found = gauges(sensors, strike_on(plate))  # pyright: ignore[reportArgumentType]
+    plate.x[:, 2] -= 0.002 + 0.03 * plate.x[:, 0] - 0.05 * plate.x[:, 1]
+    expected = 0.002 + 0.03 * 0.013 + 0.05 * 0.037
+    assert found["a"](strike_on(plate)) == pytest.approx(expected, abs=1e-12)  # pyright: ignore[reportArgumentType]
+
+
+def gauge(at=("13 mm", "-37 mm"), **fields) -> Sensor:
+    return Sensor.model_validate({"kind": "strain", "at": at, **fields})
+
+
+def test_gauges_read_a_known_membrane_strain_in_their_direction():
+    """exx 2e-4, eyy -1e-4, gxy 3e-4: e(a) = exx c^2 + eyy s^2 + gxy c s, on both sides, at the rim, over a length."""
+
+    def stretch(plate: Plate) -> None:
+        x, y = plate.x[:, 0], plate.x[:, 1]
+        plate.v[:, 0], plate.v[:, 1] = 2e-4 * x + 3e-4 * y, -1e-4 * y
+
+    plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
+    turned = {f"at_{a}": gauge(direction=f"{a} deg", side="impact") for a in (0, 30, 90, 135)}
+    others = {"rim": gauge(("99 mm", "79 mm")), "long": gauge(length="20 mm", direction="30 deg"), "back": gauge()}
+    found = read(plate, stretch, turned | others)
+
+    def expected(degrees: float) -> float:
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        return 2e-4 * c * c - 1e-4 * s * s + 3e-4 * c * s
+
+    for a in (0, 30, 90, 135):
+        assert found[f"at_{a}"] == pytest.approx(expected(a), rel=3e-4)
+    assert found["long"] == pytest.approx(expected(30), rel=3e-4)
+    assert [found["rim"], found["back"]] == pytest.approx([expected(0)] * 2, rel=3e-4)
+
+
+def test_gauges_read_a_known_bending_on_their_side():
+    """Cylindrical bending of radius r, impact side out: +t/(2r) there, -t/(2r) on the back, nothing across."""
+
+    def bend(plate: Plate) -> None:
+        plate.omega[:, 1] = plate.x[:, 0] / 50.0
+
+    sensors = {"top": gauge(side="impact"), "back": gauge(side="back"), "across": gauge(direction="90 deg")}
+    plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
+    found = read(plate, bend, sensors)
+    assert found["top"] == pytest.approx(THICKNESS / 2.0 / 50.0, rel=2e-4)
+    assert found["back"] == pytest.approx(-THICKNESS / 2.0 / 50.0, rel=2e-4)
+    assert found["across"] == pytest.approx(0.0, abs=1e-12)
+    struck_from_below = read(Plate(distorted(), THICKNESS, ALUMINIUM, "free"), bend, sensors, -1)
+    assert struck_from_below["top"] == pytest.approx(found["back"])
+
+
+def test_a_gauge_along_a_curved_panel_follows_its_surface():
+    """A cylinder of radius R that grows by a share e: hoop strain e, axial strain none."""
+    mesh = plate_mesh(0.2, 0.16, (20, 8))
+    angle = mesh.nodes[:, 0] / 0.3
+    mesh.nodes[:, 0], mesh.nodes[:, 2] = 0.3 * np.sin(angle), 0.3 * (1.0 - np.cos(angle))
+    plate = Plate(shell_mesh(mesh.nodes, mesh.quads), 1e-6, ALUMINIUM, "free")
+
+    def grow(plate: Plate) -> None:
+        plate.v[:, 0], plate.v[:, 2] = 1e-4 * plate.x[:, 0], 1e-4 * (plate.x[:, 2] - 0.3)
+
+    found = read(
+        plate, grow, {"hoop": gauge(("60 mm", "10 mm")), "axial": gauge(("60 mm", "10 mm"), direction="90 deg")}
+    )
+    assert found["hoop"] == pytest.approx(1e-4, rel=1e-3)
+    assert found["axial"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_stretched_gauge_reads_engineering_strain():
+    """A bar stretched to 1.5 times its length in many steps reads 0.5: (L - L0)/L0, not the logarithm."""
+    plate = Plate(plate_mesh(0.2, 0.16, (4, 4)), THICKNESS, ALUMINIUM, "free")
+    strike = strike_on(plate)
+    reading = gauges({"e": gauge(("0 mm", "0 mm"))}, strike)["e"]  # pyright: ignore[reportArgumentType]
+    start = plate.x[:, 0].copy()
+    for step in range(400):
+        plate.v[:, 0] = start * 0.5 / 400
+        plate.x[:, 0] = start * (1.0 + 0.5 * (step + 0.5) / 400)
+        plate.update_forces(1.0)
+    assert reading(strike) == pytest.approx(0.5, rel=1e-4)  # pyright: ignore[reportArgumentType]
+
+
+def test_weights_bring_quadratic_fields_exactly_to_the_point():
+    offsets = np.stack(np.meshgrid([-0.02, -0.01, 0.003], [-0.01, 0.0, 0.012]), axis=-1).reshape(-1, 2)
+    x, y = offsets.T
+    weights = blend(offsets)
+    for field, value in ((np.ones(9), 1.0), (x, 0.0), (y, 0.0), (x * x, 0.0), (x * y, 0.0), (y * y, 0.0)):
+        assert weights @ field == pytest.approx(value, abs=1e-10)
+    assert blend(np.array([[0.01, 0.02]])) == pytest.approx([1.0])
+
+
+def test_surface_strain_of_the_loaded_clamped_plate():
+    """Uniform pressure on a clamped square: M = 0.0231 q a^2 at the centre, -0.0513 q a^2 in the middle of an edge.
+
+    S. P. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Table 35 (nu = 0.3).
+    """
+    a, q = 0.4, 1e4
+    plate = Plate(plate_mesh(a, a, (24, 24)), THICKNESS, ALUMINIUM, "clamped")
+    sensors = {"centre": gauge(("0 mm", "0 mm")), "edge": gauge(("200 mm", "0 mm"), side="impact")}
+    strike = strike_on(plate)
+    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    load = np.zeros_like(plate.x)
+    np.add.at(load[:, 2], plate.quads.ravel(), -np.repeat(0.25 * q * plate.shape[:, 4], 4))
+    dt = 0.9 * plate.stable_step()
+    for step in range(2500):
+        plate.update_forces(dt if step else 0.0)
+        plate.kick_and_drift(dt, dt, load)
+        plate.v *= 1.0 - 7000.0 * dt
+        plate.omega *= 1.0 - 7000.0 * dt
+    rigidity = 71e9 * THICKNESS**3 / (12.0 * (1.0 - 0.3**2))
+    centre = 0.0231 * q * a**2 / (rigidity * 1.3) * 0.5 * THICKNESS
+    edge = 0.0513 * q * a**2 / rigidity * 0.5 * THICKNESS
+    assert found["centre"](strike) == pytest.approx(centre, rel=0.01)  # pyright: ignore[reportArgumentType]
+    assert found["edge"](strike) == pytest.approx(edge, rel=0.03)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_a_pressure_gauge_reads_the_pressure_on_it(rigid):
+    """A layer of particles, one on each square of edge d and each pushing with p d^2, reads p."""
+    mesh, spacing, pressure = plate_mesh(0.2, 0.16, (10, 8)), 5e-3, 3e6
+    plate = RigidPlate(mesh, THICKNESS) if rigid else Plate(mesh, THICKNESS, ALUMINIUM, "clamped")
+    grid = np.stack(np.meshgrid(np.arange(-12, 13), np.arange(-12, 13)), axis=-1).reshape(-1, 2) * spacing
+    height = 0.5 * (THICKNESS + spacing) - pressure * spacing / SEED.bulk_modulus
+    bird = Bird(
+        np.column_stack([grid, np.full(len(grid), height)]),
+        np.zeros((len(grid), 3)),
+        SEED.rho0 * spacing**3,
+        1.2 * spacing,
+        SEED,
+        (1.0, 2.0),
+    )
+    contact = Contact(bird, plate)
+    contact.update_forces(bird, plate)
+    strike = SimpleNamespace(plate=plate, contact=contact, bird=bird)
+    sensors = {r: Sensor.model_validate({"kind": "pressure", "radius": f"{r} mm"}) for r in ("15", "20", "40")}
+    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    assert found["15"](strike) == pytest.approx(pressure, rel=0.03)  # pyright: ignore[reportArgumentType]
+    assert found["20"](strike) == pytest.approx(pressure, rel=0.02)  # pyright: ignore[reportArgumentType]
+    assert found["40"](strike) == pytest.approx(pressure, rel=0.01)  # pyright: ignore[reportArgumentType]
+
+
+def test_sampling_lets_no_alias_of_a_force_or_a_strain_through():
+    """A 50.5 kHz ringing sampled every 20 us would come back as a 0.5 kHz wave of full size; as means it leaves 1 %."""
+    time = np.arange(0.0, 5e-3, 0.4e-6)
+    clock = 20e-6 * np.arange(240)
+    ringing = np.sin(2.0 * np.pi * 50.5e3 * time)
+    assert np.abs(sample("displacement", clock, time, ringing)[2:-2]).max() > 0.95
+    for kind in ("strain", "contact_force", "reaction_force", "pressure"):
+        assert np.abs(sample(kind, clock, time, ringing)[2:-2]).max() < 0.011
+
+
+def test_a_pressure_gauge_off_centre_of_its_particles_still_reads():
+    assert abs(gauge_under_a_layer(radius=0.031, spacing=4e-3).error) < 0.01
