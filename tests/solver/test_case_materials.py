@@ -34,6 +34,21 @@ def test_shipped_models_weigh_what_their_density_says(model):
     assert case.parameters() == ()  # those of the NULL bird have gone with it
 
 
+@pytest.mark.parametrize(
+    ("variant", "viscosity", "aim"),
+    [("viscous", 641.0, "axis"), ("inviscid", 0.0, "axis"), ("touch", 641.0, "first_touch")],
+)
+def test_openradioss_cases_are_those_of_their_header(variant, viscosity, aim):
+    """1.876 kg, pressure floor -0.37 MPa, no erosion, 0.05 mm above first contact, 3.02 ms."""
+    case = load_case(f"openradioss_{variant}")
+    material = case.bird.material
+    assert case.bird.actual_mass == pytest.approx(1.876, abs=1e-3)
+    assert (material.viscosity, material.pressure_cutoff, case.impact.aim) == (viscosity, -0.37e6, aim)
+    assert material.inactive == ("tension_erosion", "compression_erosion")
+    assert case.impact.standoff * math.sin(case.impact.angle) == pytest.approx(0.05e-3)
+    assert (case.time.end, case.bird.particles) == (3.02e-3, 4488)
+
+
 def test_plastic_kinematic_constants_reach_the_material():
     """Ep = E Et/(E - Et) split by BETA; G and K from E and nu."""
     changes = {"bird.material.tangent_modulus": "8.9 MPa", "bird.material.beta": "0.25"}
