@@ -10,7 +10,7 @@ from reports.figures.plate_fields import plate_figure
 from reports.figures.quantities import milliseconds, parameter_label, quantity, shown
 from reports.figures.strike import magnification, push_direction, strike_figure
 from reports.results import Results
-from solver.geometry import plate_mesh
+from solver.shell_mesh import plate_mesh
 
 PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
 

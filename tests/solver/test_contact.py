@@ -7,7 +7,7 @@ import pytest
 
 from solver.bird import Bird
 from solver.contact import Contact
-from solver.geometry import plate_mesh, shell_mesh
+from solver.shell_mesh import plate_mesh, shell_mesh
 from solver.kernels.contact import foot_on_facet
 from solver.plate import Plate, ShellMaterial
 from tests.solver.columns import SEED

@@ -8,6 +8,7 @@ import pytest
 from solver.kernels.plasticity import return_to_yield
 from solver.plate import ShellMaterial
 
+NO_RATE = (0.0, 1.0)
 STEEL = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, beta=1.0)
 
 
@@ -24,7 +25,7 @@ def uniaxial(material: ShellMaterial, strains: np.ndarray) -> tuple[np.ndarray, 
             s, b = stress.copy(), back.copy()
             s[0] += plane * (increment + nu * lateral)
             s[1] += plane * (lateral + nu * increment)
-            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening)
+            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening, NO_RATE)
             low, high = (lateral, high) if s[1] < 0.0 else (low, lateral)
         stress, back, eps_p = s, b, after
         history.append(stress[0])
@@ -57,7 +58,7 @@ def test_reverse_yield_shows_the_kind_of_hardening(beta, factor):
 def test_pure_shear_yields_at_the_von_mises_stress():
     perfect = ShellMaterial(200e9, 0.3, 7800.0, 250e6)
     stress = np.array([0.0, 0.0, 400e6])
-    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening)
+    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening, NO_RATE)
     assert stress[2] == pytest.approx(250e6 / np.sqrt(3.0), rel=1e-12)
 
 
@@ -65,7 +66,7 @@ def test_returned_stress_lies_on_the_yield_surface():
     rng = np.random.default_rng(5)
     for _ in range(200):
         stress, back = rng.normal(0.0, 1e9, 3), rng.normal(0.0, 3e7, 3)
-        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening)
+        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening, NO_RATE)
         xi = stress - back
         equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
         yield_now = STEEL.yield_stress + STEEL.hardening[1] * eps_p

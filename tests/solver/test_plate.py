@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from data.paths import REFERENCE
-from solver.geometry import plate_mesh
+from solver.shell_mesh import plate_mesh
 from solver.plate import Plate, ShellMaterial
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
