@@ -28,6 +28,7 @@ ACCEPTED = {
     "m/s": "m/s, mm/ms, km/h, kn",
     "rad": "deg, rad",
     "1/s": "1/s, 1/ms",
+    "N m/rad/m": "N*m/rad/m, kN*m/rad/m, N/rad",
     "N s": "N s, kN ms",
     "J": "J, kJ",
     "": "a bare number",

@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.bird import Bird, NullMaterial
 from solver.case import Case
+from solver.first_touch import flight_to_panel
 from solver.geometry import fill_bird, place_bird, slope_gain
 
 
@@ -19,7 +20,9 @@ def build_bird(case: Case) -> Bird:
     surface = 0.5 * case.plate.thickness + 0.5 * spacing
     angle = case.impact.angle
     x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
-    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    direction = np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    x += (flight_to_panel(x, direction, case.plate, surface) - case.impact.standoff) * direction
+    velocity = case.impact.speed * direction
     e = m.eos
     four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
     material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from solver.case_fields import Between
-from solver.case_sections import metadata_of
+from solver.case_sections import metadata_of, section_of
 
 Place = tuple[str | int, ...]
 
@@ -43,7 +43,7 @@ def _fields(case: type[BaseModel], loc: Place) -> Mapping[str, Any]:
     model: Any = case
     for part in loc:
         if isinstance(model, type) and issubclass(model, BaseModel):
-            model = model.model_fields[str(part)].annotation
+            model = section_of(model.model_fields[str(part)].annotation)
         else:
             model = get_args(model)[-1]
     return model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}

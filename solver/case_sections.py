@@ -43,8 +43,14 @@ def quantity_at(key: str) -> Between | None:
         fields = getattr(model, "model_fields", {})
         if name not in fields:
             return None
-        model, metadata = fields[name].annotation, metadata_of(fields[name])
+        model, metadata = section_of(fields[name].annotation), metadata_of(fields[name])
     return next((mark for mark in metadata if isinstance(mark, Between)), None)
+
+
+def section_of(annotation: Any) -> Any:
+    """The section among a field's types ("a word, or a table"), else the annotation itself."""
+    parts = (part for part in get_args(annotation) if isinstance(part, type) and issubclass(part, BaseModel))
+    return next(parts, annotation)
 
 
 def metadata_of(field: FieldInfo) -> list[Any]:
@@ -55,7 +61,8 @@ def metadata_of(field: FieldInfo) -> list[Any]:
 
 def quantities(model: type[BaseModel] | None = None, prefix: str = "") -> Iterator[tuple[str, Between]]:
     """Every dotted key of the strike that holds a physical quantity."""
-    for name, kind in STRIKE.items() if model is None else ((n, f.annotation) for n, f in model.model_fields.items()):
+    fields = STRIKE if model is None else {n: section_of(f.annotation) for n, f in model.model_fields.items()}
+    for name, kind in fields.items():
         key = f"{prefix}{name}"
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             yield from quantities(kind, f"{key}.")

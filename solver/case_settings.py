@@ -22,8 +22,6 @@ NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
 NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
 NOT_SOUGHT = {
     "impact.friction": "friction is not available in this version",
-    "plate.material.rate_c": "rate hardening is not available in this version",
-    "plate.material.rate_p": "rate hardening is not available in this version",
 }
 OFFSET = Between("-2500 mm", "2500 mm")
 

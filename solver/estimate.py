@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-from solver.case import Case, Plate
+from solver.case import Case
+from solver.case_plate import Plate as PlateOfCase
+from solver.plate import Plate
+from solver.plate_modes import natural_frequencies
 from solver.strike import Strike
 
 # Measured on one core with everything compiled: 4500 particles, 2000 shells. [s]
@@ -13,12 +16,14 @@ PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.3e-6
 FIRST_MODE = {"clamped": (1.506, 1.248), "pinned": (1.0, 1.0)}
 
 
-def first_period(plate: Plate) -> float | None:
-    """First natural period [s] of the thin plate; None for free edges.
+def first_period(plate: PlateOfCase) -> float | None:
+    """First natural period [s] of the thin flat plate without preload; None for what the formula does not know.
 
     G. B. Warburton, Proc. I. Mech. E. 168 (1954) 371: within 1 % of Ritz for clamped edges.
     """
-    if plate.edges not in FIRST_MODE:
+    if not isinstance(plate.edges, str) or plate.edges not in FIRST_MODE or plate.radius is not None:
+        return None
+    if any(plate.preload):
         return None
     g, h = FIRST_MODE[plate.edges]
     ratio = (plate.length / plate.width) ** 2
@@ -29,6 +34,14 @@ def first_period(plate: Plate) -> float | None:
     return 2.0 * math.pi / omega
 
 
+def period_of_shells(plate: Plate) -> float | None:
+    """First natural period [s] of the meshed plate; None where the frame leaves it free to move as a whole."""
+    stiffness = plate.edges.stiffness
+    if stiffness.transverse == 0.0 or (stiffness.in_plane == 0.0 and stiffness.rotational == 0.0):
+        return None
+    return 1.0 / float(natural_frequencies(plate, 1)[0][0])
+
+
 def estimate(case: Case) -> dict[str, float | None]:
     """Facts derived from a case without running it, SI: what `birdstrike check` prints."""
     strike = Strike(case)
@@ -37,7 +50,7 @@ def estimate(case: Case) -> dict[str, float | None]:
         "mass": case.bird.actual_mass,
         "normal_speed": case.normal_speed,
         "first_contact": None if strike.first_touch_off_plate else case.first_contact,
-        "first_period": first_period(case.plate),
+        "first_period": first_period(case.plate) or period_of_shells(strike.plate),
         "stable_step": strike.dt,
         "steps": strike.steps,
         "particles": particles,

@@ -53,7 +53,7 @@ class Plate:
         self.quads, self.alive = mesh.quads, np.ones(e, np.bool_)
         self.x, self.v, self.omega = mesh.nodes.copy(), np.zeros((m, 3)), np.zeros((m, 3))
         self.v_before, self.omega_before = np.zeros((m, 3)), np.zeros((m, 3))
-        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 7))
+        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 8))
         self.section = through_thickness(thickness)
         self.start, self.member = node_rows(mesh.quads, m)
         self.edges = Edges(mesh, NAMED[edges] if isinstance(edges, str) else edges)
@@ -102,7 +102,7 @@ class Plate:
         self.edges.relax()
 
     def preload(self, along_length: float, along_width: float) -> None:
-        """Initial membrane stresses [Pa] along the mesh's x and y, held by the frame; raises UserError on free edges."""
+        """Initial membrane stresses [Pa] along x and y, held by the frame; raises UserError where the edges are free."""
         first, second = self.frame[:, 0:3], self.frame[:, 3:6]
         for axis, value in ((0, along_length), (1, along_width)):
             a, b = first[:, axis], second[:, axis]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def nodes_at(plate: Plate, at: tuple[float, float]) -> tuple[NDArray[np.int64], Array]:
     """The four nodes and shape functions of the undeformed point `at` [m] from the plate's centre."""
-    corners = plate.mesh.nodes[plate.quads][:, :, :2]
+    corners = plate.mesh.surface[plate.quads]
     low, high = corners.min(axis=1), corners.max(axis=1)
     outside = np.maximum(np.maximum(low - at, at - high), 0.0).sum(axis=1)
     element = int(np.argmin(outside))

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from data.paths import REFERENCE
-from solver.shell_mesh import plate_mesh
 from solver.plate import Plate, ShellMaterial
+from solver.shell_mesh import plate_mesh
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
 LENGTH, WIDTH, THICKNESS = 0.525, 0.430, 0.010
