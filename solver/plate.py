@@ -102,7 +102,7 @@ class Plate:
         self.edges.relax()
 
     def preload(self, along_length: float, along_width: float) -> None:
-        """Initial membrane stresses [Pa] along x and y, held by the frame; raises UserError where the edges are free."""
+        """Initial membrane stresses [Pa] along x and y, held by the frame; raises UserError for free edges."""
         first, second = self.frame[:, 0:3], self.frame[:, 3:6]
         for axis, value in ((0, along_length), (1, along_width)):
             a, b = first[:, axis], second[:, axis]

@@ -56,7 +56,7 @@ def plastic_multiplier(plus, minus, shear, eps_p, elastic, hardening, rate):
     """Multiplier [1/Pa] at which the returned stress lies on the yield surface; Newton from the elastic trial.
 
     elastic: E [Pa], nu; hardening: yield stress [Pa], isotropic and kinematic modulus [Pa]. With rate hardening, whose
-    slope at rest is infinite, the rateless answer bounds a Newton iteration that bisects where it would leave the bounds.
+    slope at rest is infinite, the rateless answer bounds the iteration, which bisects where Newton leaves the bounds.
     """
     multiplier = 0.0
     for _ in range(50):

@@ -3,8 +3,8 @@
 T. Belytschko, J. I. Lin & C. S. Tsay, CMAME 42 (1984) 225: bilinear Mindlin shell, velocity strains at the centre in
 a frame that turns with the element; stabilised by hourglass stiffnesses on membrane, bending and deflection modes.
 The deflection's hourglass mode is taken relative to the element's twist, w_xy = -curvature xy/2 of a thin plate:
-without that the paper's stiffness, which grows as the mesh is refined, adds a fixed 2 % to the plate's twisting rigidity
-(0.15 % to the frequencies of a clamped plate) on every mesh.
+without that the paper's stiffness, which grows as the mesh is refined, adds a fixed 2 % to the plate's twisting
+rigidity (0.15 % to the frequencies of a clamped plate) on every mesh.
 
 Per element, in the element's frame:
     frame (9,): e1, e2, e3;  shape (8,): b_x1, b_x2, b_y1, b_y2, area, h.x, h.y, gamma.(x y)
