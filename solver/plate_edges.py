@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
@@ -59,6 +60,14 @@ class Edges:
         self.axes = np.tile(np.eye(3), (len(mesh.nodes), 1, 1))
         self.axes[mesh.rim] = tangent_frames(self.normal)
         self.relax()
+
+    def hold(self, nodes: NDArray[np.int64], bits: int) -> None:
+        """Hold freedoms of `nodes` (any, not only the rim's) in global axes: bits 1, 2, 4 along and 8, 16, 32 about.
+
+        For meshes whose border is not held alike everywhere, such as symmetry planes and diaphragms.
+        """
+        self.axes[nodes] = np.eye(3)
+        self.held[nodes] |= bits
 
     def relax(self) -> None:
         """Springs at rest, with no force but what balances a preload."""
