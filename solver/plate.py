@@ -10,11 +10,11 @@ from solver.kernels.plate_motion import damped_energy, force_on_frame, kick_and_
 from solver.kernels.shell import (
     gather_nodal_forces,
     shell_forces,
-    shell_geometry,
     shell_hourglass,
     shell_strain,
 )
 from solver.kernels.shell_erosion import erode_shells
+from solver.kernels.shell_geometry import shell_geometry
 from solver.kernels.shell_stress import update_shell_stress
 from solver.kernels.sums import total, weighted_square
 from solver.plate_edges import DISPLACEMENTS, NAMED, ROTATIONS, Edges, EdgeStiffness
@@ -53,7 +53,7 @@ class Plate:
         self.quads, self.alive = mesh.quads, np.ones(e, np.bool_)
         self.x, self.v, self.omega = mesh.nodes.copy(), np.zeros((m, 3)), np.zeros((m, 3))
         self.v_before, self.omega_before = np.zeros((m, 3)), np.zeros((m, 3))
-        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 8))
+        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 9))
         self.section = through_thickness(thickness)
         self.start, self.member = node_rows(mesh.quads, m)
         self.edges = Edges(mesh, NAMED[edges] if isinstance(edges, str) else edges)

@@ -53,8 +53,8 @@ def dented(material: ShellMaterial, number: float, elements: int = 16) -> Dent:
 def nurick_plate(number: float = 14.0, elements: int = 16) -> Compared:
     """Permanent deflection over thickness of a mild steel plate against the correlation of its experiments.
 
-    0.471 phi + 0.001: G. N. Nurick & J. B. Martin, Int. J. Impact Engng 8 (1989) 171 (quadrangular plates). Static yield
-    stress and Cowper-Symonds constants for mild steel, 40.4 1/s and 5. Experiments scatter by one thickness about it.
+    0.471 phi + 0.001: G. N. Nurick & J. B. Martin, Int. J. Impact Engng 8 (1989) 171, quadrangular plates. Static
+    yield stress, and mild steel's Cowper-Symonds constants 40.4 1/s and 5. Experiments scatter by one thickness.
     """
     return Compared(np.array([dented(MILD_STEEL, number, elements).permanent]), np.array([0.471 * number + 0.001]))
 

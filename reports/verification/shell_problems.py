@@ -100,5 +100,5 @@ def spinning_shell(turns: float = 1.0, steps: int = 20_000) -> tuple[float, floa
 
 def rotation(axis: Array, angle: float) -> Array:
     """Matrix of a turn about a unit axis."""
-    k = np.cross(np.eye(3), axis).T
+    k = np.cross(axis, np.eye(3)).T
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)

@@ -6,9 +6,12 @@ The deflection's hourglass mode is taken relative to the element's twist, w_xy =
 without that the paper's stiffness, which grows as the mesh is refined, adds a fixed 2 % to the plate's twisting
 rigidity (0.15 % to the frequencies of a clamped plate) on every mesh.
 
-Per element, in the element's frame:
-    frame (9,): e1, e2, e3;  shape (8,): b_x1, b_x2, b_y1, b_y2, area, h.x, h.y, gamma.(x y)
-    (b of nodes 3, 4 are minus 1, 2; h = +1 -1 +1 -1; gamma = h less its linear part)
+Two terms keep rigid motion free of strain. Strains are those of the middle of the step, D + dt/2 sym(L^2) from the
+gradient L in the configuration that ended it (L_a3 = -L_3a: the normal turns with the surface); without that a spinning
+shell would gain the strain angle^2/2 at every step. And the membrane's hourglass modes of a warped element are taken
+less what its tilting alone gives them.
+
+Per element, in its frame (see shell_geometry):
     strain (8,): xx yy xy | curvature xx yy xy | shear xz yz (engineering xy, xz, yz), increments
     resultant (8,): forces xx yy xy [N/m] | moments xx yy xy [N] | shear xz yz [N/m]
     hourglass (5,): bending x, bending y [N m], deflection, membrane x, membrane y [N]
@@ -16,84 +19,11 @@ Per element, in the element's frame:
 
 from __future__ import annotations
 
-import math
-
 from numba import njit, prange
 
+from solver.kernels.shell_geometry import gradient_and_hourglass, local
+
 SHEAR_FACTOR = 5.0 / 6.0
-
-
-@njit(cache=True, inline="always")
-def unit(x, y, z):
-    """Unit vector along (x, y, z)."""
-    inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
-    return x * inverse, y * inverse, z * inverse
-
-
-@njit(cache=True, inline="always")
-def local(frame, x, y, z):
-    """Components of a global vector in the element's frame."""
-    return (
-        frame[0] * x + frame[1] * y + frame[2] * z,
-        frame[3] * x + frame[4] * y + frame[5] * z,
-        frame[6] * x + frame[7] * y + frame[8] * z,
-    )
-
-
-@njit(cache=True, inline="always")
-def gradient_and_hourglass(shape, p, q, h):
-    """d/dx, d/dy and the hourglass part of a nodal field from its differences p = 1-3, q = 2-4, h = 1-2+3-4."""
-    dx = (shape[0] * p + shape[1] * q) / shape[4]
-    dy = (shape[2] * p + shape[3] * q) / shape[4]
-    return dx, dy, h - shape[5] * dx - shape[6] * dy
-
-
-@njit(cache=True, inline="always")
-def twist_of_corners(x, i, j, k, m, frame, shape):
-    """gamma.(x y) [m^2]: the hourglass part of a unit twist w = x y, from corners about their mean."""
-    cx, cy, cz = 0.0, 0.0, 0.0
-    for node in (i, j, k, m):
-        cx, cy, cz = cx + 0.25 * x[node, 0], cy + 0.25 * x[node, 1], cz + 0.25 * x[node, 2]
-    x1, y1, _ = local(frame, x[i, 0] - cx, x[i, 1] - cy, x[i, 2] - cz)
-    x2, y2, _ = local(frame, x[j, 0] - cx, x[j, 1] - cy, x[j, 2] - cz)
-    x3, y3, _ = local(frame, x[k, 0] - cx, x[k, 1] - cy, x[k, 2] - cz)
-    x4, y4, _ = local(frame, x[m, 0] - cx, x[m, 1] - cy, x[m, 2] - cz)
-    _, _, twist = gradient_and_hourglass(
-        shape, x1 * y1 - x3 * y3, x2 * y2 - x4 * y4, x1 * y1 - x2 * y2 + x3 * y3 - x4 * y4
-    )
-    return twist
-
-
-@njit(cache=True, parallel=True)
-def shell_geometry(x, quads, alive, frame, shape):
-    """Frames and one-point gradient operators of the current configuration. x: (m, 3) [m]; quads: (e, 4).
-
-    e3 is normal to both diagonals, e1 runs along the line between the midpoints of two opposite sides.
-    """
-    for e in prange(quads.shape[0]):
-        if not alive[e]:
-            continue
-        i, j, k, m = quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3]
-        px, py, pz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
-        qx, qy, qz = x[m, 0] - x[j, 0], x[m, 1] - x[j, 1], x[m, 2] - x[j, 2]
-        nx, ny, nz = unit(py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx)
-        sx, sy, sz = px - qx, py - qy, pz - qz
-        along = sx * nx + sy * ny + sz * nz
-        ex, ey, ez = unit(sx - along * nx, sy - along * ny, sz - along * nz)
-        f = frame[e]
-        f[0], f[1], f[2] = ex, ey, ez
-        f[3], f[4], f[5] = ny * ez - nz * ey, nz * ex - nx * ez, nx * ey - ny * ex
-        f[6], f[7], f[8] = nx, ny, nz
-        p1, p2, _ = local(f, px, py, pz)
-        q1, q2, _ = local(f, qx, qy, qz)
-        hx = x[i, 0] - x[j, 0] + x[k, 0] - x[m, 0]
-        hy = x[i, 1] - x[j, 1] + x[k, 1] - x[m, 1]
-        hz = x[i, 2] - x[j, 2] + x[k, 2] - x[m, 2]
-        shape[e, 0], shape[e, 1] = -0.5 * q2, 0.5 * p2
-        shape[e, 2], shape[e, 3] = 0.5 * q1, -0.5 * p1
-        shape[e, 4] = 0.5 * (p1 * q2 - p2 * q1)
-        shape[e, 5], shape[e, 6], _ = local(f, hx, hy, hz)
-        shape[e, 7] = twist_of_corners(x, i, j, k, m, f, shape[e])
 
 
 @njit(cache=True, parallel=True)
@@ -125,12 +55,16 @@ def shell_strain(v, omega, quads, alive, frame, shape, dt, strain, hourglass_str
         ax, ay, ha = gradient_and_hourglass(s, i1 - k1, j1 - m1, i1 - j1 + k1 - m1)
         bx, by, hb = gradient_and_hourglass(s, i2 - k2, j2 - m2, i2 - j2 + k2 - m2)
         d = strain[e]
-        d[0], d[1], d[2] = dt * ux, dt * vy, dt * (uy + vx)
+        half = 0.5 * dt
+        d[0] = dt * (ux + half * (ux * ux + uy * vx - wx * wx))
+        d[1] = dt * (vy + half * (vy * vy + uy * vx - wy * wy))
+        d[2] = dt * (uy + vx + half * ((ux + vy) * (uy + vx) - 2.0 * wx * wy))
         d[3], d[4], d[5] = dt * bx, -dt * ay, dt * (by - ax)
-        d[6] = dt * (wx + 0.25 * (i2 + j2 + k2 + m2))
-        d[7] = dt * (wy - 0.25 * (i1 + j1 + k1 + m1))
+        d[6] = dt * (wx + 0.25 * (i2 + j2 + k2 + m2) + half * (wx * ux + wy * vx))
+        d[7] = dt * (wy - 0.25 * (i1 + j1 + k1 + m1) + half * (wx * uy + wy * vy))
         g = hourglass_strain[e]
-        g[0], g[1], g[2], g[3], g[4] = dt * ha, dt * hb, dt * hw + 0.5 * s[7] * d[5], dt * hu, dt * hv
+        g[0], g[1], g[2] = dt * ha, dt * hb, dt * hw + 0.5 * s[7] * d[5]
+        g[3], g[4] = dt * (hu + s[8] * wx), dt * (hv + s[8] * wy)
 
 
 @njit(cache=True, parallel=True)
@@ -161,7 +95,8 @@ def shell_hourglass(hourglass_strain, shape, alive, thickness, elastic, coeffici
 def shell_forces(frame, shape, alive, resultant, hourglass, force):
     """Internal forces and moments on the four nodes in global axes; force: (e, 4, 6) [N, N m], acting on the nodes.
 
-    The transpose of `shell_strain`: the power of these forces is area * resultant . strain rate + hourglass power.
+    The transpose of `shell_strain` in the limit of small steps: the power of these forces is area * resultant . strain
+    rate + hourglass power.
     """
     for e in prange(shape.shape[0]):
         if not alive[e]:
@@ -171,13 +106,14 @@ def shell_forces(frame, shape, alive, resultant, hourglass, force):
         area = s[4]
         hx, hy = s[5] / area, s[6] / area
         twisting = r[5] + 0.5 * s[7] / area * g[2]
+        shear_x, shear_y = r[6] + s[8] / area * g[3], r[7] + s[8] / area * g[4]
         for node in range(4):
             sign = 1.0 if node < 2 else -1.0
             bx, by = sign * s[node % 2], sign * s[2 + node % 2]
             gamma = (1.0 if node % 2 == 0 else -1.0) - hx * bx - hy * by
             f1 = bx * r[0] + by * r[2] + gamma * g[3]
             f2 = by * r[1] + bx * r[2] + gamma * g[4]
-            f3 = bx * r[6] + by * r[7] + gamma * g[2]
+            f3 = bx * shear_x + by * shear_y + gamma * g[2]
             m1 = -by * r[4] - bx * twisting - 0.25 * area * r[7] + gamma * g[0]
             m2 = bx * r[3] + by * twisting + 0.25 * area * r[6] + gamma * g[1]
             for i in range(3):
