@@ -7,6 +7,7 @@ import math
 from solver.case import Case
 from solver.case_plate import Plate as PlateOfCase
 from solver.plate import Plate
+from solver.plate_edges import NAMED
 from solver.plate_modes import natural_frequencies
 from solver.strike import Strike
 
@@ -35,11 +36,11 @@ def first_period(plate: PlateOfCase) -> float | None:
 
 
 def period_of_shells(plate: Plate) -> float | None:
-    """First natural period [s] of the meshed plate; None where the frame leaves it free to move as a whole."""
-    stiffness = plate.edges.stiffness
-    if stiffness.transverse == 0.0 or (stiffness.in_plane == 0.0 and stiffness.rotational == 0.0):
+    """First natural period [s] of the meshed plate, motions as a whole left out; None where all its edges are free."""
+    if plate.edges.stiffness == NAMED["free"]:
         return None
-    return 1.0 / float(natural_frequencies(plate, 1)[0][0])
+    found = natural_frequencies(plate, 8)[0]
+    return 1.0 / float(found[found > 1e-3 * found[-1]][0])
 
 
 def estimate(case: Case) -> dict[str, float | None]:
