@@ -58,7 +58,7 @@ class Plate:
         self.start, self.member = node_rows(mesh.quads, m)
         self.edges = Edges(mesh, NAMED[edges] if isinstance(edges, str) else edges)
         self.clear_stress()
-        self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, 5))
+        self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, 9))
         self.force, self.nodal = np.zeros((e, 4, 6)), np.zeros((m, 6))
         self.works, self.taken = np.zeros((2, e)), np.zeros((2, e))
         shell_geometry(self.x, self.quads, self.alive, self.frame, self.shape)
@@ -98,7 +98,7 @@ class Plate:
         """Stress-free, edge springs at rest, and no memory of plastic strain."""
         e = len(self.quads)
         self.stress, self.back = np.zeros((e, LAYERS, 3)), np.zeros((e, LAYERS, 3))
-        self.eps_p, self.resultant, self.hourglass = np.zeros((e, LAYERS)), np.zeros((e, 8)), np.zeros((e, 5))
+        self.eps_p, self.resultant, self.hourglass = np.zeros((e, LAYERS)), np.zeros((e, 8)), np.zeros((e, 9))
         self.edges.relax()
 
     def preload(self, along_length: float, along_width: float) -> None:

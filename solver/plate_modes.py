@@ -94,29 +94,13 @@ def natural_frequencies(plate: Plate, count: int = 3) -> tuple[Array, Array]:
     """
     stiffness, mass = stiffness_and_mass(plate)
     free = free_freedoms(plate)
-    inner = csc_array(stiffness[free][:, free] + drilling(plate)[free][:, free])
+    inner = csc_array(stiffness[free][:, free])
     # The shift keeps a free plate's singular stiffness from being factorised; it lies far below any vibration.
     squared, vectors = eigsh(inner, count, diags_array(mass[free]), sigma=-1.0, v0=np.ones(len(free)))
     order = np.argsort(squared)
     shapes = np.zeros((count, len(mass)))
     shapes[:, free] = vectors.T
     return np.sqrt(np.maximum(squared[order], 0.0)) / (2.0 * np.pi), shapes[order].reshape(count, -1, 6)
-
-
-def drilling(plate: Plate) -> csc_array:
-    """Stiffness against turns about the normal, in nodal axes: that of the transverse shear, which they do not feel."""
-    turn, m = nodal_axes(plate), len(plate.x)
-    normal = plate.mesh.normals()
-    shear = plate.material.young / (2.0 * (1.0 + plate.material.poisson))
-    block = np.zeros((m, 6, 6))
-    block[:, 3:, 3:] = (shear / plate.material.density * plate.mass)[:, None, None] * (
-        normal[:, :, None] * normal[:, None, :]
-    )
-    freedom = np.arange(6 * m).reshape(m, 6)
-    rows, columns = np.repeat(freedom, 6, axis=1), np.tile(freedom, (1, 6))
-    return csc_array(
-        turn @ coo_array((block.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)).tocsc() @ turn.T
-    )
 
 
 def static_deflection(plate: Plate, load: Array) -> Array:
@@ -126,6 +110,6 @@ def static_deflection(plate: Plate, load: Array) -> Array:
     force = np.zeros((len(plate.x), 6))
     force[:, :3] = load
     result = np.zeros(len(mass))
-    inner = csc_array(stiffness[free][:, free] + drilling(plate)[free][:, free])
+    inner = csc_array(stiffness[free][:, free])
     result[free] = spsolve(inner, (nodal_axes(plate) @ force.ravel())[free])
     return result.reshape(-1, 6)

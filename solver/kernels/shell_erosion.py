@@ -10,7 +10,7 @@ def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, r
     """Take away the elements whose layers have all failed; their mass stays at their nodes.
 
     eps_p: (e, layers); failure_strain: a layer's largest plastic strain; area (e,) [m^2]; strain (e, 8),
-    hourglass_strain (e, 5): increments of the step; in and out: alive (e,), resultant (e, 8), hourglass (e, 5), work
+    hourglass_strain (e, 9): increments of the step; in and out: alive (e,), resultant (e, 8), hourglass (e, 9), work
     (2, e): of the step, stress and hourglass [J]; books (2, e): the same summed over time [J]. An element's force
     is zero at the end of the step in which it goes, so the end's half of the trapezoidal work is taken back.
     Returns how many elements went, and what their stresses and hourglass forces had taken in [J].
@@ -25,7 +25,7 @@ def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, r
             for i in range(8):
                 work[0, e] -= 0.5 * area[e] * resultant[e, i] * strain[e, i]
                 resultant[e, i] = 0.0
-            for i in range(5):
+            for i in range(9):
                 work[1, e] -= 0.5 * hourglass[e, i] * hourglass_strain[e, i]
                 hourglass[e, i] = 0.0
             alive[e] = False

@@ -49,7 +49,6 @@ NOT_YET = [
     ("bird.material.model", "elastic", f"~ = elastic {LATER}; available: null"),
     ("bird.material.eos.kind", "porous", f"~ = porous {LATER}; available: grueneisen"),
     ("sensors.gauge.kind", "strain", f"~ = strain {LATER}; available: displacement, contact_force, reaction_force"),
-    ("plate.material.rate_c", "9 1/s", f"~ = 9 1/s: rate hardening {LATER}; leave it out"),
     ("impact.friction", "0.2", f"~ = 0.2: friction {LATER}; leave it out"),
     ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
     ("instrument.contact_force.gain", "1.1", f"instrument {LATER}; leave the section out"),
@@ -131,8 +130,6 @@ def test_a_sensor_without_a_valid_kind_does_not_hide_its_bad_noise(kind: dict[st
         ("time.end", '["1 ms", "2 ms"]', "it says what is computed and recorded, not what is struck"),
         ("time.output_interval", '["1 us", "2 us"]', "it says what is computed and recorded, not what is struck"),
         ("impact.friction", "[0.0, 0.3]", f"friction {LATER}"),
-        ("plate.material.rate_c", '["1 1/s", "9 1/s"]', f"rate hardening {LATER}"),
-        ("plate.material.rate_p", "[1.0, 5.0]", f"rate hardening {LATER}"),
     ],
 )
 def test_what_no_inversion_can_vary_is_refused_as_a_parameter(parameter: str, span: str, reason: str) -> None:
