@@ -7,6 +7,7 @@ copy of the plate whose elements share no node; a preload's geometric stiffness 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
@@ -45,7 +46,7 @@ def element_stiffnesses(plate: Plate) -> Array:
 def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
     """Symmetric stiffness and diagonal mass of the freedoms that the frame does not hold, in nodal axes of the edges.
 
-    Freedom 6 p + i of node p. Held ones are left in with a mass of 0 and told by `held_freedoms`.
+    Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` tells the others.
     """
     own = element_stiffnesses(plate)
     own = 0.5 * (own + own.transpose(0, 2, 1))
@@ -81,8 +82,8 @@ def nodal_axes(plate: Plate) -> csc_array:
     return csc_array(coo_array((axes.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
 
 
-def free_freedoms(plate: Plate) -> Array:
-    """Numbers of the freedoms that the frame does not hold, without the turns about the normal that strain nothing."""
+def free_freedoms(plate: Plate) -> NDArray[np.int64]:
+    """Numbers of the freedoms that the frame does not hold."""
     held = (plate.edges.held[:, None] >> np.arange(6)) & 1
     return np.flatnonzero(held.ravel() == 0)
 

@@ -29,7 +29,8 @@ class PlateMesh:
         """Length of border that belongs to each node of the rim: half of either border side it ends, (r,) [m]."""
         ends = sides_of(self.quads)[self.across.ravel() < 0]
         length = np.linalg.norm(self.nodes[ends[:, 0]] - self.nodes[ends[:, 1]], axis=1)
-        share = np.bincount(ends.ravel(), np.repeat(0.5 * length, 2), minlength=len(self.nodes))
+        share = np.zeros(len(self.nodes))
+        np.add.at(share, ends.ravel(), np.repeat(0.5 * length, 2))
         return share[self.rim]
 
     def normals(self) -> Array:

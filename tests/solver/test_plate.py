@@ -83,7 +83,7 @@ def test_rigid_motion_strains_nothing(warped):
     k = np.cross(axis, np.eye(3)).T
     plate.x = plate.x @ (np.eye(3) + np.sin(0.7) * k + (1.0 - np.cos(0.7)) * (k @ k)).T
     plate.omega[:] = 50.0 * axis
-    plate.v[:] = [3.0, -2.0, 1.0] + np.cross(50.0 * axis, plate.x)
+    plate.v[:] = np.array([3.0, -2.0, 1.0]) + np.cross(50.0 * axis, plate.x)
     plate.update_forces(1e-15)
     assert np.abs(plate.strain).max() < 1e-12 * 50.0 * 1e-15
     assert np.abs(plate.hourglass_strain).max() < 1e-12 * 50.0 * 1e-15
