@@ -60,6 +60,7 @@ class Contact:
         if not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
         self.follow(bird, plate, self.watched)
+        self.watched &= plate.alive[self.facet]
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
         where = (plate.quads, self.watched, bird.active, self.facet, self.foot)

@@ -56,7 +56,7 @@ def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
     stiffness = csc_array(coo_array((own.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
     stiffness = stiffness + edge_stiffness(plate)
     turn = nodal_axes(plate)
-    mass = np.stack([plate.mass] * 3 + [plate.inertia] * 3, axis=1).ravel()
+    mass = np.repeat(np.stack([plate.mass, plate.inertia], axis=1), 3, axis=1).ravel()
     return csc_array(turn @ stiffness @ turn.T), mass
 
 
@@ -112,5 +112,5 @@ def static_deflection(plate: Plate, load: Array) -> Array:
     force[:, :3] = load
     result = np.zeros(len(mass))
     inner = csc_array(stiffness[free][:, free])
-    result[free] = spsolve(inner, (nodal_axes(plate) @ force.ravel())[free])
+    result[free] = np.asarray(spsolve(inner, (nodal_axes(plate) @ force.ravel())[free]))
     return result.reshape(-1, 6)
