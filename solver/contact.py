@@ -53,6 +53,9 @@ class Contact:
         """Feet of the watched particles on the plate as it is now."""
         surface = (plate.x, plate.quads, plate.mesh.across, self.gap)
         follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+        in_hole = ~plate.alive[self.facet]
+        self.past_rim |= in_hole
+        self.foot[in_hole, 2] = np.inf
 
     def update_forces(self, bird: Bird, plate: Plate) -> None:
         """Forces of the present positions on particles and nodes."""
@@ -60,7 +63,6 @@ class Contact:
         if not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
         self.follow(bird, plate, self.watched)
-        self.watched &= plate.alive[self.facet]
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
         where = (plate.quads, self.watched, bird.active, self.facet, self.foot)
