@@ -14,7 +14,7 @@ from solver.simulate import simulate
 FAST = {
     "bird.particles": "500",
     "plate.elements": "[20, 16]",
-    "plate.thickness": "2 mm",
+    "plate.thickness": "3 mm",
     "plate.material.yield_stress": "350 MPa",
     "plate.material.tangent_modulus": "700 MPa",
     "plate.material.failure_strain": "0.12",
