@@ -30,6 +30,7 @@ ACCEPTED = {
     "1/s": "1/s, 1/ms, Hz, kHz",
     "N/s": "N/s, kN/s, kN/ms",
     "Pa/s": "Pa/s, MPa/s, MPa/ms",
+    "N m/rad/m": "N*m/rad/m, kN*m/rad/m, N/rad",
     "N s": "N s, kN ms",
     "J": "J, kJ",
     "": "a bare number (in a record also um/m or microstrain)",

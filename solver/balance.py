@@ -25,9 +25,10 @@ class Balance:
     """The bodies' accounts [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
 
     Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
-    plate_internal: stress work (elastic and plastic); plate_hourglass; contact: in the penalty springs; friction: its
-    heat, where there is friction; eroded: what the eroded particles held as pressure, and springs whose particle or
-    facet is gone; bird_kinetic, plate_kinetic.
+    plate_internal: stress work (elastic and plastic); plate_hourglass; plate_edges: in the edge's springs;
+    plate_damping; plate_eroded: what eroded shells had taken in; contact: in the penalty springs; friction: its heat,
+    where there is friction; eroded: what the eroded particles held as pressure, and springs whose particle or facet is
+    gone; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: Bird, bodies: Sequence[Booked], normal_energy: float) -> None:
@@ -77,8 +78,8 @@ class Balance:
         return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 
     def momentum_error(self, bird: Bird, plate: Target) -> float:
-        """|bird + plate + frame - initial| of the initial momentum."""
-        now = self.bird_momenta(bird)[0] + plate.mass @ plate.v + self.frame_impulse
+        """|bird + plate + frame + what damping gave the air - initial| of the initial momentum."""
+        now = self.bird_momenta(bird)[0] + plate.mass @ plate.v + self.frame_impulse + plate.air_impulse
         return float(np.linalg.norm(now - self.momentum) / np.linalg.norm(self.momentum))
 
     def angular_momentum_error(self, bird: Bird, half_length: float) -> float:

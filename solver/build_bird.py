@@ -18,6 +18,7 @@ from solver.case_material import (
     PlasticKinematicMaterial,
 )
 from solver.elastic_bird import ElasticBird
+from solver.first_touch import flight_to_panel
 from solver.geometry import fill_bird, jittered, place_bird, slope_gain
 from solver.materials import NullMaterial as FluidMaterial
 from solver.materials import SolidMaterial, elastic, hardening
@@ -33,7 +34,9 @@ def build_bird(case: Case) -> Bird:
     surface = 0.5 * case.plate.thickness + 0.5 * spacing
     angle = case.impact.angle
     x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
-    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    direction = np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    x += (flight_to_panel(x, direction, case.plate, surface) - case.impact.standoff) * direction
+    velocity = case.impact.speed * direction
     material = bird_material(b.material, b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, np.tile(velocity, (len(x), 1)), b.actual_mass / len(points), case.solver.smoothing * spacing)

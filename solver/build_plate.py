@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 from solver.case import Case
-from solver.geometry import plate_mesh
-from solver.plate import Plate, ShellMaterial
+from solver.case_plate import EdgeSprings
+from solver.case_plate import Plate as PlateOfCase
+from solver.plate import Plate
+from solver.plate_edges import RIGID, EdgeStiffness
 from solver.rigid_plate import RigidPlate, Target
+from solver.shell_material import ShellMaterial
+from solver.shell_mesh import PlateMesh, cylindrical_panel, plate_mesh
 
 
 def build_plate(case: Case) -> Target:
-    """Plate of the case, at rest."""
-    m = case.plate.material
-    mesh = plate_mesh(case.plate.length, case.plate.width, case.plate.elements)
-    if case.plate.rigid:
-        return RigidPlate(mesh, case.plate.thickness)
-    material = ShellMaterial(m.young, m.poisson, m.density, m.yield_stress, m.tangent_modulus, m.beta)
-    return Plate(mesh, case.plate.thickness, material, case.plate.edges)
+    """Plate of the case, at rest; raises UserError when its edges cannot hold its preload."""
+    said = case.plate
+    if said.rigid:
+        return RigidPlate(mesh_of(said), said.thickness)
+    material = ShellMaterial(**said.material.model_dump())
+    plate = Plate(mesh_of(said), said.thickness, material, edges_of(said.edges), said.damping)
+    if any(said.preload):
+        plate.preload(*said.preload)
+    return plate
+
+
+def mesh_of(plate: PlateOfCase) -> PlateMesh:
+    """Mesh at rest: flat, or curved to `radius`."""
+    if plate.radius is None:
+        return plate_mesh(plate.length, plate.width, plate.elements)
+    return cylindrical_panel(plate.length, plate.width, plate.radius, plate.elements)
+
+
+def edges_of(edges: str | EdgeSprings) -> str | EdgeStiffness:
+    """A word as it stands; of springs, the keys that were left out are rigid."""
+    if isinstance(edges, str):
+        return edges
+    given = edges.model_dump()
+    return EdgeStiffness(**{name: RIGID if given[name] is None else given[name] for name in asdict(EdgeStiffness())})

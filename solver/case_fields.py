@@ -173,6 +173,26 @@ class OneOf:
 
 
 @dataclass(frozen=True)
+class WordOr:
+    """A word among a few, or a table that spells out what the word would mean."""
+
+    words: tuple[str, ...]
+    table: type[Section]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        words = OneOf(self.words)
+
+        def validate(value: Any, as_table: Callable[[Any], Any]) -> Any:
+            return as_table(value) if isinstance(value, dict | self.table) else words.validate(value)
+
+        def plain(value: Any) -> Any:
+            return value.model_dump(mode="json") if isinstance(value, Section) else value
+
+        written = core_schema.plain_serializer_function_ser_schema(plain)
+        return core_schema.no_info_wrap_validator_function(validate, handler(self.table), serialization=written)
+
+
+@dataclass(frozen=True)
 class Later:
     """A section that the format knows and this version does not: refused when it says anything."""
 

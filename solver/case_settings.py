@@ -12,10 +12,7 @@ from solver.case_sections import quantities, quantity_at
 
 NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
 NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
-NOT_SOUGHT = {
-    "plate.material.rate_c": "rate hardening is not available in this version",
-    "plate.material.rate_p": "rate hardening is not available in this version",
-}
+NOT_SOUGHT = {}
 
 
 class SolverSettings(Section):

@@ -76,6 +76,9 @@ class Contact:
         """Feet of the watched particles on the plate as it is now."""
         surface = (plate.x, self.quads, self.across, plate.alive, self.gap)
         follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+        in_hole = ~plate.alive[self.facet]
+        self.past_rim |= in_hole
+        self.foot[in_hole, 2] = np.inf
 
     def update_forces(self, bird: Bird, plate: Target) -> None:
         """Forces of the present positions on particles and nodes."""

@@ -15,11 +15,11 @@ from data.histories import Array
 from solver.bird import Bird
 from solver.case_sensors import Sensor
 from solver.contact import Contact
-from solver.geometry import PlateMesh
 from solver.kernels.contact import bilinear
 from solver.kernels.gauge import force_on_disc
 from solver.places import blend, facets_around, place_on, point_at
 from solver.plate import Plate
+from solver.shell_mesh import PlateMesh
 
 if TYPE_CHECKING:
     from solver.strike import Strike

@@ -1,9 +1,8 @@
-"""Geometry of a strike: a lattice of particles in the bird's shape, and the plate's rectangular mesh."""
+"""Geometry of the bird: a lattice of particles in its shape, and its place before the strike."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,39 +99,3 @@ def place_bird(points: Array, angle: float, start: float, aim: str, surface: flo
         nose = turned[:, 0][np.isclose(turned[:, 2], turned[:, 2].min(), atol=1e-9)].mean()
         turned = turned - np.array([nose + flight * direction[0], 0.0, 0.0])
     return turned + (flight - start) * direction
-
-
-@dataclass(frozen=True)
-class PlateMesh:
-    """Nodes and quadrilaterals of a shell: nodes (m, 3) [m], quads (e, 4), across (e, 4): see `contact`."""
-
-    nodes: Array
-    quads: NDArray[np.int64]
-    across: NDArray[np.int64]
-    rim: NDArray[np.int64]
-
-
-def plate_mesh(length: float, width: float, elements: tuple[int, int]) -> PlateMesh:
-    """Flat rectangular mesh in z = 0, centred at the origin; the impact side is z > 0."""
-    nx, ny = elements
-    x, y = np.linspace(-0.5 * length, 0.5 * length, nx + 1), np.linspace(-0.5 * width, 0.5 * width, ny + 1)
-    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    nodes = np.column_stack([grid, np.zeros(len(grid))])
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
-    corner = i * (ny + 1) + j
-    quads = np.column_stack([corner, corner + ny + 1, corner + ny + 2, corner + 1]).astype(np.int64)
-    return shell_mesh(nodes, quads)
-
-
-def shell_mesh(nodes: Array, quads: NDArray[np.int64]) -> PlateMesh:
-    """Any mesh of quadrilaterals with its facet neighbours and the nodes of its rim."""
-    sides = np.stack([quads[:, [3, 0]], quads[:, [1, 2]], quads[:, [0, 1]], quads[:, [2, 3]]], axis=1)
-    flat = np.sort(sides.reshape(-1, 2), axis=1)
-    _, label, count = np.unique(flat, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(label.ravel(), kind="stable")
-    across = np.full(len(flat), -1, dtype=np.int64)
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])[count == 2]
-    one, other = order[first], order[first + 1]
-    across[one], across[other] = other // 4, one // 4
-    rim = np.unique(flat[count[label.ravel()] == 1])
-    return PlateMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64))

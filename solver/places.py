@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data.histories import Array
-from solver.geometry import PlateMesh
 from solver.kernels.contact import bilinear
+from solver.shell_mesh import PlateMesh
 
 INSIDE = 1.0 + 1e-9
 

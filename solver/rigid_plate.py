@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from data.histories import Array
-from solver.geometry import PlateMesh
 from solver.plate import Plate
+from solver.shell_mesh import PlateMesh
 
 
 class RigidPlate:
@@ -22,6 +22,7 @@ class RigidPlate:
         self.x, self.v, self.omega = mesh.nodes.copy(), np.zeros((m, 3)), np.zeros((m, 3))
         self.mass, self.inertia, self.nodal = np.zeros(m), np.zeros(m), np.zeros((m, 6))
         self.fixed, self.fixed_rotation = np.ones(m, np.bool_), np.ones(m, np.bool_)
+        self.eroded, self.air_impulse = 0, np.zeros(3)
         self.eps_p = np.zeros((e, 1))
         self.accounts: dict[str, float] = dict.fromkeys(("plate_internal", "plate_hourglass"), 0.0)
 

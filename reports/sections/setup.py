@@ -37,7 +37,7 @@ def _drawn(case: Case) -> SetUp:
         length=case.plate.length,
         width=case.plate.width,
         thickness=case.plate.thickness,
-        edges=case.plate.edges,
+        edges=case.plate.edge_words,
         bird_shape=case.bird.shape,
         bird_diameter=case.bird.diameter,
         bird_length=case.bird.length,
@@ -61,7 +61,7 @@ def _plate(case: Case) -> tuple[tuple[str, str], ...]:
         return (("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')}, rigid"),)
     size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))
     return (
-        ("plate", f"{size}, edges {plate.edges}; {plate.elements[0]} × {plate.elements[1]} shell elements"),
+        ("plate", f"{size}, edges {plate.edge_words}; {plate.elements[0]} × {plate.elements[1]} shell elements"),
         ("plate's metal", f"E {metal.young / 1e9:.4g} GPa, ν {metal.poisson:g}, density {metal.density:g} kg/m³"),
         (
             "plate's yield",

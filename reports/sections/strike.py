@@ -10,7 +10,7 @@ from reports.figures.plate_fields import plate_figure
 from reports.figures.quantities import milliseconds, parameter_label, quantity, shown
 from reports.figures.strike import magnification, push_direction, strike_figure
 from reports.results import Results
-from solver.geometry import plate_mesh
+from solver.build_plate import mesh_of
 
 PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
 
@@ -39,7 +39,7 @@ def _pictures(results: Results) -> tuple[Block, ...]:
             ),
         )
     plate = results.case.plate
-    resting = plate_mesh(plate.length, plate.width, plate.elements).nodes
+    resting = mesh_of(plate).nodes
     times = ", ".join(f"{float(milliseconds(np.asarray(s.time))):.2f}" for s in snapshots[:4])
     factor = magnification(snapshots[:4], resting)
     caption = (

@@ -12,9 +12,9 @@ from solver.case_sensors import Sensor
 from solver.contact import Contact
 from solver.eos import grueneisen
 from solver.gauges import disc
-from solver.geometry import plate_mesh
 from solver.kernels.sums import column_sums
 from solver.rigid_plate import RigidPlate
+from solver.shell_mesh import plate_mesh
 from solver.simulate import simulate
 from solver.strike import Strike
 from solver.wilbeck import duration, hugoniot_pressure, peak, stagnation_pressure, steady_mean

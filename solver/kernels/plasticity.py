@@ -2,6 +2,8 @@
 
 J. C. Simo & T. J. R. Hughes, Computational Inelasticity (1998), section 3.4: the yield function is diagonal in the
 sum, the difference and the shear of the relative stress, which leaves one scalar equation for the multiplier.
+Rates by G. R. Cowper & P. S. Symonds (Brown University report 28, 1957): the yield stress, isotropic hardening
+included, times 1 + (plastic strain rate/C)^(1/P), with the rate of the very step (backward Euler), not an older one.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import math
 from numba import njit
 
 ROOT_TWO_THIRDS = math.sqrt(2.0 / 3.0)
+TOLERANCE = 1e-13  # of the yield stress
 
 
 @njit(cache=True, inline="always")
@@ -19,37 +22,71 @@ def relative_norm_squared(plus, minus, shear):
     return plus * plus / 3.0 + minus * minus + 2.0 * shear * shear
 
 
+@njit(cache=True, inline="always")
+def slopes(elastic, hardening):
+    """Growth [Pa] of the return's divisors with the multiplier: of the sum, and of the difference and the shear."""
+    young, nu = elastic
+    kinematic = 2.0 * hardening[2] / 3.0
+    return young / (3.0 * (1.0 - nu)) + kinematic, young / (1.0 + nu) + kinematic
+
+
 @njit(cache=True)
-def plastic_multiplier(plus, minus, shear, eps_p, elastic, hardening):
+def overstress(multiplier, plus, minus, shear, eps_p, elastic, hardening, rate):
+    """Distance of the returned stress from the yield surface [Pa], and its derivative by the multiplier.
+
+    rate: C times the step (0: no rate hardening), 1/P.
+    """
+    slope_plus, slope_rest = slopes(elastic, hardening)
+    c1, c2 = 1.0 + multiplier * slope_plus, 1.0 + multiplier * slope_rest
+    norm = math.sqrt(relative_norm_squared(plus / c1, minus / c2, shear / c2))
+    change = -(plus * plus / (3.0 * c1**3) * slope_plus + (minus**2 + 2.0 * shear**2) / c2**3 * slope_rest) / norm
+    growth, growth_change = ROOT_TWO_THIRDS * multiplier * norm, ROOT_TWO_THIRDS * (norm + multiplier * change)
+    static = hardening[0] + hardening[1] * (eps_p + growth)
+    static_change = hardening[1] * growth_change
+    factor, factor_change = 1.0, 0.0
+    if rate[0] > 0.0 and growth > 0.0:
+        dynamic = (growth / rate[0]) ** rate[1]
+        factor, factor_change = 1.0 + dynamic, dynamic * rate[1] * growth_change / growth
+    residual = norm - ROOT_TWO_THIRDS * factor * static
+    return residual, change - ROOT_TWO_THIRDS * (factor * static_change + factor_change * static)
+
+
+@njit(cache=True)
+def plastic_multiplier(plus, minus, shear, eps_p, elastic, hardening, rate):
     """Multiplier [1/Pa] at which the returned stress lies on the yield surface; Newton from the elastic trial.
 
-    elastic: E [Pa], nu; hardening: yield stress [Pa], isotropic and kinematic modulus [Pa].
+    elastic: E [Pa], nu; hardening: yield stress [Pa], isotropic and kinematic modulus [Pa]. With rate hardening, whose
+    slope at rest is infinite, the rateless answer bounds the iteration, which bisects where Newton leaves the bounds.
     """
-    young, nu = elastic
-    sigma_y, isotropic, kinematic = hardening
-    slope_plus = young / (3.0 * (1.0 - nu)) + 2.0 * kinematic / 3.0
-    slope_rest = young / (1.0 + nu) + 2.0 * kinematic / 3.0
     multiplier = 0.0
     for _ in range(50):
-        c1 = 1.0 + multiplier * slope_plus
-        c2 = 1.0 + multiplier * slope_rest
-        squared = relative_norm_squared(plus / c1, minus / c2, shear / c2)
-        norm = math.sqrt(squared)
-        radius = ROOT_TWO_THIRDS * (sigma_y + isotropic * (eps_p + ROOT_TWO_THIRDS * multiplier * norm))
-        residual = norm - radius
-        if abs(residual) < 1e-13 * sigma_y:
+        residual, slope = overstress(multiplier, plus, minus, shear, eps_p, elastic, hardening, (0.0, 1.0))
+        if abs(residual) < TOLERANCE * hardening[0]:
             break
-        change = -(plus * plus / (3.0 * c1**3) * slope_plus + (minus**2 + 2.0 * shear**2) / c2**3 * slope_rest) / norm
-        radius_change = 2.0 / 3.0 * isotropic * (norm + multiplier * change)
-        multiplier -= residual / (change - radius_change)
+        multiplier -= residual / slope
+    if rate[0] <= 0.0:
+        return multiplier
+    low, high = 0.0, multiplier
+    for _ in range(200):
+        residual, slope = overstress(multiplier, plus, minus, shear, eps_p, elastic, hardening, rate)
+        if abs(residual) < TOLERANCE * hardening[0]:
+            break
+        if residual > 0.0:
+            low = multiplier
+        else:
+            high = multiplier
+        multiplier -= residual / slope
+        if not low < multiplier < high:
+            multiplier = 0.5 * (low + high)
     return multiplier
 
 
 @njit(cache=True)
-def return_to_yield(stress, back, eps_p, elastic, hardening):
+def return_to_yield(stress, back, eps_p, elastic, hardening, rate):
     """Radial return of a trial stress. stress, back: (3,) xx yy xy [Pa], in place; returns the new eps_p.
 
-    The relative stress xi = stress - back obeys xi^T P xi <= 2/3 (sigma_y + K eps_p)^2.
+    The relative stress xi = stress - back obeys xi^T P xi <= 2/3 (f (sigma_y + K eps_p))^2 with the factor f of the
+    rate; rate: C times the step (0: none), 1/P.
     """
     root = math.sqrt(0.5)
     xi_x, xi_y, shear = stress[0] - back[0], stress[1] - back[1], stress[2] - back[2]
@@ -57,12 +94,13 @@ def return_to_yield(stress, back, eps_p, elastic, hardening):
     radius = ROOT_TWO_THIRDS * (hardening[0] + hardening[1] * eps_p)
     if relative_norm_squared(plus, minus, shear) <= radius * radius:
         return eps_p
-    multiplier = plastic_multiplier(plus, minus, shear, eps_p, elastic, hardening)
-    kinematic = 2.0 / 3.0 * hardening[2]
-    plus /= 1.0 + multiplier * (elastic[0] / (3.0 * (1.0 - elastic[1])) + kinematic)
-    minus /= 1.0 + multiplier * (elastic[0] / (1.0 + elastic[1]) + kinematic)
-    shear /= 1.0 + multiplier * (elastic[0] / (1.0 + elastic[1]) + kinematic)
+    multiplier = plastic_multiplier(plus, minus, shear, eps_p, elastic, hardening, rate)
+    slope_plus, slope_rest = slopes(elastic, hardening)
+    plus /= 1.0 + multiplier * slope_plus
+    minus /= 1.0 + multiplier * slope_rest
+    shear /= 1.0 + multiplier * slope_rest
     xi_x, xi_y = root * (plus - minus), root * (plus + minus)
+    kinematic = 2.0 / 3.0 * hardening[2]
     back[0] += multiplier * kinematic * xi_x
     back[1] += multiplier * kinematic * xi_y
     back[2] += multiplier * kinematic * shear

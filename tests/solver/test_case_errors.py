@@ -48,7 +48,6 @@ NOT_YET = [
     ("bird.method", "hexahedra", f"~ = hexahedra {LATER}; available: sph"),
     ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
     ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
-    ("plate.material.rate_c", "9 1/s", f"~ = 9 1/s: rate hardening {LATER}; leave it out"),
     ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
     ("inversion.nuisance.speed", "1 m/s", f"~ = 1 m/s {LATER}; available: time_offset"),
 ]
@@ -138,8 +137,6 @@ def test_a_sensor_without_a_valid_kind_does_not_hide_its_bad_noise(kind: dict[st
     [
         ("time.end", '["1 ms", "2 ms"]', "it says what is computed and recorded, not what is struck"),
         ("time.output_interval", '["1 us", "2 us"]', "it says what is computed and recorded, not what is struck"),
-        ("plate.material.rate_c", '["1 1/s", "9 1/s"]', f"rate hardening {LATER}"),
-        ("plate.material.rate_p", "[1.0, 5.0]", f"rate hardening {LATER}"),
     ],
 )
 def test_what_no_inversion_can_vary_is_refused_as_a_parameter(parameter: str, span: str, reason: str) -> None:

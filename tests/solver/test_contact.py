@@ -8,9 +8,9 @@ import pytest
 from data.errors import UserError
 from solver.bird import Bird
 from solver.contact import Contact
-from solver.geometry import plate_mesh, shell_mesh
 from solver.kernels.contact import foot_on_facet
 from solver.plate import Plate, ShellMaterial
+from solver.shell_mesh import plate_mesh, shell_mesh
 from tests.solver.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)

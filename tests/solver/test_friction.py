@@ -8,8 +8,8 @@ import pytest
 from reports.verification.target_problems import sliding_layer
 from solver.bird import Bird
 from solver.contact import Contact
-from solver.geometry import plate_mesh, shell_mesh
 from solver.plate import Plate, ShellMaterial
+from solver.shell_mesh import plate_mesh, shell_mesh
 from tests.solver.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)

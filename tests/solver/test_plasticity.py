@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reports.verification.ductile_problems import jones_plate, nurick_plate, shear_stress_at_rate
 from solver.kernels.plasticity import return_to_yield
 from solver.plate import ShellMaterial
 
+NO_RATE = (0.0, 1.0)
 STEEL = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, beta=1.0)
 
 
@@ -24,7 +26,7 @@ def uniaxial(material: ShellMaterial, strains: np.ndarray) -> tuple[np.ndarray, 
             s, b = stress.copy(), back.copy()
             s[0] += plane * (increment + nu * lateral)
             s[1] += plane * (lateral + nu * increment)
-            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening)
+            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening, NO_RATE)
             low, high = (lateral, high) if s[1] < 0.0 else (low, lateral)
         stress, back, eps_p = s, b, after
         history.append(stress[0])
@@ -57,7 +59,7 @@ def test_reverse_yield_shows_the_kind_of_hardening(beta, factor):
 def test_pure_shear_yields_at_the_von_mises_stress():
     perfect = ShellMaterial(200e9, 0.3, 7800.0, 250e6)
     stress = np.array([0.0, 0.0, 400e6])
-    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening)
+    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening, NO_RATE)
     assert stress[2] == pytest.approx(250e6 / np.sqrt(3.0), rel=1e-12)
 
 
@@ -65,9 +67,45 @@ def test_returned_stress_lies_on_the_yield_surface():
     rng = np.random.default_rng(5)
     for _ in range(200):
         stress, back = rng.normal(0.0, 1e9, 3), rng.normal(0.0, 3e7, 3)
-        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening)
+        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening, NO_RATE)
         xi = stress - back
         equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
         yield_now = STEEL.yield_stress + STEEL.hardening[1] * eps_p
         assert equivalent <= yield_now * (1.0 + 1e-10)
         assert eps_p == pytest.approx(0.01) or equivalent == pytest.approx(yield_now, rel=1e-10)
+
+
+@pytest.mark.parametrize("rate", [1.0, 100.0, 1e4])
+@pytest.mark.parametrize("constants", [(40.4, 5.0), (6500.0, 4.0), (10.0, 1.0)])
+def test_cowper_symonds_stress_at_constant_rate(rate, constants):
+    """Steady shear: the yield stress times 1 + (plastic rate/C)^(1/P), by the closed form, to 1e-10."""
+    metal = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 0.0, 1.0, *constants)
+    factor = 1.0 + (rate / np.sqrt(3.0) / constants[0]) ** (1.0 / constants[1])
+    strain_at_yield = factor * 250e6 / 77e9
+    assert shear_stress_at_rate(metal, rate, 60.0 * strain_at_yield / rate / 2000).error < 1e-10
+
+
+def test_rate_hardening_never_lets_the_return_run_away():
+    """Random trial stresses, constants and steps: the returned one lies on the dynamic yield surface."""
+    rng = np.random.default_rng(7)
+    for _ in range(300):
+        constants = 10.0 ** rng.uniform((-3.0, -0.5), (7.0, 1.0))
+        metal = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, rng.uniform(), *constants)
+        stress, back, dt = rng.normal(0.0, 1e9, 3), np.zeros(3), 10.0 ** rng.uniform(-9, -4)
+        trial = stress.copy()
+        eps_p = return_to_yield(stress, back, 0.0, metal.elastic, metal.hardening, metal.rate(dt))
+        xi = stress - back
+        equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
+        static = 250e6 + metal.hardening[1] * eps_p
+        if eps_p > 0.0:
+            factor = 1.0 + (eps_p / dt / metal.rate_c) ** (1.0 / metal.rate_p)
+            assert equivalent == pytest.approx(factor * static, rel=1e-8)
+        else:
+            assert (stress == trial).all()
+
+
+def test_impulsively_loaded_plates_keep_the_published_deflections():
+    """Mild steel with its rate hardening: Nurick & Martin's correlation within 10 %; without it: Jones's bracket."""
+    assert nurick_plate(14.0, 12).error < 0.10
+    found, low, high = jones_plate(8.0, 12)
+    assert low < found < high

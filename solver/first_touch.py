@@ -1,0 +1,29 @@
+"""How far a bird flies before it first touches a curved panel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from data.histories import Array
+from solver.case_plate import Plate
+
+
+def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) -> float:
+    """Least distance [m] that a particle at x (n, 3) flies along `direction` (3,) until it touches the plate.
+
+    surface: distance from the mid-surface at which a particle touches [m]. On a panel, each particle's line is met with
+    the cylinder of radius + surface about the panel's axis; lines that miss the panel do not count. For a flat plate,
+    or if every line misses, the distance is that to the plane at the height of `surface`.
+    """
+    plane = float((x[:, 2].min() - surface) / -direction[2])
+    if plate.radius is None:
+        return plane
+    along, height = x[:, 0], x[:, 2] + plate.radius
+    half = along * direction[0] + height * direction[2]
+    norm = direction[0] ** 2 + direction[2] ** 2
+    under_root = half**2 - norm * (along**2 + height**2 - (plate.radius + surface) ** 2)
+    flight = (-half - np.sqrt(np.where(under_root >= 0.0, under_root, np.nan))) / norm
+    met = x + flight[:, None] * direction
+    arc = plate.radius * np.arctan2(met[:, 0], met[:, 2] + plate.radius)
+    on_panel = (np.abs(arc) <= 0.5 * plate.length) & (np.abs(met[:, 1]) <= 0.5 * plate.width)
+    return float(flight[on_panel].min()) if on_panel.any() else plane
