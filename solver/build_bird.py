@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.bird import Bird, NullMaterial
 from solver.case import Case
+from solver.eos import grueneisen
 from solver.geometry import fill_bird, place_bird, slope_gain
 
 
@@ -21,8 +22,8 @@ def build_bird(case: Case) -> Bird:
     x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
     velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
     e = m.eos
-    four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
-    material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
+    law = grueneisen(b.actual_density, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
+    material = NullMaterial(law, m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     mass = b.actual_mass / len(points)
     gain = slope_gain(b.lattice, case.solver.smoothing)
