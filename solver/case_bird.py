@@ -47,14 +47,17 @@ class BirdMaterial(Section):
 
 
 class Bird(Section):
-    """Idealised bird: `length` overall; either its mass [kg] or its density [kg/m^3] is given."""
+    """Idealised bird: `length` overall; either its mass [kg] or its density [kg/m^3] is given.
+
+    particles: number of particles or, by method "hexahedra", of elements wanted; the nearest that fits is taken.
+    """
 
     shape: Annotated[str, OneOf(SHAPES)]
     diameter: Annotated[float, Between("5 mm", "1000 mm")]
     length: Annotated[float, Between("5 mm", "3000 mm")]
     mass: Annotated[float, Between("1 g", "50000 g")] | None = None
     density: Annotated[float, Between("50 kg/m^3", "3000 kg/m^3")] | None = None
-    method: Annotated[str, OneOf(("sph",), ("hexahedra",))] = "sph"
+    method: Annotated[str, OneOf(("sph", "hexahedra"))] = "sph"
     particles: Annotated[int, Count(100, 200_000)] = 4500
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     material: BirdMaterial
