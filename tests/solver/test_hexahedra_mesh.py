@@ -24,7 +24,7 @@ def test_mesh_has_the_volume_of_the_shape_and_sound_cells(shape, elements):
     assert mesh.volumes.sum() == pytest.approx(volume(shape, DIAMETER, length), rel=1e-12)
     assert mesh.scaled_jacobian.min() > 0.45
     share = mesh.volumes / mesh.volumes.mean()
-    assert 0.35 < share.min()
+    assert share.min() > 0.35
     assert share.max() < 4.0
 
 
@@ -36,7 +36,7 @@ def test_mesh_has_about_the_elements_asked_for(shape, elements):
 
 
 def test_nodes_of_the_surface_lie_on_the_shape():
-    """The paper's bird with about 4504 elements: outer nodes on the capsule but for the 0.4 % that keep its volume."""
+    """The paper's bird with about 4504 elements: outer nodes on the capsule within the 0.5 mm that keep its volume."""
     mesh, _ = mesh_of("hemispherical_cylinder", 4504)
     core = 0.5 * (0.262 - DIAMETER)
     beyond = np.maximum(np.abs(mesh.nodes[:, 0]) - core, 0.0)
@@ -44,7 +44,7 @@ def test_nodes_of_the_surface_lie_on_the_shape():
     faces = np.sort(mesh.cells[:, [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]]])
     outer, count = np.unique(faces.reshape(-1, 4), axis=0, return_counts=True)
     surface = np.unique(outer[count == 1])
-    assert radius[surface] == pytest.approx(0.5 * DIAMETER, rel=0.006)
+    assert radius[surface] == pytest.approx(0.5 * DIAMETER, abs=0.5e-3)
     assert np.delete(radius, surface).max() < 0.9 * 0.5 * DIAMETER
 
 
