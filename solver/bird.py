@@ -8,44 +8,13 @@ import numpy as np
 
 from data.errors import RunFailed
 from data.histories import Array
-from solver.eos import EquationOfState
 from solver.kernels.motion import kick_and_drift_particles
 from solver.kernels.null_material import update_null_material
 from solver.kernels.smoothing import slope_constant
 from solver.kernels.sph import ROW, pack_midpoint, pack_state, pair_forces, rate_of_deformation
 from solver.kernels.sums import total, weighted_square
+from solver.materials import NullMaterial, SolidMaterial
 from solver.verlet import VerletList
-
-
-@dataclass(frozen=True)
-class NullMaterial:
-    """NULL material on any equation of state; SI.
-
-    tension_erosion acts above 1 and compression_erosion between 0 and 1 (relative volumes V/V0); beyond, they are off.
-    """
-
-    eos: EquationOfState
-    pressure_cutoff: float = 0.0
-    viscosity: float = 0.0
-    tension_erosion: float = 0.0
-    compression_erosion: float = 0.0
-
-    @property
-    def rho0(self) -> float:
-        """Reference density [kg/m^3]."""
-        return self.eos.rho0
-
-    @property
-    def limits(self) -> Array:
-        """Pressure floor [Pa], largest and smallest V/V0 before erosion."""
-        largest = self.tension_erosion if self.tension_erosion > 1.0 else np.inf
-        smallest = self.compression_erosion if 0.0 < self.compression_erosion < 1.0 else 0.0
-        return np.array([self.pressure_cutoff, largest, smallest])
-
-    @property
-    def bulk_modulus(self) -> float:
-        """rho0 c^2 [Pa] at rest."""
-        return self.eos.bulk_modulus
 
 
 @dataclass(frozen=True)
@@ -69,7 +38,7 @@ class Bird:
         v: Array,
         mass: float,
         h: float,
-        material: NullMaterial,
+        material: NullMaterial | SolidMaterial,
         shock: tuple[float, float],
         images: Images | None = None,
         gain: float = 1.0,
@@ -192,7 +161,7 @@ class Bird:
 
     def step_at_impact(self, normal_speed: float) -> float:
         """Largest stable step [s] behind the shock of an impact at this speed [m/s]."""
-        return self.stable_step(self.material.eos.shocked_sound_speed(normal_speed))
+        return self.stable_step(self.material.fastest_wave(normal_speed))
 
     def von_mises(self) -> Array:
         """Von Mises stress of each particle, (n,) [Pa]: that of 2 MU dev D; nothing in what is eroded."""

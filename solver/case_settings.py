@@ -73,7 +73,7 @@ class SolverSettings(Section):
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
 
     Of a bird of hexahedra: hourglass control by dampers or by springs (absent: springs for an elastic bird, dampers for
-    all that flow), its coefficient; smallest_step: an element whose stable step falls below this share of the
+    all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable step falls below this share of the
     undistorted mesh's smallest is eroded; the strike's step is that share, so that a smaller one costs more time.
     shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
@@ -84,7 +84,7 @@ class SolverSettings(Section):
     smoothing: Annotated[float, Between(1.0, 2.5)] = 1.2
     threads: Annotated[int, Count(1, 1024)] | None = None
     hourglass: Annotated[str, OneOf(("viscous", "stiffness"))] | None = None
-    hourglass_coefficient: Annotated[float, Between(0.0, 0.3)] = 0.1
+    hourglass_coefficient: Annotated[float, Between(0.0, 0.3)] | None = None
     smallest_step: Annotated[float, Between(0.02, 0.9)] = 0.25
 
 

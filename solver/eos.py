@@ -64,7 +64,7 @@ class EquationOfState:
             high *= 1.1
             if high > 100.0:
                 raise ValueError(f"no shock of particle velocity {u} m/s on this equation of state")
-        mu = brentq(surplus, high / 1.2, high, xtol=1e-15, rtol=1e-14)
+        mu = float(brentq(surplus, high / 1.2, high, xtol=1e-15, rtol=1e-14))  # pyright: ignore[reportArgumentType]
         shock = u * (1.0 + mu) / mu
         return self.rho0 * shock * u, shock, mu
 
@@ -111,13 +111,12 @@ def table(rho0: float, mu: ArrayLike, p: ArrayLike, slope: ArrayLike | None = No
     F. N. Fritsch & J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300; the slopes at the two ends are those of the
     end chords, because PCHIP's own may be zero and would be the sound speed beyond. slope: dp/dmu where known.
     """
-    mu, p = np.asarray(mu, float), np.asarray(p, float)
+    x, y = np.asarray(mu, float), np.asarray(p, float)
     if slope is None:
-        slope = PchipInterpolator(mu, p).derivative()(mu)
-        chord = np.diff(p) / np.diff(mu)
-        slope[0], slope[-1] = chord[0], chord[-1]
-    slope = np.asarray(slope, float)
-    return EquationOfState(np.concatenate([[TABLE, rho0, len(mu)], np.column_stack([mu, p, slope]).ravel()]))
+        chord = np.diff(y) / np.diff(x)
+        inner = np.asarray(PchipInterpolator(x, y).derivative()(x))[1:-1]
+        slope = np.concatenate([chord[:1], inner, chord[-1:]])
+    return EquationOfState(np.concatenate([[TABLE, rho0, len(x)], np.column_stack([x, y, slope]).ravel()]))
 
 
 def porous_density(porosity: float, water_density: float) -> float:

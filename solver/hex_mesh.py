@@ -79,15 +79,17 @@ class Counts:
 def bird_mesh(shape: str, diameter: float, length: float, volume: float, elements: int) -> HexMesh:
     """Mesh about the bird's centre, axis along x, with about `elements` cells of nearly equal size and `volume` exact.
 
-    The facets of a mesh cut the curved surface short; the whole is scaled up for it: lengths by 1.3 % at 500
-    cells, 0.3 % at 4500. The mesh whose number of cells is nearest and whose cells are nearest to cubes is taken. Raises UserError
-    for a shape without a mesh.
+    The facets of a mesh cut the curved surface short; the whole is scaled up for it: lengths by 1.3 % at 500 cells,
+    0.3 % at 4500. The mesh whose number of cells is nearest and whose cells are nearest to cubes is taken. Raises
+    UserError for a shape without a mesh.
     """
     counts = choose_counts(shape, diameter, length, elements)
     radius = 0.5 * diameter
     if shape in ("sphere", "ellipsoid"):
         ball = wrapped_core(counts)
-        mesh = HexMesh(ball.nodes * np.array([0.5 * length if shape == "ellipsoid" else radius, radius, radius]), ball.cells)
+        mesh = HexMesh(
+            ball.nodes * np.array([0.5 * length if shape == "ellipsoid" else radius, radius, radius]), ball.cells
+        )
     elif shape == "cylinder":
         mesh = extruded(*equator(wrapped_core(Counts(counts.across, counts.layers, 2))), counts.along)
         mesh = HexMesh(mesh.nodes * np.array([length, radius, radius]), mesh.cells)
@@ -186,7 +188,7 @@ def _frustum(axis: int, side: float, outward: Array, core: list[Array]) -> Array
 
 
 def _to_ball(points: Array, core: Array) -> Array:
-    """From the cube of half edge 2 to the unit ball; the cube of half edge 1 becomes the core, `core` (3,) of the radius.
+    """From the cube of half edge 2 to the unit ball; that of half edge 1 becomes the core, `core` (3,) of the radius.
 
     The smooth map of the cube onto the ball, x sqrt(1 - y^2/2 - z^2/2 + y^2 z^2/3) (P. Nowell, 2005), rounds the core
     in part and the surface in full; between them the layers are evenly spread.

@@ -60,11 +60,21 @@ def bird_surfaces_figure(
             axes.set(xlim=x_limits, ylim=z_limits, aspect="equal")
             axes.grid(False)
         grid[0, column].set_title(f"{title}\n", loc="left")
-        grid[0, column].text(0.0, 1.02, notes[title], transform=grid[0, column].transAxes, color="#444444", fontsize=8.5)
+        grid[0, column].text(
+            0.0, 1.02, notes[title], transform=grid[0, column].transAxes, color="#444444", fontsize=8.5
+        )
         grid[-1, column].set_xlabel("x along the plate's length [mm]")
     for axes in grid[:, 0]:
         axes.set_ylabel("z [mm]")
-    bar = figure.colorbar(ScalarMappable(norm, SPEED_COLOURS), ax=grid, location="bottom", aspect=60, pad=0.012, fraction=0.03, extend="both")
+    bar = figure.colorbar(
+        ScalarMappable(norm, SPEED_COLOURS),
+        ax=grid,
+        location="bottom",
+        aspect=60,
+        pad=0.012,
+        fraction=0.03,
+        extend="both",
+    )
     bar.set_label("Simulated speed in the bird [m/s]")
     return figure
 
@@ -117,7 +127,9 @@ def _balls(axes: Axes, snapshot: Snapshot, norm: Normalize, spacing: float) -> N
     centres = shown(where[:, [0, 2]], "m")[0]
     balls = {"units": "xy", "offsets": centres, "offset_transform": axes.transData}
     axes.add_collection(
-        EllipseCollection(size, size, np.zeros(len(where)), facecolors=colours, edgecolors=edges, linewidths=0.25, zorder=2, **balls)
+        EllipseCollection(
+            size, size, np.zeros(len(where)), facecolors=colours, edgecolors=edges, linewidths=0.25, zorder=2, **balls
+        )
     )
 
 

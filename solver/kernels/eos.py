@@ -97,6 +97,17 @@ def eos_terms(mu, eos):
     return table_terms(mu, eos)
 
 
+@njit(cache=True, inline="always")
+def eos_close(rho, rho_before, p_before, energy, rho0, cold, cold_slope, factor, factor_slope):
+    """Pressure [Pa], energy [J/m^3] and sound speed [m/s] from the terms of p = A + B E: see `eos_update`."""
+    stretch = rho / rho0
+    half_change = 0.5 * (rho0 / rho_before - rho0 / rho)
+    p = (cold + factor * (energy + half_change * p_before)) / (1.0 - factor * half_change)
+    energy_after = energy + half_change * (p_before + p)
+    slope = cold_slope + factor_slope * energy_after + factor * p / (stretch * stretch)
+    return p, energy_after, math.sqrt(max(slope, 0.0) / rho0)
+
+
 @njit(cache=True)
 def eos_update(rho, rho_before, p_before, energy, eos):
     """Pressure and energy after a change of density, the p dV work taken by the trapezoidal rule (implicit in p).
@@ -104,12 +115,12 @@ def eos_update(rho, rho_before, p_before, energy, eos):
     rho, rho_before [kg/m^3], both positive; p_before [Pa]; energy E [J/m^3], the step's heating included.
     Returns (p [Pa], E [J/m^3], c [m/s]); c of the isentrope, dE = p dmu/(1 + mu)^2, and 0 where it is unstable.
     """
-    rho0 = eos[1]
-    mu = rho / rho0 - 1.0
-    cold, cold_slope, factor, factor_slope = eos_terms(mu, eos)
-    half_change = 0.5 * (rho0 / rho_before - rho0 / rho)
-    p = (cold + factor * (energy + half_change * p_before)) / (1.0 - factor * half_change)
-    energy_after = energy + half_change * (p_before + p)
-    slope = cold_slope + factor_slope * energy_after + factor * p / (1.0 + mu) ** 2
-    c = math.sqrt(max(slope, 0.0) / rho0)
-    return p, energy_after, c
+    cold, cold_slope, factor, factor_slope = eos_terms(rho / eos[1] - 1.0, eos)
+    return eos_close(rho, rho_before, p_before, energy, eos[1], cold, cold_slope, factor, factor_slope)
+
+
+@njit(cache=True, inline="always")
+def grueneisen_update(rho, rho_before, p_before, energy, eos):
+    """`eos_update` of a Grueneisen law, in line: for loops in which the choice of the law would cost."""
+    cold, cold_slope, factor, factor_slope = grueneisen_terms(rho / eos[1] - 1.0, eos)
+    return eos_close(rho, rho_before, p_before, energy, eos[1], cold, cold_slope, factor, factor_slope)

@@ -108,14 +108,12 @@ def hex_rates(cells, alive, x, v, dt, rate, hourglass_rate):
         bx, by, bz = volume_gradient(y0, z0), volume_gradient(z0, x0), volume_gradient(x0, y0)
         inverse = 1.0 / dot(x0, bx)
         gx, gy, gz = modes(x0), modes(y0), modes(z0)
-        row = 0
-        for w in (vx, vy, vz):
+        for row, w in enumerate((vx, vy, vz)):
             lx, ly, lz = dot(w, bx) * inverse, dot(w, by) * inverse, dot(w, bz) * inverse
             rate[e, 3 * row], rate[e, 3 * row + 1], rate[e, 3 * row + 2] = lx, ly, lz
             h = modes(w)
             for a in range(4):
                 hourglass_rate[e, row, a] = (h[a] - lx * gx[a] - ly * gy[a] - lz * gz[a]) * 0.35355339059327373
-            row += 1
 
 
 @njit(cache=True, parallel=True)
@@ -172,7 +170,7 @@ def hex_forces(alive, stress, hourglass, volume, gradient, shape, force):
 
 @njit(cache=True, parallel=True)
 def gather_accelerations(start, member, force, mass, acceleration):
-    """Sum of the element forces at each node in a fixed order, over its mass. start, member: rows of 8 element + corner."""
+    """Sum of element forces at each node in a fixed order, over its mass. start, member: rows of 8 element + corner."""
     for p in prange(mass.shape[0]):
         for i in range(3):
             total = 0.0

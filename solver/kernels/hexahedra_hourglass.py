@@ -6,8 +6,6 @@ D. P. Flanagan & T. Belytschko, Int. J. Numer. Meth. Eng. 17 (1981) 679, section
 
 from __future__ import annotations
 
-import math
-
 from numba import njit, prange
 
 from solver.kernels.hexahedra_stress import squared_size
@@ -47,8 +45,13 @@ def elastic_hourglass(alive, going, dt, coefficient, modulus, rate, hourglass_ra
             for i in range(3):
                 power += q[i, a] * hourglass_rate[e, i, a]
             if alive[e]:
-                turn(q, a, 0.5 * dt * (rate[e, 7] - rate[e, 5]), 0.5 * dt * (rate[e, 2] - rate[e, 6]),
-                     0.5 * dt * (rate[e, 3] - rate[e, 1]))
+                turn(
+                    q,
+                    a,
+                    0.5 * dt * (rate[e, 7] - rate[e, 5]),
+                    0.5 * dt * (rate[e, 2] - rate[e, 6]),
+                    0.5 * dt * (rate[e, 3] - rate[e, 1]),
+                )
             for i in range(3):
                 q[i, a] = q[i, a] + dt * spring * hourglass_rate[e, i, a] if alive[e] else 0.0
                 power += q[i, a] * hourglass_rate[e, i, a]

@@ -65,7 +65,7 @@ def stable_steps(alive, volume, gradient, rate, mass, c, stiffness, viscosity, s
 
 @njit(cache=True, parallel=True)
 def find_eroded(volume, volume0, eps_p, step, limits, alive, going):
-    """Elements that go now: `going` set, `alive` cleared. Too large or small a V/V0, plastic strain, or too short a step.
+    """Elements that go now: `going` set, `alive` cleared.
 
     limits: (4,) largest and smallest V/V0 (inf, 0: off), largest plastic strain (inf), smallest stable step [s].
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.eos import eos_update
+from solver.kernels.eos import GRUNEISEN, eos_update, grueneisen_update
 
 
 @njit(cache=True, parallel=True)
@@ -30,7 +30,10 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
         if not after > 0.0:
             continue
         warm = energy[a] + dt * heating[a]
-        pressure, _, c[a] = eos_update(after, before, p_before, warm, eos)
+        if eos[0] == GRUNEISEN:
+            pressure, _, c[a] = grueneisen_update(after, before, p_before, warm, eos)
+        else:
+            pressure, _, c[a] = eos_update(after, before, p_before, warm, eos)
         volume = eos[1] / after
         if volume > limits[1] or volume < limits[2]:
             active[a] = False

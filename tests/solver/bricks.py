@@ -6,10 +6,11 @@ import numpy as np
 
 from data.histories import Array
 from solver.eos import grueneisen
-from solver.hex_bird import HexBird, HexMaterial
+from solver.hex_bird import HexBird
 from solver.hex_mesh import CORNERS, HexMesh
+from solver.materials import NullMaterial
 
-SEED = HexMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
+SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 
 
 def brick(cells: tuple[int, int, int], edge: float | tuple[float, float, float]) -> HexMesh:
