@@ -99,6 +99,10 @@ class Bird:
             "eroded_mass_fraction": eroded / self.n,
         }
 
+    def warnings(self, _normal_energy: float) -> list[str]:
+        """Nothing beyond what every bird is told."""
+        return []
+
     def refresh_images(self) -> None:
         """Images follow their parents."""
         if self.images is None:

@@ -84,6 +84,10 @@ class BirdBody(Protocol):
         """Von Mises stress at the points, (n,) [Pa]."""
         ...
 
+    def warnings(self, _normal_energy: float) -> list[str]:
+        """What the user should know of a run with this normal kinetic energy [J]."""
+        ...
+
     def facts(self) -> dict[str, float]:
         """Counts for the summary: particles, eroded_particles, eroded_mass_fraction, and the method's own."""
         ...

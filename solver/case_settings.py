@@ -73,8 +73,9 @@ class SolverSettings(Section):
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
 
     Of a bird of hexahedra: hourglass control by dampers or by springs (absent: springs for an elastic bird, dampers for
-    all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable step falls below this share of the
-    undistorted mesh's smallest is eroded; the strike's step is that share, so that a smaller one costs more time.
+    all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable
+    step falls below this share of the undistorted mesh's smallest is eroded; the strike's step is at most that share,
+    so that a smaller one costs more time and erodes less.
     shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
 

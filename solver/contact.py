@@ -20,7 +20,10 @@ STILL = np.zeros(3)
 
 
 class Contact:
-    """Penalty contact, frictionless.
+    """Penalty contact, frictionless, of particles or of a mesh's nodes.
+
+    It begins at half the plate's thickness, and before it by the bird's skin: half a spacing from a particle's centre
+    to its surface, nothing from a node. Inner nodes come into play when erosion has laid them bare.
 
     The stiffness is that of one layer of bird, one spacing d thick: bulk modulus times particle face over spacing,
     k = rho0 C^2 d^2/d = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind

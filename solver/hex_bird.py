@@ -28,6 +28,7 @@ Material = NullMaterial | SolidMaterial
 
 SHOCK = (0.06, 0.75)  # linear and quadratic coefficient per unit of shock_linear and shock_quadratic: 0.06 and 1.5
 COEFFICIENTS = {"viscous": 0.02, "stiffness": 0.05}  # from 0.005 to 0.1 the strike's peak moves by 0.5 %
+DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # shares of mass and of normal kinetic energy that are told
 ACCOUNTS = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
 
 
@@ -36,8 +37,8 @@ class HexSettings:
     """Numerical choices of the elements.
 
     shock: linear and quadratic coefficient of the shock viscosity in the case's units, times `SHOCK`; hourglass:
-    "viscous" or "stiffness", with its coefficient (None: of `COEFFICIENTS`); smallest_step: share of the undistorted bird's stable step below
-    which a distorted element is eroded.
+    "viscous" or "stiffness", with its coefficient (None: of `COEFFICIENTS`); smallest_step: share of the undistorted
+    bird's stable step below which a distorted element is eroded.
     """
 
     shock: tuple[float, float] = (1.0, 2.0)
@@ -83,7 +84,7 @@ class HexBird:
         self.start, self.member = node_rows(self.elements, n)
         self.masses = np.bincount(self.elements.ravel(), np.repeat(0.125 * self.element_mass, 8), minlength=n)
         self.accounts: dict[str, float] = dict.fromkeys(ACCOUNTS, 0.0)
-        self.unit_dissipation, self.shortest_step = 0.0, 0.0
+        self.unit_dissipation, self.shortest_step, self.distorted_mass = 0.0, 0.0, 0.0
 
     @property
     def spacing(self) -> float:
@@ -164,6 +165,7 @@ class HexBird:
         if not np.isfinite(self.x).all():
             raise RunFailed("a bird node's position is no longer finite", "lower solver.courant")
         if self.going.any():
+            self.distorted_mass += float(self.element_mass[self.going & (self.step < self.shortest_step)].sum())
             held = np.zeros(self.n, np.bool_)
             held[self.elements[self.alive]] = True
             self.eroded_now[:] = self.active & ~held
@@ -238,8 +240,23 @@ class HexBird:
             "nodes": self.n,
             "eroded_particles": int(gone.sum()),
             "eroded_mass_fraction": float(self.element_mass[gone].sum() / self.element_mass.sum()),
+            "distorted_mass_fraction": self.distorted_mass / float(self.element_mass.sum()),
             "erosion_step_s": self.shortest_step,
         }
+
+    def warnings(self, normal_energy: float) -> list[str]:
+        """What the user should know: mass lost by distortion, and hourglass work of the normal kinetic energy [J]."""
+        found, distorted = [], self.facts()["distorted_mass_fraction"]
+        if distorted > DISTORTED_LIMIT:
+            text = f"{distorted:.0%} of the bird's mass was eroded because its elements were too distorted"
+            found.append(f"{text}: lower solver.smallest_step (now {self.settings.smallest_step:g}), at more cost")
+        share = self.accounts["bird_hourglass"] / normal_energy
+        if share > HOURGLASS_LIMIT:
+            text = f"the bird's hourglass control took {share:.0%} of the normal kinetic energy"
+            found.append(
+                f"{text}: its elements are too coarse for the flow; refine bird.particles or use bird.method sph"
+            )
+        return found
 
 
 def node_rows(cells: NDArray[np.int64], nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -128,7 +128,7 @@ def judge(strike: Strike) -> None:
 
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
-    warnings = []
+    warnings = strike.bird.warnings(strike.balance.normal_energy)
     if strike.deepest == 0.0:
         warnings.append(
             "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"

@@ -9,6 +9,7 @@ from reports.figures.setup import SetUp, setup_figure
 from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
+from solver.case_bird import Bird
 
 
 def section(results: Results) -> Section:
@@ -78,12 +79,19 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         (
             "bird's model",
             f"{material.model.upper()} material, {material.eos.kind.capitalize()} equation of state, "
-            f"{bird.particles} {bird.method.upper()} particles asked for on a lattice of kind {bird.lattice}",
+            f"{_pieces(bird)} asked for",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
     )
+
+
+def _pieces(bird: Bird) -> str:
+    """`4500 SPH particles on a lattice of kind fcc`, `4500 Lagrangian hexahedra`."""
+    if bird.method == "hexahedra":
+        return f"{bird.particles} Lagrangian hexahedra"
+    return f"{bird.particles} SPH particles on a lattice of kind {bird.lattice}"
 
 
 def _record(results: Results) -> tuple[tuple[str, str], ...]:
