@@ -37,9 +37,10 @@ def note(histories: Histories) -> str:
     pieces = f"{summary['particles']} {'elements' if 'nodes' in summary else 'particles'}"
     peak = summary["peak"]["displacement_centre"]
     impulse = float(np.trapezoid(force, histories.time))
+    eroded = summary["eroded_mass_fraction"]
     return (
         f"{pieces}; plate's centre {quantity(peak['value'], 'm')} at {quantity(peak['time'], 's')}; "
-        f"impulse {impulse:.1f} N s; eroded {summary['eroded_mass_fraction']:.1%}"
+        f"impulse {impulse:.1f} N s; {f'{eroded:.1%} of the mass' if eroded else 'nothing'} eroded"
     )
 
 

@@ -18,14 +18,38 @@ class BirdBody(Protocol):
     """
 
     n: int
-    x: Array
-    v: Array
-    masses: Array
-    acceleration: Array
-    active: NDArray[np.bool_]
-    eroded_now: NDArray[np.bool_]
     accounts: dict[str, float]
     unit_dissipation: float
+
+    @property
+    def x(self) -> Array:
+        """(n, 3) [m]."""
+        ...
+
+    @property
+    def v(self) -> Array:
+        """(n, 3) [m/s]."""
+        ...
+
+    @property
+    def masses(self) -> Array:
+        """(n,) [kg]."""
+        ...
+
+    @property
+    def acceleration(self) -> Array:
+        """(n, 3) [m/s^2]."""
+        ...
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """(n,)."""
+        ...
+
+    @property
+    def eroded_now(self) -> NDArray[np.bool_]:
+        """(n,)."""
+        ...
 
     @property
     def spacing(self) -> float:
@@ -52,15 +76,15 @@ class BirdBody(Protocol):
         """(k, 8) nodes of the live hexahedra; none of particles."""
         ...
 
-    def update_density(self, dt: float) -> None:
+    def update_density(self, dt: float, /) -> None:
         """Density and stress after the step that ended, erosion."""
         ...
 
-    def update_forces(self, dt: float) -> None:
+    def update_forces(self, dt: float, /) -> None:
         """Accelerations at the whole step."""
         ...
 
-    def keep_books(self, dt: float) -> None:
+    def keep_books(self, dt: float, /) -> None:
         """Works of the step that ended."""
         ...
 
@@ -84,7 +108,7 @@ class BirdBody(Protocol):
         """Von Mises stress at the points, (n,) [Pa]."""
         ...
 
-    def warnings(self, _normal_energy: float) -> list[str]:
+    def warnings(self, normal_energy: float, /) -> list[str]:
         """What the user should know of a run with this normal kinetic energy [J]."""
         ...
 

@@ -82,7 +82,9 @@ class HexBird:
         self.pressure_work, self.stress_work, self.hourglass_work = np.zeros(e), np.zeros(e), np.zeros(e)
         self.viscous_work, self.stored = np.zeros((e, 3)), np.zeros((e, 2))
         self.start, self.member = node_rows(self.elements, n)
-        self.masses = np.bincount(self.elements.ravel(), np.repeat(0.125 * self.element_mass, 8), minlength=n)
+        self.masses = np.bincount(self.elements.ravel(), np.repeat(0.125 * self.element_mass, 8), minlength=n).astype(
+            float
+        )
         self.accounts: dict[str, float] = dict.fromkeys(ACCOUNTS, 0.0)
         self.unit_dissipation, self.shortest_step, self.distorted_mass = 0.0, 0.0, 0.0
 
@@ -253,9 +255,7 @@ class HexBird:
         share = self.accounts["bird_hourglass"] / normal_energy
         if share > HOURGLASS_LIMIT:
             text = f"the bird's hourglass control took {share:.0%} of the normal kinetic energy"
-            found.append(
-                f"{text}: its elements are too coarse for the flow; refine bird.particles or use bird.method sph"
-            )
+            found.append(f"{text}: its mesh is too coarse for the flow; refine bird.particles, or bird.method = sph")
         return found
 
 

@@ -151,7 +151,7 @@ def _slenderness(shape: str, counts: Counts, size: float, straight: float, lengt
 def wrapped_core(counts: Counts) -> HexMesh:
     """Ball of radius 1: a core of across x across (x along in x) cells and `layers` around it."""
     across, layers, along = counts.across, counts.layers, counts.along
-    core = [np.linspace(-1.0, 1.0, n + 1) for n in (along, across, across)]
+    core: list[Array] = [np.linspace(-1.0, 1.0, n + 1) for n in (along, across, across)]
     blocks = [_block(*core)]
     outward = np.linspace(1.0, 2.0, layers + 1)
     for axis in range(3):

@@ -59,24 +59,30 @@ def bird_surfaces_figure(
             axes.text(0.985, 0.94, f"{time:.1f} ms", transform=axes.transAxes, ha="right", va="top", weight="bold")
             axes.set(xlim=x_limits, ylim=z_limits, aspect="equal")
             axes.grid(False)
-        grid[0, column].set_title(f"{title}\n", loc="left")
-        grid[0, column].text(
-            0.0, 1.02, notes[title], transform=grid[0, column].transAxes, color="#444444", fontsize=8.5
-        )
+        grid[0, column].set_title(f"{title}\n")
+        line = {"transform": grid[0, column].transAxes, "color": "#444444", "fontsize": 8.0}
+        grid[0, column].text(0.0, 1.025, notes[title], **line).set_in_layout(False)
         grid[-1, column].set_xlabel("x along the plate's length [mm]")
+        _flight(grid[0, column], snapshots[0])
     for axes in grid[:, 0]:
         axes.set_ylabel("z [mm]")
-    bar = figure.colorbar(
-        ScalarMappable(norm, SPEED_COLOURS),
-        ax=grid,
-        location="bottom",
-        aspect=60,
-        pad=0.012,
-        fraction=0.03,
-        extend="both",
-    )
+    shape = {"location": "bottom", "aspect": 60, "pad": 0.012, "fraction": 0.03, "extend": "both"}
+    bar = figure.colorbar(ScalarMappable(norm, SPEED_COLOURS), ax=grid, **shape)
     bar.set_label("Simulated speed in the bird [m/s]")
     return figure
+
+
+def _flight(axes: Axes, snapshot: Snapshot) -> None:
+    """An arrow along the velocity of the bird's tail, which the strike has not yet reached, with its speed."""
+    tail = snapshot.particles[:, 2] >= np.percentile(snapshot.particles[:, 2], 90.0)
+    velocity, nose = snapshot.velocity[tail].mean(axis=0), snapshot.particles[:, 0].max()
+    speed = float(np.linalg.norm(velocity))
+    start = 1e3 * np.array([nose - 0.06, snapshot.particles[tail, 2].mean()])
+    end = start + 60.0 * velocity[[0, 2]] / speed
+    axes.annotate(
+        "", xy=tuple(end), xytext=tuple(start), arrowprops={"arrowstyle": "-|>", "color": "#222222", "lw": 1.3}
+    )
+    axes.text(start[0] + 34.0, start[1] - 8.0, f"{speed:.1f} m/s", fontsize=8.5, color="#222222")
 
 
 def _speeds(birds: Mapping[str, Sequence[Snapshot]]) -> tuple[float, float]:
@@ -124,13 +130,9 @@ def _balls(axes: Axes, snapshot: Snapshot, norm: Normalize, spacing: float) -> N
     edges = colours.copy()
     edges[:, :3] *= 0.55
     size = np.full(len(where), 1e3 * spacing)
-    centres = shown(where[:, [0, 2]], "m")[0]
-    balls = {"units": "xy", "offsets": centres, "offset_transform": axes.transData}
-    axes.add_collection(
-        EllipseCollection(
-            size, size, np.zeros(len(where)), facecolors=colours, edgecolors=edges, linewidths=0.25, zorder=2, **balls
-        )
-    )
+    place = {"units": "xy", "offsets": shown(where[:, [0, 2]], "m")[0], "offset_transform": axes.transData}
+    paint = {"facecolors": colours, "edgecolors": edges, "linewidths": 0.25, "zorder": 2}
+    axes.add_collection(EllipseCollection(size, size, np.zeros(len(where)), **place, **paint))
 
 
 def _faces(axes: Axes, snapshot: Snapshot, norm: Normalize) -> None:

@@ -19,7 +19,7 @@ def brick(cells: tuple[int, int, int], edge: float | tuple[float, float, float])
     grid = np.stack(np.meshgrid(*[np.arange(n + 1) for n in cells], indexing="ij"), axis=-1).reshape(-1, 3)
     low = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 1, 3)
     stride = np.array([(counts[1] + 1) * (counts[2] + 1), counts[2] + 1, 1])
-    return HexMesh(grid * np.broadcast_to(edge, 3), ((low + CORNERS) @ stride).astype(np.int64))
+    return HexMesh(grid.astype(float) * np.broadcast_to(edge, 3), ((low + CORNERS) @ stride).astype(np.int64))
 
 
 def skewed(mesh: HexMesh, by: float, seed: int = 0) -> HexMesh:
