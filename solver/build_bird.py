@@ -20,7 +20,8 @@ from solver.case_material import (
 )
 from solver.elastic_bird import ElasticBird
 from solver.geometry import fill_bird, jittered, place_bird, slope_gain
-from solver.hex_bird import HexBird, HexSettings
+from solver.hex_bird import HexBird
+from solver.hex_elements import HexSettings
 from solver.hex_mesh import HexMesh, bird_mesh
 from solver.materials import NullMaterial as FluidMaterial
 from solver.materials import SolidMaterial, elastic, hardening
@@ -49,7 +50,9 @@ def build_hexahedra(case: Case) -> HexBird:
     x, v = in_flight(case, mesh.nodes, 0.0)
     hourglass = s.hourglass or ("stiffness" if b.material.model == "elastic" else "viscous")
     settings = HexSettings((s.shock_linear, s.shock_quadratic), hourglass, s.hourglass_coefficient, s.smallest_step)
-    return HexBird(HexMesh(x, mesh.cells), v, bird_material(b.material, b.actual_density), settings)
+    bird = HexBird(HexMesh(x, mesh.cells), v, bird_material(b.material, b.actual_density), settings)
+    bird.stiffen(case.normal_speed)
+    return bird
 
 
 def build_particles(case: Case) -> Bird:
@@ -61,7 +64,9 @@ def build_particles(case: Case) -> Bird:
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing)
-    return BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird.stiffen(case.normal_speed)
+    return bird
 
 
 def bird_lattice(b: BirdSection) -> tuple[Array, float]:

@@ -43,6 +43,8 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
         void |= set(SIZES)
     elif any(key in over for key in SIZES):
         void |= set(FROM_MASS)
+    if over.get("statistics"):
+        void.add("density")
     by_mass = any(key in over or (key in base and key not in void) for key in FROM_MASS)
     if not by_mass and ("mass" in over or "density" in over):
         void |= {"mass", "density"}

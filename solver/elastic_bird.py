@@ -9,14 +9,9 @@ import numpy as np
 from data.errors import RunFailed
 from data.histories import Array
 from solver.bird import Bird
+from solver.kernels.neo_hookean import neo_hookean_stress, unit_shear_power
 from solver.kernels.sums import total, work_of_forces
-from solver.kernels.total_lagrangian import (
-    ROW,
-    deformation_gradient,
-    elastic_forces,
-    neo_hookean_stress,
-    reference_correction,
-)
+from solver.kernels.total_lagrangian import ROW, deformation_gradient, elastic_forces, reference_correction
 from solver.materials import SolidMaterial
 
 HOURGLASS = 5.0  # hourglass modulus over Young's
@@ -41,6 +36,7 @@ class ElasticBird(Bird):
         self.lattice_row[:, 3:6] = self.x
         reference_correction(n, self.x, *self.kernel, self.correction)
         self.jacobian, self.bulk_stress, self.stresses = np.ones(n), np.zeros(n), np.zeros((n, 2))
+        self.gradient_before, self.shear_power = np.tile(np.eye(3).ravel(), (n, 1)), np.zeros(n)
         self.penalty, self.penalty_before = np.zeros((n, 3)), np.zeros((n, 3))
         self.moduli = np.array([m.shear_modulus, m.bulk_modulus])
         speed = m.fastest_wave(1e-3)
@@ -57,6 +53,7 @@ class ElasticBird(Bird):
         neo_hookean_stress(n, dt, *law, *memory, self.stresses, self.energy, self.work)
         if not self.jacobian.min() > 0.0:
             raise RunFailed("an elastic bird particle was turned inside out", "lower solver.courant")
+        unit_shear_power(n, dt, self.lattice_row, self.gradient_before, self.shear_power)
         self.rho[:n], self.p[:n] = self.material.rho0 / self.jacobian, self.stresses[:, 1]
 
     def update_forces(self, _dt: float) -> None:
@@ -71,6 +68,7 @@ class ElasticBird(Bird):
         self.accounts["bird_stress"] = self.volume * total(self.energy)
         work = work_of_forces(self.penalty_before, self.penalty, self.v, self.n)
         self.accounts["bird_hourglass"] -= dt * self.mass * work
+        self.unit_dissipation += dt * self.volume * total(self.shear_power)
         self.accounts["bird_shock"] += self.volume * total(self.work)
 
     def von_mises(self) -> Array:

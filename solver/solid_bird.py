@@ -15,13 +15,13 @@ from solver.kernels.sph_strength import ROW, add_stress_forces, pack_stress, vel
 from solver.kernels.sums import total
 from solver.materials import SolidMaterial
 
-ARTIFICIAL_STRESS = 0.3  # share of a tension that repels at one spacing (Gray, Monaghan & Swift, CMAME 190 (2001) 6641)
+REPULSION = (0.3, 0.7)  # stiffness over bulk modulus times spacing, and the distance below which it acts over spacing
 
 
 class SolidBird(Bird):
     """A `Bird` whose stress is -p I + s; s and its back stress (N, 6) [Pa], eps_p (N,) equivalent plastic strain.
 
-    accounts: bird_stress, the work of s; bird_artificial, that of the artificial stress.
+    accounts: bird_stress, the work of s; bird_repulsion, that of the springs between particles that clump.
     """
 
     material: SolidMaterial
@@ -33,8 +33,9 @@ class SolidBird(Bird):
         self.rates, self.correction = np.zeros((rows, 9)), np.zeros((rows, 6))
         self.stress_row, self.repelled = np.zeros((rows, ROW)), np.zeros(rows)
         self.works, self.stored_stress = np.zeros((rows, 2)), np.zeros(rows)
+        self.repulsion = np.array(REPULSION) * [self.bulk_modulus * self.spacing, self.spacing]
         self.strength, self.wave = self.material.strength, 4.0 / 3.0 * self.material.shear_modulus
-        self.accounts |= {"bird_stress": 0.0, "bird_artificial": 0.0}
+        self.accounts |= {"bird_stress": 0.0, "bird_repulsion": 0.0}
 
     def update_density(self, dt: float) -> None:
         """Density, deviator and pressure over the step that ended, erosion. Raises RunFailed on a lost density."""
@@ -57,25 +58,33 @@ class SolidBird(Bird):
         if self.eroded_now.any():
             self.deformation[self.eroded_now] = 0.0
             self.list.build(self.x, self.active)
+        self.refresh_images()
+
+    def refresh_images(self) -> None:
+        """Images follow their parents, stress included."""
+        super().refresh_images()
+        if self.images is not None and hasattr(self, "stress"):
+            self.stress[self.n :] = self.stress[self.images.parent]
+            self.correction[self.n :] = self.correction[self.images.parent]
 
     def update_forces(self, dt: float) -> None:
         """Accelerations and dissipated powers at the whole step."""
         rows = (self.list.start, self.list.neighbour)
-        state = (self.rho, self.p, self.stress, self.correction, ARTIFICIAL_STRESS)
-        pack_stress(self.n, self.x, self.v, self.acceleration, dt, self.mass, *state, self.stress_row)
+        state = (self.rho, self.stress, self.correction)
+        pack_stress(len(self.x), self.x, self.v, self.acceleration, dt, self.mass, *state, self.stress_row)
         fluid = (self.rho, self.p, self.c, self.drho_dt, self.deformation)
         pack_state(len(self.x), self.x, self.v, self.acceleration, *fluid, dt, 0.0, self.row)
         shock = (self.row, self.mass, self.h, self.slope, 0.0, self.shock)
         pair_forces(self.n, *shock, *rows, self.acceleration, self.dissipation)
-        solid = (self.stress_row, self.mass, self.h, self.slope, self.spacing / self.h)
+        solid = (self.stress_row, self.mass, self.h, self.slope, self.repulsion)
         add_stress_forces(self.n, *solid, *rows, self.acceleration, self.repelled)
         self.heating[: self.n] = self.dissipation[: self.n, 1] / self.volume
 
     def keep_books(self, dt: float) -> None:
-        """As every bird's, and the works of the deviator and of the artificial stress."""
+        """As every bird's, and the works of the deviator and of the repulsion."""
         super().keep_books(dt)
         self.accounts["bird_stress"] += self.volume * total(self.works[:, 1])
-        self.accounts["bird_artificial"] += dt * total(self.repelled)
+        self.accounts["bird_repulsion"] += dt * total(self.repelled)
         if self.eroded_now.any():
             frozen = self.volume * float(self.stored_stress[self.eroded_now].sum())
             self.accounts["bird_stress"] -= frozen

@@ -10,6 +10,7 @@ from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
 from solver.case_bird import Bird
+from solver.case_material import BirdMaterial
 
 
 def section(results: Results) -> Section:
@@ -78,8 +79,7 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{material.model.upper()} material, {material.eos.kind.capitalize()} equation of state, "
-            f"{_pieces(bird)} asked for",
+            f"{model_of(material)}, {pieces_of(bird)} asked for",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
@@ -87,11 +87,18 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _pieces(bird: Bird) -> str:
+def pieces_of(bird: Bird) -> str:
     """`4500 SPH particles on a lattice of kind fcc`, `4500 Lagrangian hexahedra`."""
     if bird.method == "hexahedra":
         return f"{bird.particles} Lagrangian hexahedra"
     return f"{bird.particles} SPH particles on a lattice of kind {bird.lattice}"
+
+
+def model_of(material: BirdMaterial) -> str:
+    """The bird's model in words, with its equation of state where it has one of its own."""
+    name = "NULL" if material.model == "null" else words(material.model).capitalize()
+    law = material.law
+    return f"{name} material" + (f", {words(law.kind).capitalize()} equation of state" if law is not None else "")
 
 
 def _record(results: Results) -> tuple[tuple[str, str], ...]:

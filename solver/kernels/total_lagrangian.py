@@ -1,4 +1,4 @@
-"""Elastic bird in total-Lagrangian SPH: deformation gradient, neo-Hookean stress, pair forces, hourglass control.
+"""Elastic bird in total-Lagrangian SPH: deformation gradient, pair forces, hourglass control.
 
 All sums run over the neighbours and distances of the undeformed bird, which is why it neither clumps nor tears
 (J. Bonet & S. Kulasegaram, Int. J. Numer. Meth. Eng. 52 (2001) 1203).
@@ -76,71 +76,6 @@ def deformation_gradient(n, x, volume, h, constant, start, neighbour, correction
         row[a, 12] = gzx * c[0] + gzy * c[3] + gzz * c[5]
         row[a, 13] = gzx * c[3] + gzy * c[1] + gzz * c[4]
         row[a, 14] = gzx * c[5] + gzy * c[4] + gzz * c[2]
-
-
-@njit(cache=True, parallel=True)
-def neo_hookean_stress(n, dt, rho0, moduli, bulk_viscosity, correction, row, jacobian, q_stress, stress, energy, work):
-    """First Piola-Kirchhoff stress with the shock's bulk viscosity, times B, into row[15:24].
-
-    W = G/2 (J^(-2/3) F:F - 3) + K/2 (ln J)^2, P = G J^(-2/3) (F - F:F/3 F^-T) + (K ln J - J q) F^-T;
-    q = rho0/J (linear c - quadratic D) (-D) with D = dJ/dt/J of the step that ended, in compression only.
-    moduli: (2,) G, K [Pa]; bulk_viscosity: (2,) linear [m^2/s], quadratic [m^2]; in and out: jacobian (n,) J,
-    q_stress (n,) q [Pa]; out: stress (n, 2): von Mises and pressure [Pa], energy (n,) W [J/m^3], work (n,): that q
-    took over the step per reference volume [J/m^3].
-    """
-    g, bulk = moduli[0], moduli[1]
-    for a in prange(n):
-        f11, f12, f13 = row[a, 6], row[a, 7], row[a, 8]
-        f21, f22, f23 = row[a, 9], row[a, 10], row[a, 11]
-        f31, f32, f33 = row[a, 12], row[a, 13], row[a, 14]
-        c11, c12, c13 = f22 * f33 - f23 * f32, f23 * f31 - f21 * f33, f21 * f32 - f22 * f31
-        c21, c22, c23 = f13 * f32 - f12 * f33, f11 * f33 - f13 * f31, f12 * f31 - f11 * f32
-        c31, c32, c33 = f12 * f23 - f13 * f22, f13 * f21 - f11 * f23, f11 * f22 - f12 * f21
-        j = f11 * c11 + f12 * c12 + f13 * c13
-        before = jacobian[a]
-        jacobian[a] = j
-        if not j > 0.0:
-            continue
-        squared = f11 * f11 + f12 * f12 + f13 * f13 + f21 * f21 + f22 * f22 + f23 * f23
-        squared += f31 * f31 + f32 * f32 + f33 * f33
-        shrink = j ** (-2.0 / 3.0)
-        log = math.log(j)
-        rate = (j - before) / (dt * j) if dt > 0.0 else 0.0
-        q_before, q = q_stress[a], 0.0
-        if rate < 0.0:
-            q = rho0 / j * (bulk_viscosity[0] - bulk_viscosity[1] * rate) * -rate
-        q_stress[a] = q
-        work[a] = -0.5 * (q_before + q) * (j - before)
-        energy[a] = 0.5 * g * (shrink * squared - 3.0) + 0.5 * bulk * log * log
-        even = (bulk * log - j * q - g * shrink * squared / 3.0) / j
-        odd = g * shrink
-        p11, p12, p13 = odd * f11 + even * c11, odd * f12 + even * c12, odd * f13 + even * c13
-        p21, p22, p23 = odd * f21 + even * c21, odd * f22 + even * c22, odd * f23 + even * c23
-        p31, p32, p33 = odd * f31 + even * c31, odd * f32 + even * c32, odd * f33 + even * c33
-        stress[a, 0] = equivalent_stress(row[a], g * shrink / j, squared)
-        stress[a, 1] = q - bulk * log / j
-        c = correction[a]
-        row[a, 15], row[a, 16], row[a, 17] = times_symmetric(p11, p12, p13, c)
-        row[a, 18], row[a, 19], row[a, 20] = times_symmetric(p21, p22, p23, c)
-        row[a, 21], row[a, 22], row[a, 23] = times_symmetric(p31, p32, p33, c)
-
-
-@njit(cache=True, inline="always")
-def times_symmetric(x, y, z, c):
-    """Row vector times a symmetric matrix (6,)."""
-    return x * c[0] + y * c[3] + z * c[5], x * c[3] + y * c[1] + z * c[4], x * c[5] + y * c[4] + z * c[2]
-
-
-@njit(cache=True, inline="always")
-def equivalent_stress(row, factor, squared):
-    """Von Mises stress [Pa] of the Cauchy deviator factor (F F^T - F:F/3 I)."""
-    xx = row[6] * row[6] + row[7] * row[7] + row[8] * row[8] - squared / 3.0
-    yy = row[9] * row[9] + row[10] * row[10] + row[11] * row[11] - squared / 3.0
-    zz = row[12] * row[12] + row[13] * row[13] + row[14] * row[14] - squared / 3.0
-    xy = row[6] * row[9] + row[7] * row[10] + row[8] * row[11]
-    yz = row[9] * row[12] + row[10] * row[13] + row[11] * row[14]
-    zx = row[12] * row[6] + row[13] * row[7] + row[14] * row[8]
-    return factor * math.sqrt(1.5 * (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)))
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)

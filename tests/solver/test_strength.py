@@ -23,17 +23,21 @@ def uniaxial(strains: np.ndarray, strength: np.ndarray) -> np.ndarray:
     for strain in strains:
         step = strain - before
 
-        def side_stress(lateral: float, step: float = step) -> float:
-            trial, trial_back = stress.copy(), back.copy()
-            update_deviator(trial, trial_back, eps_p, strain_rate(step, lateral), 0.0, 0.0, 0.0, 1.0, strength)
-            return trial[1] + K * (volume + step + 2.0 * lateral)  # noqa: B023 (called at once)
-
-        lateral = brentq(side_stress, -2.0 * abs(step) - 1e-12, 2.0 * abs(step) + 1e-12, xtol=1e-20, rtol=1e-15)
+        state = (stress, back, eps_p, volume, step, strength)
+        reach = 2.0 * abs(step) + 1e-12
+        lateral: float = brentq(side_stress, -reach, reach, args=state, xtol=1e-20, rtol=1e-15)  # pyright: ignore
         rate = strain_rate(step, lateral)
         eps_p = update_deviator(stress, back, eps_p, rate, 0.0, 0.0, 0.0, 1.0, strength)
         volume, before = volume + step + 2.0 * lateral, strain
         axial.append(stress[0] + K * volume)
     return np.array(axial)
+
+
+def side_stress(lateral, stress, back, eps_p, volume, step, strength) -> float:
+    """Lateral stress after a step of axial and lateral strain."""
+    trial, trial_back = stress.copy(), back.copy()
+    update_deviator(trial, trial_back, eps_p, strain_rate(step, lateral), 0.0, 0.0, 0.0, 1.0, strength)
+    return trial[1] + K * (volume + step + 2.0 * lateral)
 
 
 def strain_rate(axial: float, lateral: float) -> np.ndarray:
@@ -85,8 +89,9 @@ def test_rigidly_spinning_stressed_body_keeps_its_stress():
     strength = constants(0.5, sigma_y=np.inf)
     steps = 64
     half = 2.0 * np.tan(np.pi / steps)  # of the Rodrigues vector: exactly `steps` steps a turn
+    wx, wy, wz = half * axis
     for _ in range(1000 * steps):
-        update_deviator(stress, back, 0.0, np.zeros(6), *(half * axis), 1.0, strength)
+        update_deviator(stress, back, 0.0, np.zeros(6), wx, wy, wz, 1.0, strength)
     assert stress == pytest.approx(start, abs=1e-9)
     assert back == pytest.approx(0.5 * start, abs=1e-9)
     assert contraction(stress, stress) == pytest.approx(contraction(start, start), rel=1e-10)
@@ -99,7 +104,7 @@ def test_rotation_is_that_of_the_matrix():
     q = np.linalg.solve(np.eye(3) - 0.5 * dt * spin, np.eye(3) + 0.5 * dt * spin)
     full = np.array([[3.0, 0.5, 0.9], [0.5, -1.0, -0.7], [0.9, -0.7, -2.0]])
     turned = q @ full @ q.T
-    rotate(tensor, *w, dt)
+    rotate(tensor, w[0], w[1], w[2], dt)
     assert tensor == pytest.approx(turned[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], rel=1e-13)
 
 
