@@ -23,7 +23,7 @@ from solver.materials import NullMaterial, SolidMaterial
 Material = NullMaterial | SolidMaterial
 
 SHOCK = (0.06, 0.75)  # linear and quadratic coefficient per unit of shock_linear and shock_quadratic: 0.06 and 1.5
-COEFFICIENTS = {"viscous": 0.02, "stiffness": 0.05}  # from 0.005 to 0.1 the strike's peak moves by 1 %
+COEFFICIENTS = {"viscous": 0.02, "stiffness": 0.05}  # 0.005 to 0.1 moves the peak by 0.5 % (MU 641), 2 % (MU 0)
 
 
 @dataclass(frozen=True)
