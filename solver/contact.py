@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from data.errors import RunFailed, UserError
 from data.histories import Array
-from solver.bird import Bird
+from solver.body import BirdBody
 from solver.kernels.contact import contact_forces, follow_facets
 from solver.kernels.motion import add_contact
 from solver.kernels.neighbours import largest_displacement_squared
@@ -22,7 +22,10 @@ STILL = np.zeros(3)
 
 
 class Contact:
-    """Penalty contact, with Coulomb friction where the coefficient is above 0.
+    """Penalty contact of particles or of a mesh's nodes, with Coulomb friction where the coefficient is above 0.
+
+    It begins at half the plate's thickness, and before it by the bird's skin: half a spacing from a particle's centre
+    to its surface, nothing from a node. Inner nodes come into play when erosion has laid them bare.
 
     The stiffness is that of one layer of bird, one spacing d thick: bulk modulus times particle face over spacing,
     k = rho0 C^2 d^2/d = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind
@@ -32,9 +35,9 @@ class Contact:
     quads and across are then those of the shell seen from there. Facets that have torn touch nothing.
     """
 
-    def __init__(self, bird: Bird, plate: Target, friction: float = 0.0) -> None:
+    def __init__(self, bird: BirdBody, plate: Target, friction: float = 0.0) -> None:
         self.spacing = bird.spacing
-        self.gap = 0.5 * plate.thickness + 0.5 * self.spacing
+        self.gap = 0.5 * plate.thickness + bird.skin
         self.stiffness = bird.bulk_modulus * self.spacing
         self.side, self.quads, self.across = seen_from(bird, plate)
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
@@ -50,7 +53,7 @@ class Contact:
         if self.rubbing:
             self.accounts["friction"] = 0.0
 
-    def refuse_overlap(self, bird: Bird, plate: Target) -> None:
+    def refuse_overlap(self, bird: BirdBody, plate: Target) -> None:
         """Raise UserError when the bird starts inside the plate."""
         self.search(bird, plate)
         overlap = float((self.gap - self.foot[:, 2]).max())
@@ -61,7 +64,7 @@ class Contact:
                 "impact.standoff, or make bird.diameter smaller against the plate's curvature"
             )
 
-    def search(self, bird: Bird, plate: Target) -> None:
+    def search(self, bird: BirdBody, plate: Target) -> None:
         """Nearest facet of every particle, and which particles may touch before the next search."""
         alive = np.flatnonzero(plate.alive)
         if len(alive):
@@ -72,15 +75,12 @@ class Contact:
         self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
         self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), len(alive)
 
-    def follow(self, bird: Bird, plate: Target, watched: NDArray[np.bool_]) -> None:
+    def follow(self, bird: BirdBody, plate: Target, watched: NDArray[np.bool_]) -> None:
         """Feet of the watched particles on the plate as it is now."""
         surface = (plate.x, self.quads, self.across, plate.alive, self.gap)
         follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
-        in_hole = ~plate.alive[self.facet]
-        self.past_rim |= in_hole
-        self.foot[in_hole, 2] = np.inf
 
-    def update_forces(self, bird: Bird, plate: Target) -> None:
+    def update_forces(self, bird: BirdBody, plate: Target) -> None:
         """Forces of the present positions on particles and nodes."""
         moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
         torn = np.count_nonzero(plate.alive) != self.alive_at_search
@@ -113,13 +113,13 @@ class Contact:
         self.accounts["contact"] -= frozen
         self.accounts["eroded"] += frozen
 
-    def work(self, bird: Bird, plate: Target, dt: float) -> float:
+    def work(self, bird: BirdBody, plate: Target, dt: float) -> float:
         """Energy [J] that contact took over the step that ended, trapezoidal in the forces."""
         on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
         return -dt * (on_bird + on_plate)
 
-    def keep_books(self, bird: Bird, plate: Target, dt: float) -> None:
+    def keep_books(self, bird: BirdBody, plate: Target, dt: float) -> None:
         """Work of the step that ended, friction's apart; what the springs of newly eroded particles held is frozen."""
         self.accounts["contact"] += self.work(bird, plate, dt)
         if self.rubbing:
@@ -131,11 +131,11 @@ class Contact:
             before = self.on_bird_before - self.rubbing.on_bird_before if self.rubbing else self.on_bird_before
             self.release(eroded, before)
 
-    def stable_step(self, bird: Bird, plate: Target) -> float:
+    def stable_step(self, bird: BirdBody, plate: Target) -> float:
         """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
         return 2.0 / np.sqrt(self.stiffness / self.reduced_mass(bird, plate))
 
-    def reduced_mass(self, bird: Bird, plate: Target) -> float:
+    def reduced_mass(self, bird: BirdBody, plate: Target) -> float:
         """Of a particle against its share of the lightest node [kg]; the particle's own on a plate that cannot move."""
         inverse = 1.0 / bird.masses.min()
         if not plate.fixed.all():
@@ -150,7 +150,7 @@ def facet_areas(plate: Target) -> Array:
     return 0.5 * np.linalg.norm(np.cross(k - i, m - j), axis=1)
 
 
-def seen_from(bird: Bird, plate: Target) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
+def seen_from(bird: BirdBody, plate: Target) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
     """1 where the normal of the facet nearest the bird's centre points to it, else -1; quads and across from there.
 
     The shell's facets are wound alike. Seen from behind, corners run the other way, and so xi and eta change places.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
-from solver.bird import Bird
+from solver.body import BirdBody
 from solver.case_sensors import Sensor
 from solver.contact import Contact
 from solver.kernels.contact import bilinear
@@ -69,7 +69,7 @@ class Disc:
     radius: float
     width: float
 
-    def pressure(self, bird: Bird, contact: Contact) -> float:
+    def pressure(self, bird: BirdBody, contact: Contact) -> float:
         """Normal contact force on the disc over its area [Pa]."""
         touching = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
         disc = (self.centre, self.radius, self.width)

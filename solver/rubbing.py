@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solver.bird import Bird
+from solver.body import BirdBody
 from solver.kernels.friction import friction_forces
 from solver.kernels.sums import work_of_forces
 from solver.rigid_plate import Target
@@ -26,14 +26,14 @@ class Rubbing:
     acts at the particle, and the shell gets the couple about its mid-surface (`kernels.friction`).
     """
 
-    def __init__(self, friction: float, contact: Contact, bird: Bird, plate: Target) -> None:
+    def __init__(self, friction: float, contact: Contact, bird: BirdBody, plate: Target) -> None:
         self.friction = friction
         self.resistance = STICKING * float(np.sqrt(contact.stiffness * contact.reduced_mass(bird, plate)))
         self.on_bird, self.on_plate = np.zeros_like(contact.on_bird), np.zeros_like(contact.on_plate)
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.room = np.zeros((7, 3))
 
-    def update_forces(self, contact: Contact, bird: Bird, plate: Target) -> None:
+    def update_forces(self, contact: Contact, bird: BirdBody, plate: Target) -> None:
         """Friction of the present normal forces, added to the contact's own."""
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
@@ -44,7 +44,7 @@ class Rubbing:
         contact.on_bird += self.on_bird
         contact.on_plate += self.on_plate
 
-    def work(self, bird: Bird, plate: Target, dt: float) -> float:
+    def work(self, bird: BirdBody, plate: Target, dt: float) -> float:
         """Heat [J] of the step that ended, trapezoidal in the forces."""
         on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))

@@ -88,17 +88,14 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
     """Books, counts and warnings of a finished strike. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = strike.bird, strike.plate, strike.balance
     judge(strike)
-    eroded = int(np.count_nonzero(~bird.active[: bird.n]))
     return {
         "schema_version": 1,
         "solver_version": SOLVER_VERSION,
         "case_hash": case_hash(case),
         "steps": strike.steps,
         "step_s": strike.dt,
-        "particles": bird.n,
         "shells": len(plate.quads),
-        "neighbours_mean": float(bird.list.start[-1] / bird.n),
-        "list_rebuilds": bird.list.rebuilds,
+        **bird.facts(),
         "energy_error": balance.energy_error(),
         "worst_energy_error": balance.worst,
         "momentum_error": balance.momentum_error(bird, plate),
@@ -111,8 +108,6 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
         },
         "shock_equivalent_viscosity_Pa_s": bird.equivalent_viscosity(),
         "deepest_overlap_m": strike.deepest,
-        "eroded_particles": eroded,
-        "eroded_mass_fraction": eroded / bird.n,
         "eroded_shells": plate.eroded,
         "largest_plastic_strain": float(plate.eps_p.max()),
         "warnings": warnings_of(case, strike),
@@ -143,7 +138,7 @@ def untouched(strike: Strike) -> str:
 
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
-    warnings: list[str] = []
+    warnings = strike.bird.warnings(strike.balance.normal_energy)
     warnings += coarse_gauges(case.sensors, strike) + unrecorded_ends(case.instrument)
     if strike.deepest == 0.0:
         warnings.append(untouched(strike))

@@ -9,6 +9,7 @@ from reports.figures.setup import SetUp, setup_figure
 from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
+from solver.case_bird import Bird
 from solver.case_material import BirdMaterial
 from solver.case_sensors import PLACED
 
@@ -81,13 +82,19 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{model_of(material)}, "
-            f"{bird.particles} {bird.method.upper()} particles asked for on a lattice of kind {bird.lattice}",
+            f"{model_of(material)}, {pieces_of(bird)} asked for",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
     )
+
+
+def pieces_of(bird: Bird) -> str:
+    """`4500 SPH particles on a lattice of kind fcc`, `4500 Lagrangian hexahedra`."""
+    if bird.method == "hexahedra":
+        return f"{bird.particles} Lagrangian hexahedra"
+    return f"{bird.particles} SPH particles on a lattice of kind {bird.lattice}"
 
 
 def model_of(material: BirdMaterial) -> str:

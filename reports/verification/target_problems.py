@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.bird import Bird, NullMaterial
+from solver.body import BirdBody
 from solver.case import Case, load_case
 from solver.case_sensors import Sensor
 from solver.contact import Contact
@@ -124,7 +125,7 @@ def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.
     return Compared(float(impulse), abs(before), "N s", seen)
 
 
-def normal_momentum(bird: Bird) -> float:
+def normal_momentum(bird: BirdBody) -> float:
     """Along z [N s]."""
     result = np.zeros(3)
     column_sums(bird.masses[:, None] * bird.v[: bird.n], bird.n, result)

@@ -1,6 +1,6 @@
 """Penalty contact of particles with the shell's surface: feet on facets and normal forces (rubbing: `friction`).
 
-A particle touches where its distance from the mid-surface is below gap = half the thickness + half a particle spacing.
+A particle or node touches where its distance from the mid-surface is below gap = half the thickness + the bird's skin.
 The force acts along the normal of the facet through the foot of the perpendicular, so the pair of forces is equal,
 opposite and on one line: linear and angular momentum are kept, the moment about the mid-surface included.
 """

@@ -45,7 +45,6 @@ NAMES = [
     ),
 ]
 NOT_YET = [
-    ("bird.method", "hexahedra", f"~ = hexahedra {LATER}; available: sph"),
     ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
     ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
     ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),

@@ -1,0 +1,172 @@
+"""The bird as Lagrangian one-point hexahedra: nodes, erosion, books, motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data.errors import RunFailed
+from data.histories import Array
+from solver.hex_elements import HexElements, HexSettings, Material
+from solver.hex_mesh import HexMesh
+from solver.kernels.hexahedra import gather_accelerations
+from solver.kernels.motion import kick_and_drift_particles
+from solver.kernels.sums import total, weighted_square
+
+ACCOUNTS = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
+DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # shares of mass and of normal kinetic energy that are told
+
+
+class HexBird(HexElements):
+    """n nodes under their elements' forces.
+
+    active: (n,) nodes with a live element. The others fly on freely and touch nothing; their mass, momentum and
+    energy stay on the books.
+    """
+
+    def __init__(self, mesh: HexMesh, v: Array, material: Material, settings: HexSettings | None = None) -> None:
+        super().__init__(mesh, v, material, settings)
+        n = self.n = len(mesh.nodes)
+        self.bulk_modulus = material.bulk_modulus  # [Pa], that contact goes by, see `stiffen`
+        self.acceleration, self.stored = np.zeros((n, 3)), np.zeros((len(mesh.cells), 2))
+        self.active, self.eroded_now = np.ones(n, np.bool_), np.zeros(n, np.bool_)
+        self.start, self.member = node_rows(self.elements, n)
+        eighths = np.repeat(0.125 * self.element_mass, 8)
+        self.masses = np.bincount(self.elements.ravel(), eighths, minlength=n).astype(float)
+        self.accounts: dict[str, float] = dict.fromkeys(ACCOUNTS, 0.0)
+        self.unit_dissipation, self.distorted_mass = 0.0, 0.0
+
+    @property
+    def spacing(self) -> float:
+        """Edge of a cube of the elements' mean volume [m]."""
+        return float(self.volume0.mean() ** (1.0 / 3.0))
+
+    @property
+    def skin(self) -> float:
+        """From a point of contact to the bird's surface [m]: none, the nodes lie on it."""
+        return 0.0
+
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """Nodes of the live elements, (k, 8)."""
+        return self.elements[self.alive]
+
+    @property
+    def p(self) -> Array:
+        """Pressure at the nodes, (n,) [Pa]: mean of the live elements around."""
+        return self.at_nodes(self.pressure)
+
+    def stiffen(self, normal_speed: float) -> None:
+        """Raise the modulus that contact goes by where the law at rest is far softer than behind the shock.
+
+        As an SPH bird's: at the Hugoniot pressure of the impact the overlap is a quarter of the spacing at most.
+        """
+        self.bulk_modulus = max(self.bulk_modulus, 4.0 * self.material.eos.hugoniot(normal_speed)[0])
+
+    def update_density(self, dt: float) -> None:
+        """Geometry, erosion and stress over the step that ended. Raises RunFailed on a position that is not finite."""
+        if not np.isfinite(self.x).all():
+            raise RunFailed("a bird node's position is no longer finite", "lower solver.courant")
+        self.update_geometry(dt)
+        self.free_nodes()
+        self.update_stress(dt)
+
+    def free_nodes(self) -> None:
+        """Nodes whose last live element went in this step touch nothing from now on."""
+        self.eroded_now[:] = False
+        if self.going.any():
+            self.distorted_mass += float(self.element_mass[self.going & (self.step < self.shortest_step)].sum())
+            held = np.zeros(self.n, np.bool_)
+            held[self.elements[self.alive]] = True
+            self.eroded_now[:] = self.active & ~held
+            self.active[:] = held
+
+    def update_forces(self, _dt: float) -> None:
+        """Nodal accelerations at the whole step; the stress is already that of the step's end."""
+        self.update_element_forces()
+        gather_accelerations(self.start, self.member, self.force, self.masses, self.acceleration)
+
+    def keep_books(self, _dt: float) -> None:
+        """Works of the step that ended; what an eroded element had stored as pressure and strength is frozen."""
+        self.accounts["bird_pressure"] += total(self.pressure_work)
+        self.accounts["bird_stress"] += total(self.stress_work)
+        self.accounts["bird_viscous"] += total(self.viscous_work[:, 0])
+        self.accounts["bird_shock"] += total(self.viscous_work[:, 1])
+        self.unit_dissipation += total(self.viscous_work[:, 2])
+        self.accounts["bird_hourglass"] += total(self.hourglass_work)
+        self.stored[:, 0] += self.pressure_work
+        self.stored[:, 1] += self.stress_work
+        dissipated = self.stress_work + self.viscous_work[:, 0] + self.viscous_work[:, 1] + self.hourglass_work
+        self.heat = dissipated / self.volume0
+        if self.going.any():
+            frozen = self.stored[self.going].sum(axis=0)
+            self.accounts["bird_pressure"] -= float(frozen[0])
+            self.accounts["bird_stress"] -= float(frozen[1])
+            self.accounts["eroded"] += float(frozen.sum())
+
+    def kick_and_drift(self, kick: float, drift: float) -> None:
+        """New half-step velocities, then new positions."""
+        kick_and_drift_particles(self.n, kick, drift, self.acceleration, self.v, self.x)
+
+    def kinetic_energy(self) -> float:
+        """Of the half-step velocities [J]."""
+        return weighted_square(self.masses, self.v, self.n)
+
+    def equivalent_viscosity(self) -> float:
+        """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
+        return self.accounts["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
+
+    def step_at_impact(self, normal_speed: float) -> float:
+        """Step [s] that the bird allows a strike: the shortest before an element counts as distorted and is eroded.
+
+        It is `smallest_step` of the undistorted mesh's, behind the shock of an impact at this speed [m/s].
+        """
+        rest = self.c.copy()
+        self.c[:] = self.material.eos.shocked_sound_speed(normal_speed)
+        self.find_steps()
+        self.c[:] = rest
+        self.shortest_step = self.settings.smallest_step * float(self.step.min())
+        return self.shortest_step
+
+    def at_nodes(self, values: Array) -> Array:
+        """Mean over the live elements around each node, (n,); 0 where there is none."""
+        nodes = self.cells.ravel()
+        count = np.bincount(nodes, minlength=self.n)
+        summed = np.bincount(nodes, np.repeat(values[self.alive], 8), minlength=self.n)
+        return summed / np.maximum(count, 1)
+
+    def von_mises(self) -> Array:
+        """Von Mises stress at the nodes, (n,) [Pa], of strength and viscosity."""
+        d = self.s + self.tau
+        return self.at_nodes(np.sqrt(1.5 * ((d[:, :3] ** 2).sum(axis=1) + 2.0 * (d[:, 3:] ** 2).sum(axis=1))))
+
+    def facts(self) -> dict[str, float]:
+        """What a summary says of the bird; `particles` counts the elements."""
+        gone = ~self.alive
+        return {
+            "particles": len(self.elements),
+            "nodes": self.n,
+            "eroded_particles": int(gone.sum()),
+            "eroded_mass_fraction": float(self.element_mass[gone].sum() / self.element_mass.sum()),
+            "distorted_mass_fraction": self.distorted_mass / float(self.element_mass.sum()),
+            "erosion_step_s": self.shortest_step,
+        }
+
+    def warnings(self, normal_energy: float) -> list[str]:
+        """What the user should know: mass lost by distortion, and hourglass work of the normal kinetic energy [J]."""
+        found, distorted = [], self.facts()["distorted_mass_fraction"]
+        if distorted > DISTORTED_LIMIT:
+            text = f"{distorted:.0%} of the bird's mass was eroded because its elements were too distorted"
+            found.append(f"{text}: lower solver.smallest_step (now {self.settings.smallest_step:g}), at more cost")
+        share = self.accounts["bird_hourglass"] / normal_energy
+        if share > HOURGLASS_LIMIT:
+            text = f"the bird's hourglass control took {share:.0%} of the normal kinetic energy"
+            found.append(f"{text}: its mesh is too coarse for the flow; refine bird.particles, or bird.method = sph")
+        return found
+
+
+def node_rows(cells: NDArray[np.int64], nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """For every node its (8 element + corner) numbers, in compressed rows."""
+    flat = cells.ravel()
+    start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=nodes))])
+    return start.astype(np.int64), np.argsort(flat, kind="stable").astype(np.int64)
