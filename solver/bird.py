@@ -9,7 +9,7 @@ import numpy as np
 from data.errors import RunFailed
 from data.histories import Array
 from solver.kernels.eos import grueneisen_terms
-from solver.kernels.motion import kick_and_drift_particles
+from solver.kernels.motion import drift_particles, kick_particles
 from solver.kernels.null_material import update_null_material
 from solver.kernels.smoothing import slope_constant
 from solver.kernels.sph import ROW, pack_midpoint, pack_state, pair_forces, rate_of_deformation
@@ -70,8 +70,9 @@ class Images:
 class Bird:
     """n particles of equal mass (and the images of some, in rows n..N), stepped by kick and drift.
 
-    x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step. stored: p dV
-    work since the start per reference volume [J/m^3]. gain: of the kernel's slope, see `slope_gain`.
+    x: (N, 3) [m] at the whole step; v: (N, 3) [m/s] at the half step before; the rest at the whole step. lag (N, 3)
+    [m/s]: by how much v exceeds the mean velocity of the step, when something kicks the bird within its step. stored:
+    p dV work since the start per reference volume [J/m^3]. gain: of the kernel's slope, see `slope_gain`.
     """
 
     def __init__(
@@ -90,7 +91,7 @@ class Bird:
         rows = self.n + (len(images.parent) if images else 0)
         self.slope, self.gain = gain * slope_constant(h), gain
         self.mass, self.h, self.material, self.shock = mass, h, material, np.array(shock)
-        self.x, self.v = np.zeros((rows, 3)), np.zeros((rows, 3))
+        self.x, self.v, self.lag = np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros((rows, 3))
         self.x[: self.n], self.v[: self.n] = x, v
         self.rho, self.p = np.full(rows, material.rho0), np.zeros(rows)
         self.c = np.full(rows, material.C)
@@ -98,7 +99,8 @@ class Bird:
         self.stored = np.zeros(rows)
         self.active, self.eroded_now = np.ones(rows, np.bool_), np.zeros(rows, np.bool_)
         self.drho_dt, self.deformation = np.zeros(rows), np.zeros((rows, 6))
-        self.acceleration, self.dissipation = np.zeros((rows, 3)), np.zeros((rows, 2))
+        self.acceleration, self.acceleration_before = np.zeros((rows, 3)), np.zeros((rows, 3))
+        self.dissipation = np.zeros((rows, 2))
         self.row = np.zeros((rows, ROW))
         self.masses = np.full(self.n, mass)
         self.cells = np.empty((0, 8), np.int64)
@@ -128,14 +130,15 @@ class Bird:
             return
         parent = self.images.parent
         self.x[self.n :] = self.x[parent] + self.images.shift
-        for field in (self.v, self.rho, self.p, self.c, self.drho_dt, self.deformation, self.acceleration, self.active):
+        followed = (self.v, self.lag, self.rho, self.p, self.c, self.drho_dt, self.deformation, self.active)
+        for field in (*followed, self.acceleration, self.acceleration_before):
             field[self.n :] = field[parent]
 
     def update_density(self, dt: float) -> None:
         """Density over the step that ended, pressure, erosion. Raises RunFailed on a density that is not positive."""
         self.list.refresh(self.x, self.active)
         rows = (self.list.start, self.list.neighbour)
-        pack_midpoint(len(self.x), self.x, self.v, self.rho, dt, self.row)
+        pack_midpoint(len(self.x), self.x, self.v, self.lag, self.rho, dt, self.row)
         rate_of_deformation(self.n, self.row, self.mass, self.h, self.slope, *rows, self.drho_dt, self.deformation)
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
         update_null_material(self.n, dt, self.material.eos, self.material.limits, self.drho_dt, self.heating, *state)
@@ -152,7 +155,9 @@ class Bird:
         mu = self.material.viscosity
         rows = (self.list.start, self.list.neighbour)
         state = (self.rho, self.p, self.c, self.drho_dt, self.deformation)
-        pack_state(len(self.x), self.x, self.v, self.acceleration, *state, dt, mu, self.row)
+        motion = (self.x, self.v, self.acceleration, self.acceleration_before)
+        pack_state(len(self.x), *motion, *state, dt, mu, self.row)
+        self.acceleration, self.acceleration_before = self.acceleration_before, self.acceleration
         pair = (self.row, self.mass, self.h, self.slope, mu, self.shock, *rows, self.acceleration, self.dissipation)
         pair_forces(self.n, *pair)
         self.heating[: self.n] = (mu * self.dissipation[: self.n, 0] + self.dissipation[: self.n, 1]) / self.volume
@@ -173,10 +178,19 @@ class Bird:
         """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
         return self.accounts["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
 
+    def kick(self, dt: float) -> None:
+        """Half-step velocities under the bird's own forces."""
+        kick_particles(self.n, dt, self.acceleration, self.v, self.lag)
+
+    def drift(self, dt: float) -> None:
+        """New positions."""
+        drift_particles(self.n, dt, self.v, self.x)
+        self.refresh_images()
+
     def kick_and_drift(self, kick: float, drift: float) -> None:
         """New half-step velocities, then new positions."""
-        kick_and_drift_particles(self.n, kick, drift, self.acceleration, self.v, self.x)
-        self.refresh_images()
+        self.kick(kick)
+        self.drift(drift)
 
     def kinetic_energy(self) -> float:
         """Of the half-step velocities [J]."""
@@ -194,11 +208,16 @@ class Bird:
         return 2.0 * self.material.viscosity * np.sqrt(1.5 * squared) * self.active[: self.n]
 
     def stable_step(self, speed_of_sound: float) -> float:
-        """Largest stable step [s] of an undistorted lattice: 1/(omega/2 + lambda), by von Neumann analysis.
+        """Largest stable step [s] of an undistorted lattice: lambda dt + (omega dt)^2/2 = 2, by von Neumann analysis.
 
         omega = 1.165 c/h is the highest acoustic frequency of Wendland C2 on cubic and FCC lattices (h = 1 to 2.5
-        spacings), lambda = 18 nu/h^2 the highest damping rate of the pair viscosity, whose nu is that of MU and of the
-        shock viscosity's linear part, c h/10. Velocities predicted by half a kick are stable for lambda dt < 1.
+        spacings), lambda = 18 nu/h^2 the highest damping rate of the pair viscosity. Its nu is that of MU and half
+        that of the shock viscosity's linear part, c h/10: on a lattice a disturbance opens one pair for each that it
+        closes, and the shock viscosity acts on the closing ones only. Velocities extrapolated by the mean of the last
+        two accelerations are second order, and stable to the same limit as if they were not extrapolated at all;
+        extrapolated by the last one alone, only to lambda dt + (omega dt)^2/4 = 1.
         """
-        nu = self.material.viscosity / self.material.rho0 + 0.1 * self.shock[0] * speed_of_sound * self.h
-        return 1.0 / (self.gain * (0.5 * 1.165 * speed_of_sound / self.h + 18.0 * nu / self.h**2))
+        omega = 1.165 * self.gain * speed_of_sound / self.h
+        nu = self.material.viscosity / self.material.rho0 + 0.05 * self.shock[0] * speed_of_sound * self.h
+        damping = 18.0 * self.gain * nu / self.h**2
+        return 4.0 / (damping + (damping**2 + 4.0 * omega**2) ** 0.5)

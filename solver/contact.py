@@ -10,7 +10,7 @@ from data.errors import RunFailed
 from data.histories import Array
 from solver.bird import Bird
 from solver.kernels.contact import contact_forces, follow_facets
-from solver.kernels.motion import add_contact
+from solver.kernels.motion import push_particles
 from solver.kernels.neighbours import largest_displacement_squared
 from solver.kernels.sums import work_of_forces
 from solver.plate import Plate
@@ -70,7 +70,10 @@ class Contact:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
-        add_contact(bird.n, bird.masses, self.on_bird, bird.acceleration)
+
+    def kick(self, bird: Bird, dt: float, past: float) -> None:
+        """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""
+        push_particles(bird.n, dt, past, bird.masses, self.on_bird, bird.v, bird.lag)
 
     def work(self, bird: Bird, plate: Plate, dt: float) -> float:
         """Energy [J] that the contact springs took over the step that ended, trapezoidal in the forces."""
