@@ -33,7 +33,6 @@ class Contact:
         self.stiffness = bird.bulk_modulus * self.spacing
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
-        self.everyone = np.ones(bird.n, np.bool_)
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
@@ -41,12 +40,15 @@ class Contact:
         self.accounts = {"contact": 0.0, "eroded": 0.0}
 
     def search(self, bird: Bird, plate: Plate) -> None:
-        """Nearest facet of every particle, and which particles may touch before the next search."""
+        """Nearest facet of every particle near the plate, and which particles may touch before the next search."""
+        reach = self.gap + BAND * self.spacing
+        x, low, high = bird.x[: bird.n], plate.x.min(axis=0) - reach, plate.x.max(axis=0) + reach
+        near = np.all((x > low) & (x < high), axis=1)
         centres = plate.x[plate.quads].mean(axis=1)
-        self.facet[:] = KDTree(centres).query(bird.x[: bird.n])[1]
-        self.foot[:, :2] = 0.0
-        self.follow(bird, plate, self.everyone)
-        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
+        self.facet[near] = KDTree(centres).query(x[near])[1]
+        self.foot[:, :2], self.foot[~near, 2] = 0.0, np.inf
+        self.follow(bird, plate, near)
+        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < reach)
         self.searched_at = bird.x[: bird.n].copy()
 
     def follow(self, bird: Bird, plate: Plate, watched: NDArray[np.bool_]) -> None:
@@ -70,6 +72,10 @@ class Contact:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
+
+    def announce(self, bird: Bird, half: float) -> None:
+        """What the coming kick will have added to the bird's velocities by the whole step, half [s] from now."""
+        np.divide(half * self.on_bird, bird.masses[:, None], out=bird.push[: bird.n])
 
     def kick(self, bird: Bird, dt: float, past: float) -> None:
         """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""

@@ -87,9 +87,11 @@ class Strike:
         since = self.dt if self.step else 0.0
         if self.at_bird:
             bird.update_density(self.stride * since)
-            bird.update_forces(self.stride * since)
         plate.update_forces(since)
         contact.update_forces(bird, plate)
+        if self.at_bird:
+            contact.announce(bird, 0.5 * since)
+            bird.update_forces(self.stride * since)
         plate.reaction(contact.on_plate, self.reaction)
         self.push = -float(contact.on_plate[:, 2].sum())
         self.deepest = max(self.deepest, contact.deepest)

@@ -117,15 +117,16 @@ def shock_share(d):
 
 
 @njit(cache=True, parallel=True)
-def pack_state(n, x, v, last, last_but_one, rho, p, c, drho_dt, deformation, dt, viscosity, row):
+def pack_state(n, x, v, push, last, last_but_one, rho, p, c, drho_dt, deformation, dt, viscosity, row):
     """State at the whole step; the surplus bulk viscosity joins the pressure.
 
-    Velocities are predicted by half a kick of the mean of the last two accelerations (n, 3): see `stable_step`.
+    Velocities are predicted by half a kick of the mean of the last two accelerations (n, 3): see `stable_step`; push:
+    (n, 3) [m/s], half the kick of outer forces.
     """
     for a in prange(n):
         for i in range(3):
             row[a, i] = x[a, i]
-            row[a, 3 + i] = v[a, i] + 0.25 * dt * (last[a, i] + last_but_one[a, i])
+            row[a, 3 + i] = v[a, i] + push[a, i] + 0.25 * dt * (last[a, i] + last_but_one[a, i])
         divergence = -drho_dt[a] / rho[a]
         row[a, 6] = (p[a] + BULK_SURPLUS * viscosity * divergence) / (rho[a] * rho[a])
         row[a, 7] = 1.0 / rho[a]
