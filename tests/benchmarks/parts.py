@@ -130,6 +130,7 @@ def ceilings(bird: Bird) -> dict[str, float]:
     a, b, c = (np.zeros(8_000_000) for _ in range(3))
     triad(a, b, c)
     stream = 24.0 * len(a) / quickest(lambda: triad(a, b, c))
-    gather(bird.row, bird.list.neighbour)
-    loads = 8.0 * len(bird.list.neighbour) / quickest(lambda: gather(bird.row, bird.list.neighbour))
+    listed = bird.list.neighbour[: bird.list.start[-1]]
+    gather(bird.row, listed)
+    loads = 8.0 * len(listed) / quickest(lambda: gather(bird.row, listed))
     return {"flops": flops, "stream": stream, "loads": loads}
