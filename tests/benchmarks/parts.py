@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import resource
 import time
 from collections.abc import Callable
@@ -73,7 +74,7 @@ def rate_of_runs(threads: int, particles: int, seconds: float) -> float:
 
 def rate_together(processes: int, threads: int, particles: int = 4500, seconds: float = 3.0) -> float:
     """Steps per second of several such processes at once, summed."""
-    with ProcessPoolExecutor(processes) as pool:
+    with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
         return sum(pool.map(rate_of_runs, *zip(*[(threads, particles, seconds)] * processes, strict=True)))
 
 
