@@ -14,12 +14,15 @@ class BirdBody(Protocol):
     """A bird of n particles or nodes; x: (n, 3) [m] at the whole step, v: (n, 3) [m/s] at the half step before.
 
     acceleration: (n, 3) [m/s^2]; active: (n,) points that may touch, eroded_now: (n,) those that no longer do since
-    this step; accounts: energies [J] by name; unit_dissipation: energy per unit of viscosity [J/(Pa s)].
+    this step; accounts: energies [J] by name; unit_dissipation: energy per unit of viscosity [J/(Pa s)]; subcycled:
+    whether contact may act several times in a step of the bird; lag, push: (n, 3) [m/s], by how much v exceeds the
+    mean of the step that ended, and half the kick of outer forces to come.
     """
 
     n: int
     accounts: dict[str, float]
     unit_dissipation: float
+    subcycled: bool
 
     @property
     def x(self) -> Array:
@@ -28,6 +31,16 @@ class BirdBody(Protocol):
 
     @property
     def v(self) -> Array:
+        """(n, 3) [m/s]."""
+        ...
+
+    @property
+    def lag(self) -> Array:
+        """(n, 3) [m/s]."""
+        ...
+
+    @property
+    def push(self) -> Array:
         """(n, 3) [m/s]."""
         ...
 
@@ -88,8 +101,12 @@ class BirdBody(Protocol):
         """Works of the step that ended."""
         ...
 
-    def kick_and_drift(self, kick: float, drift: float) -> None:
-        """New half-step velocities, then new positions."""
+    def kick(self, dt: float) -> None:
+        """Half-step velocities under the bird's own forces."""
+        ...
+
+    def drift(self, dt: float) -> None:
+        """New positions."""
         ...
 
     def kinetic_energy(self) -> float:

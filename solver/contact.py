@@ -10,7 +10,7 @@ from data.errors import RunFailed, UserError
 from data.histories import Array
 from solver.body import BirdBody
 from solver.kernels.contact import contact_forces, follow_facets
-from solver.kernels.motion import add_contact
+from solver.kernels.motion import push_particles
 from solver.kernels.neighbours import largest_displacement_squared
 from solver.kernels.sums import work_of_forces
 from solver.rigid_plate import Target
@@ -42,7 +42,6 @@ class Contact:
         self.side, self.quads, self.across = seen_from(bird, plate)
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
-        self.everyone = np.ones(bird.n, np.bool_)
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
@@ -65,15 +64,18 @@ class Contact:
             )
 
     def search(self, bird: BirdBody, plate: Target) -> None:
-        """Nearest facet of every particle, and which particles may touch before the next search."""
+        """Nearest facet of every particle near the plate, and which particles may touch before the next search."""
+        reach = self.gap + BAND * self.spacing
+        x, low, high = bird.x[: bird.n], plate.x.min(axis=0) - reach, plate.x.max(axis=0) + reach
+        near = np.all((x > low) & (x < high), axis=1)
         alive = np.flatnonzero(plate.alive)
         if len(alive):
             centres = plate.x[self.quads[alive]].mean(axis=1)
-            self.facet[:] = alive[KDTree(centres).query(bird.x[: bird.n])[1]]
-        self.foot[:, :2] = 0.0
-        self.follow(bird, plate, self.everyone)
-        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < self.gap + BAND * self.spacing)
-        self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), len(alive)
+            self.facet[near] = alive[KDTree(centres).query(x[near])[1]]
+        self.foot[:, :2], self.foot[~near, 2] = 0.0, np.inf
+        self.follow(bird, plate, near)
+        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < reach)
+        self.searched_at, self.alive_at_search = x.copy(), len(alive)
 
     def follow(self, bird: BirdBody, plate: Target, watched: NDArray[np.bool_]) -> None:
         """Feet of the watched particles on the plate as it is now."""
@@ -101,7 +103,14 @@ class Contact:
             )
         if self.rubbing:
             self.rubbing.update_forces(self, bird, plate)
-        add_contact(bird.n, bird.masses, self.on_bird, bird.acceleration)
+
+    def announce(self, bird: BirdBody, half: float) -> None:
+        """What the coming kick will have added to the bird's velocities by the whole step, half [s] from now."""
+        np.divide(half * self.on_bird, bird.masses[:, None], out=bird.push[: bird.n])
+
+    def kick(self, bird: BirdBody, dt: float, past: float) -> None:
+        """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""
+        push_particles(bird.n, dt, past, bird.masses, self.on_bird, bird.v, bird.lag)
 
     def normal_forces(self) -> Array:
         """The springs' part of `on_bird`, (n, 3) [N]."""

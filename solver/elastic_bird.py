@@ -26,6 +26,7 @@ class ElasticBird(Bird):
     """
 
     material: SolidMaterial
+    subcycled = False
 
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)
@@ -70,6 +71,10 @@ class ElasticBird(Bird):
         self.accounts["bird_hourglass"] -= dt * self.mass * work
         self.unit_dissipation += dt * self.volume * total(self.shear_power)
         self.accounts["bird_shock"] += self.volume * total(self.work)
+
+    def may_erode(self, _stiffening: float, /) -> bool:
+        """Never."""
+        return False
 
     def von_mises(self) -> Array:
         """Von Mises stress of each particle, (n,) [Pa]."""

@@ -10,7 +10,7 @@ from data.histories import Array
 from solver.hex_elements import HexElements, HexSettings, Material
 from solver.hex_mesh import HexMesh
 from solver.kernels.hexahedra import gather_accelerations
-from solver.kernels.motion import kick_and_drift_particles
+from solver.kernels.motion import drift_particles, kick_particles
 from solver.kernels.sums import total, weighted_square
 
 ACCOUNTS = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
@@ -24,11 +24,14 @@ class HexBird(HexElements):
     energy stay on the books.
     """
 
+    subcycled = False
+
     def __init__(self, mesh: HexMesh, v: Array, material: Material, settings: HexSettings | None = None) -> None:
         super().__init__(mesh, v, material, settings)
         n = self.n = len(mesh.nodes)
         self.bulk_modulus = material.bulk_modulus  # [Pa], that contact goes by, see `stiffen`
         self.acceleration, self.stored = np.zeros((n, 3)), np.zeros((len(mesh.cells), 2))
+        self.lag, self.push = np.zeros((n, 3)), np.zeros((n, 3))
         self.active, self.eroded_now = np.ones(n, np.bool_), np.zeros(n, np.bool_)
         self.start, self.member = node_rows(self.elements, n)
         eighths = np.repeat(0.125 * self.element_mass, 8)
@@ -104,9 +107,13 @@ class HexBird(HexElements):
             self.accounts["bird_stress"] -= float(frozen[1])
             self.accounts["eroded"] += float(frozen.sum())
 
-    def kick_and_drift(self, kick: float, drift: float) -> None:
-        """New half-step velocities, then new positions."""
-        kick_and_drift_particles(self.n, kick, drift, self.acceleration, self.v, self.x)
+    def kick(self, dt: float) -> None:
+        """Half-step velocities under the bird's own forces."""
+        kick_particles(self.n, dt, self.acceleration, self.v, self.lag)
+
+    def drift(self, dt: float) -> None:
+        """New positions."""
+        drift_particles(self.n, dt, self.v, self.x)
 
     def kinetic_energy(self) -> float:
         """Of the half-step velocities [J]."""

@@ -22,7 +22,7 @@ from solver.version import SOLVER_VERSION
 __all__ = ["SOLVER_VERSION", "estimate", "simulate"]
 
 MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
-AUDIT_EVERY = 50
+AUDIT_EVERY = 20  # steps of the bird
 BALANCE_LIMIT, BALANCE_GOAL = 0.02, 0.01  # beyond the limit a run is not believed, beyond the goal it says so
 SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
 
@@ -66,7 +66,7 @@ def run(
         while due and strike.time >= due[0] - 0.5 * strike.dt:
             snapshots.append(strike.snapshot())
             due.pop(0)
-        if step % AUDIT_EVERY == 0 or step == strike.steps:
+        if step % (AUDIT_EVERY * strike.stride) == 0 or step == strike.steps:
             strike.audit()
             progress(step / strike.steps)
         else:
@@ -94,6 +94,7 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
         "case_hash": case_hash(case),
         "steps": strike.steps,
         "step_s": strike.dt,
+        "bird_steps": strike.steps // strike.stride,
         "shells": len(plate.quads),
         **bird.facts(),
         "energy_error": balance.energy_error(),

@@ -25,6 +25,7 @@ class SolidBird(Bird):
     """
 
     material: SolidMaterial
+    subcycled = False
 
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)
@@ -41,7 +42,7 @@ class SolidBird(Bird):
         """Density, deviator and pressure over the step that ended, erosion. Raises RunFailed on a lost density."""
         self.list.refresh(self.x, self.active)
         rows = (self.list.start, self.list.neighbour)
-        pack_midpoint(len(self.x), self.x, self.v, self.rho, dt, self.row)
+        pack_midpoint(len(self.x), self.x, self.v, self.lag, self.rho, dt, self.row)
         kernel = (self.row, self.mass, self.h, self.slope, *rows)
         velocity_gradient(self.n, *kernel, self.drho_dt, self.rates, self.correction)
         self.deformation[: self.n] = self.rates[: self.n, :6]
@@ -71,9 +72,22 @@ class SolidBird(Bird):
         """Accelerations and dissipated powers at the whole step."""
         rows = (self.list.start, self.list.neighbour)
         state = (self.rho, self.stress, self.correction)
-        pack_stress(len(self.x), self.x, self.v, self.acceleration, dt, self.mass, *state, self.stress_row)
+        pack_stress(
+            len(self.x),
+            self.x,
+            self.v,
+            self.push,
+            self.acceleration,
+            self.acceleration_before,
+            dt,
+            self.mass,
+            *state,
+            self.stress_row,
+        )
         fluid = (self.rho, self.p, self.c, self.deformation)
-        pack_state(len(self.x), self.x, self.v, self.acceleration, *fluid, dt, self.row)
+        motion = (self.x, self.v, self.push, self.acceleration, self.acceleration_before)
+        pack_state(len(self.x), *motion, *fluid, dt, self.row)
+        self.acceleration, self.acceleration_before = self.acceleration_before, self.acceleration
         shock = (self.row, self.mass, self.h, self.slope, 0.0, self.shock)
         pair_forces(self.n, *shock, *rows, self.acceleration, self.dissipation)
         solid = (self.stress_row, self.mass, self.h, self.slope, self.repulsion)
@@ -89,6 +103,10 @@ class SolidBird(Bird):
             frozen = self.volume * float(self.stored_stress[self.eroded_now].sum())
             self.accounts["bird_stress"] -= frozen
             self.accounts["eroded"] += frozen
+
+    def may_erode(self, _stiffening: float, /) -> bool:
+        """Whether there is a failure strain."""
+        return bool(np.isfinite(self.material.failure_strain))
 
     def von_mises(self) -> Array:
         """Von Mises stress of each particle, (n,) [Pa]; nothing in what is eroded."""

@@ -27,13 +27,26 @@ class Steps:
     plate: float
     contact: float
 
-    def step(self, courant: float) -> float:
-        """The common step: the Courant number acts on the bird, a fixed safety on the linear parts."""
-        return min(courant * self.bird, PLATE_SAFETY * self.plate, PLATE_SAFETY * self.contact)
+    def counts(self, end: float, courant: float, factor: float = 1.0, subcycled: bool = True) -> tuple[int, int]:
+        """Number of the bird's steps up to `end` [s], and of the plate's in each of them.
+
+        The Courant number acts on the bird, a fixed safety on the linear parts; factor scales all. The bird's forces
+        act as impulses, one a step of the bird: it is kept clear of half a period of the contact spring, pi/omega,
+        at which they would drive it. A body that is not subcycled takes the plate's step.
+        """
+        linear = factor * PLATE_SAFETY * min(self.plate, self.contact)
+        coarse = factor * min(courant * self.bird, PLATE_SAFETY * 0.5 * math.pi * self.contact)
+        steps = math.ceil(end / (coarse if subcycled else min(coarse, linear)))
+        return steps, math.ceil(end / steps / linear)
 
 
 class Strike:
-    """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too."""
+    """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too.
+
+    A step is the plate's and the contact's; the bird's own forces act once every `stride` steps as one impulse, and it
+    drifts in between under contact alone (multiple time steps: Tuckerman, Berne & Martyna, J. Chem. Phys. 97 (1992)
+    1990). Contact forces act on both sides at the same instant, so momentum and the books hold as with one step.
+    """
 
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
         self.plate = build_plate(case)
@@ -46,8 +59,8 @@ class Strike:
             self.plate.stable_step(),
             self.contact.stable_step(self.bird, self.plate),
         )
-        longest = step_factor * self.limits.step(case.solver.courant)
-        self.steps = math.ceil(case.time.end / longest)
+        coarse, self.stride = self.limits.counts(case.time.end, case.solver.courant, step_factor, self.bird.subcycled)
+        self.steps = coarse * self.stride
         self.dt = case.time.end / self.steps
         self.balance = Balance(
             self.bird, (self.bird, self.plate, self.contact), 0.5 * case.bird.actual_mass * normal_speed**2
@@ -64,18 +77,27 @@ class Strike:
         touch = lowest[:2] + case.impact.standoff * np.array([math.cos(case.impact.angle), 0.0])
         return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
 
+    @property
+    def at_bird(self) -> bool:
+        """Whether the present step is one of the bird's."""
+        return self.step % self.stride == 0
+
     def advance(self) -> None:
         """Forces at the present time, and the books of the step that led here."""
         bird, plate, contact = self.bird, self.plate, self.contact
         since = self.dt if self.step else 0.0
-        bird.update_density(since)
-        bird.update_forces(since)
+        if self.at_bird:
+            bird.update_density(self.stride * since)
         plate.update_forces(since)
         contact.update_forces(bird, plate)
+        if self.at_bird:
+            contact.announce(bird, 0.5 * since)
+            bird.update_forces(self.stride * since)
         plate.reaction(contact.on_plate, self.reaction)
         self.push = -float(contact.on_plate[:, 2].sum())
         self.deepest = max(self.deepest, contact.deepest)
-        bird.keep_books(since)
+        if self.at_bird:
+            bird.keep_books(self.stride * since)
         plate.keep_books()
         contact.keep_books(bird, plate, since)
 
@@ -83,13 +105,16 @@ class Strike:
         """Kick to the next half step, drift to the next whole step."""
         kick = self.dt if self.step else 0.5 * self.dt
         self.balance.add_impulse(self.plate, self.contact, self.reaction, kick)
-        self.bird.kick_and_drift(kick, self.dt)
+        if self.at_bird:
+            self.bird.kick(self.stride * kick)
+        self.contact.kick(self.bird, kick, self.step % self.stride / self.stride)
+        self.bird.drift(self.dt)
         self.plate.kick_and_drift(kick, self.dt, self.contact.on_plate)
         self.step += 1
         self.time = self.step * self.dt
 
     def audit(self) -> None:
-        """`move`, and judge the energy balance of the whole step that was left.
+        """`move`, and judge the energy balance of the whole step that was left, one of the bird's.
 
         The kinetic energy of the whole step is the mean of those of the half steps around it. Raises RunFailed when
         the run has gone unstable.

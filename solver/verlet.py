@@ -12,6 +12,7 @@ from solver.kernels.neighbours import (
     count_neighbours,
     largest_displacement_squared,
     list_neighbours,
+    mean_displacement,
     sort_into_cells,
 )
 
@@ -28,12 +29,12 @@ class VerletList:
         self.start = np.zeros(n + 1, np.int64)
         self.neighbour: NDArray[np.uint32] = np.empty(0, np.uint32)
         self.built_at: Array = np.full((n, 3), np.inf)
-        self.rebuilds = 0
+        self.drift, self.rebuilds = np.zeros(3), 0
 
     def refresh(self, x: Array, active: NDArray[np.bool_]) -> None:
         """Rebuild if the list may have become incomplete; the bird's mean motion, common to all, does not count."""
-        drift = (x[: self.n] - self.built_at).mean(axis=0) if self.rebuilds else np.zeros(3)
-        moved = largest_displacement_squared(x[: self.n], self.built_at, drift)
+        mean_displacement(x[: self.n], self.built_at, self.drift)
+        moved = largest_displacement_squared(x[: self.n], self.built_at, self.drift)
         if not moved < (0.5 * SKIN * self.support) ** 2:
             self.build(x, active)
 

@@ -161,7 +161,10 @@ def sliding_layer(mu: float = 0.2, push: float = 1.0, steps: int = 150) -> tuple
         contact.update_forces(bird, plate)
         contact.keep_books(bird, plate, since)
         bird.acceleration[: bird.n, 2] -= push / bird.mass
-        bird.kick_and_drift(since or 0.5 * dt, dt)
+        kick = since or 0.5 * dt
+        bird.kick(kick)
+        contact.kick(bird, kick, 0.0)
+        bird.drift(dt)
     slope = float(np.polyfit(np.arange(1, steps) * dt, speed[1:], 1)[0])
     way = float((bird.x[: bird.n, 0] - start).mean()) - 1.0 * dt * speed[-1]
     heat = contact.accounts["friction"] / bird.n

@@ -1,4 +1,4 @@
-"""Neighbour lists: cells of one cut-off length, then a list per particle in compressed rows."""
+"""Neighbour lists: cells of one cut-off length, then a list per particle in rows of whole vectors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numba import njit, prange
 
 REACH = 1  # cells to either side that the cut-off may touch; 2 was tried and is no faster
 COLUMNS = (2 * REACH + 1) ** 2
+WIDTH = 8  # doubles in the widest vector: rows are multiples of it
 
 
 @njit(cache=True, inline="always")
@@ -58,34 +59,56 @@ def column_of_cells(a, x, edge, lower, shape, cell_start, side):
 
 @njit(cache=True, parallel=True)
 def count_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, start):
-    """start[a + 1] = number of active particles within the cut-off [m] of a < n, itself not counted."""
+    """start[a + 1] = length of the row of particle a < n, a multiple of WIDTH; 0 for the inactive.
+
+    There is room for the active particles within the cut-off [m] and for at least one more.
+    """
     start[0] = 0
     for a in prange(n):
         found = 0
         if active[a]:
+            xa, ya, za = x[a, 0], x[a, 1], x[a, 2]
             for side in range(COLUMNS):
                 first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
-                for m in range(first, last):
-                    dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]
+                for m in range(np.uint64(first), np.uint64(last)):
+                    dx, dy, dz = xa - sorted_x[0, m], ya - sorted_x[1, m], za - sorted_x[2, m]
                     found += 1 if dx * dx + dy * dy + dz * dz < cutoff * cutoff else 0
-            found -= 1
-        start[a + 1] = found
+        start[a + 1] = (found + WIDTH - 1) // WIDTH * WIDTH  # found counts a itself, the one more
 
 
 @njit(cache=True, parallel=True)
 def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, members, start, neighbour):
-    """Fill the rows that `start` leaves: neighbours in order of cell, then of number, on any number of threads."""
+    """Fill the rows that `start` leaves: neighbours in order of cell, then of number, on any number of threads.
+
+    Rows are filled up with their own particle: its pair with itself has no distance and exerts nothing, and the pair
+    loops run in whole vectors. Every candidate is written, then kept or written over: no branch has to be guessed.
+    Unsigned indices spare the test for negative ones, which costs as much as the rest.
+    """
     for a in prange(n):
         if not active[a]:
             continue
-        place = start[a]
+        place = np.uint64(start[a])
+        xa, ya, za = x[a, 0], x[a, 1], x[a, 2]
         for side in range(COLUMNS):
             first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
-            for m in range(first, last):
-                dx, dy, dz = x[a, 0] - sorted_x[0, m], x[a, 1] - sorted_x[1, m], x[a, 2] - sorted_x[2, m]
-                if dx * dx + dy * dy + dz * dz < cutoff * cutoff and members[m] != a:
-                    neighbour[place] = members[m]
-                    place += 1
+            for m in range(np.uint64(first), np.uint64(last)):
+                dx, dy, dz = xa - sorted_x[0, m], ya - sorted_x[1, m], za - sorted_x[2, m]
+                b = members[m]
+                neighbour[place] = b
+                place += np.uint64(dx * dx + dy * dy + dz * dz < cutoff * cutoff) & np.uint64(b != a)
+        for rest in range(np.int64(place), start[a + 1]):
+            neighbour[rest] = a
+
+
+@njit(cache=True)
+def mean_displacement(x, x_then, drift):
+    """Mean of x - x_then over the particles (n, 3) into drift (3,) [m], summed in order."""
+    dx = dy = dz = 0.0
+    for a in range(x.shape[0]):
+        dx += x[a, 0] - x_then[a, 0]
+        dy += x[a, 1] - x_then[a, 1]
+        dz += x[a, 2] - x_then[a, 2]
+    drift[0], drift[1], drift[2] = dx / x.shape[0], dy / x.shape[0], dz / x.shape[0]
 
 
 @njit(cache=True)

@@ -26,12 +26,12 @@ SMALLEST_MOMENT = 0.02  # det of the moment matrix below which a particle is too
 
 
 @njit(cache=True, parallel=True)
-def pack_midpoint(n, x, v, rho, dt, row):
-    """Positions half a step back, at which the half-step velocities live; specific volume in column 7."""
+def pack_midpoint(n, x, v, lag, rho, dt, row):
+    """Positions half a step back and the step's mean velocities v - lag, which live there; 1/rho in column 7."""
     for a in prange(n):
         for i in range(3):
-            row[a, i] = x[a, i] - 0.5 * dt * v[a, i]
-            row[a, 3 + i] = v[a, i]
+            row[a, 3 + i] = v[a, i] - lag[a, i]
+            row[a, i] = x[a, i] - 0.5 * dt * row[a, 3 + i]
         row[a, 7] = 1.0 / rho[a]
 
 
@@ -116,12 +116,16 @@ def shock_share(d):
 
 
 @njit(cache=True, parallel=True)
-def pack_state(n, x, v, acceleration, rho, p, c, deformation, dt, row):
-    """State at the whole step: velocities predicted by half a kick."""
+def pack_state(n, x, v, push, last, last_but_one, rho, p, c, deformation, dt, row):
+    """State at the whole step.
+
+    Velocities are predicted by half a kick of the mean of the last two accelerations (n, 3): see `stable_step`; push:
+    (n, 3) [m/s], half the kick of outer forces.
+    """
     for a in prange(n):
         for i in range(3):
             row[a, i] = x[a, i]
-            row[a, 3 + i] = v[a, i] + 0.5 * dt * acceleration[a, i]
+            row[a, 3 + i] = v[a, i] + push[a, i] + 0.25 * dt * (last[a, i] + last_but_one[a, i])
         row[a, 6] = p[a] / (rho[a] * rho[a])
         row[a, 7] = 1.0 / rho[a]
         row[a, 8] = c[a] * shock_share(deformation[a])

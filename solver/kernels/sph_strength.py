@@ -91,12 +91,12 @@ def velocity_gradient(n, row, mass, h, constant, start, neighbour, drho_dt, rate
 
 
 @njit(cache=True, parallel=True)
-def pack_stress(n, x, v, acceleration, dt, mass, rho, stress, correction, row):
-    """State at the whole step, see ROW; velocities predicted by half a kick."""
+def pack_stress(n, x, v, push, last, last_but_one, dt, mass, rho, stress, correction, row):
+    """State at the whole step, see ROW; velocities predicted as in `sph.pack_state`."""
     for a in prange(n):
         for i in range(3):
             row[a, i] = x[a, i]
-            row[a, 3 + i] = v[a, i] + 0.5 * dt * acceleration[a, i]
+            row[a, 3 + i] = v[a, i] + push[a, i] + 0.25 * dt * (last[a, i] + last_but_one[a, i])
         row[a, 6] = mass / rho[a]
         s, c = stress[a], correction[a]
         row[a, 7] = s[0] * c[0] + s[3] * c[3] + s[5] * c[5]
@@ -133,7 +133,7 @@ def add_stress_forces(n, row, mass, h, constant, repulsion, start, neighbour, ac
             ax += (row[a, 7] + row[b, 7]) * fx + (row[a, 8] + row[b, 8]) * fy + (row[a, 9] + row[b, 9]) * fz
             ay += (row[a, 10] + row[b, 10]) * fx + (row[a, 11] + row[b, 11]) * fy + (row[a, 12] + row[b, 12]) * fz
             az += (row[a, 13] + row[b, 13]) * fx + (row[a, 14] + row[b, 14]) * fy + (row[a, 15] + row[b, 15]) * fz
-            if distance < shortest:
+            if 0.0 < distance < shortest:
                 push = stiffness * (shortest / distance - 1.0)
                 u, v, w = row[a, 3] - row[b, 3], row[a, 4] - row[b, 4], row[a, 5] - row[b, 5]
                 taken -= push * (u * x + v * y + w * z)

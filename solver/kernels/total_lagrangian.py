@@ -91,6 +91,8 @@ def elastic_forces(n, row, mass, volume, h, constant, hourglass, start, neighbou
         ax = ay = az = sx = sy = sz = 0.0
         for k in range(start[a], start[a + 1]):
             b = neighbour[k]
+            if b == a:  # rows are filled up with their own particle
+                continue
             rx, ry, rz = row[a, 3] - row[b, 3], row[a, 4] - row[b, 4], row[a, 5] - row[b, 5]
             x, y, z = row[a, 0] - row[b, 0], row[a, 1] - row[b, 1], row[a, 2] - row[b, 2]
             r2 = rx * rx + ry * ry + rz * rz

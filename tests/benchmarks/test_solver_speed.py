@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import time
 
+import numba
 import numpy as np
 import pytest
 
-from solver.case import Case, load_case
+from solver.case import load_case
+from solver.kernels.sph import pair_forces, rate_of_deformation
 from solver.simulate import simulate
-
-SHORT = {"time.end": "0.5 ms", "time.snapshots": "[]", "impact.standoff": "1 mm"}
-
-
-def short(particles: int, elements: str = "[50, 40]") -> Case:
-    return load_case("reference_strike", SHORT | {"bird.particles": str(particles), "plate.elements": elements})
-
-
-def timed(case: Case, threads: int = 1) -> tuple[float, dict[str, float]]:
-    """Best of three, seconds, and the run's counts."""
-    simulate(load_case("reference_strike", SHORT | {"time.end": "0.02 ms"}), threads=threads)
-    best, summary = np.inf, {}
-    for _ in range(3):
-        start = time.perf_counter()
-        summary = dict(simulate(case, threads=threads).summary)
-        best = min(best, time.perf_counter() - start)
-    return best, summary
+from tests.benchmarks.parts import (
+    COLUMNS,
+    FLOPS,
+    advance,
+    bytes_per_particle,
+    ceilings,
+    cost,
+    peak_memory,
+    quickest,
+    rate_together,
+    swirling_bird,
+)
 
 
 def say(capsys: pytest.CaptureFixture[str], text: str) -> None:
@@ -36,45 +32,85 @@ def say(capsys: pytest.CaptureFixture[str], text: str) -> None:
         print(f"\n  {text}", flush=True)  # noqa: T201
 
 
-def test_cost_per_particle_step(capsys):
-    seconds, counts = timed(short(4500))
-    alone, _ = timed(short(4500, "[4, 4]"))
-    steps = counts["steps"] * counts["particles"]
-    say(capsys, f"whole strike: {1e6 * seconds / steps:.2f} us per particle-step on one thread, plate included")
-    say(capsys, f"share of the plate: {1.0 - alone / seconds:.0%} (against a plate of 16 shells; its step differs)")
+@pytest.fixture(autouse=True)
+def one_thread():
+    """One thread unless a benchmark says otherwise."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    yield
+    numba.set_num_threads(before)
 
 
 def test_reference_strike_on_one_core(capsys):
-    start = time.perf_counter()
-    summary = simulate(load_case("reference_strike"), threads=1).summary
-    seconds = time.perf_counter() - start
-    say(
-        capsys,
-        f"reference strike, {summary['particles']} particles, {summary['steps']} steps: {seconds:.1f} s on one core",
-    )
+    short = {"bird.particles": "500", "time.end": "0.05 ms", "time.snapshots": "[]"}
+    simulate(load_case("reference_strike", short), threads=1)
+    wall, cpu = time.perf_counter(), time.process_time()
+    run = simulate(load_case("reference_strike"), threads=1).summary
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    counts = f"{run['particles']} particles x {run['bird_steps']} steps, {run['shells']} shells x {run['steps']} steps"
+    say(capsys, f"reference strike, 3 ms ({counts}): {wall:.1f} s of wall, {cpu:.1f} s of one core")
+
+
+def test_cost_of_a_particle_step(capsys):
+    bird = swirling_bird(4500)
+    seconds = cost(bird, 100)
+    near = sum(np.linalg.norm(bird.x[:, None] - bird.x[::50][None], axis=2).T.ravel() < 2.0 * bird.h) * 50 / bird.n
+    text = f"{1e6 * seconds:.2f} us per particle-step, {near - 1:.0f} neighbours, lists and books included"
+    say(capsys, f"bird alone, {bird.n} particles, one thread, float64: {text}")
 
 
 def test_cost_grows_linearly(capsys):
     sizes, costs = [], []
-    for particles in (1000, 4000, 16000):
-        seconds, counts = timed(short(particles, "[4, 4]"))
-        sizes.append(counts["particles"])
-        costs.append(seconds / counts["steps"])
-    exponent = np.polyfit(np.log(sizes), np.log(costs), 1)[0]
-    say(capsys, f"cost per step grows with the particles to the power {exponent:.2f} (1,000 to 16,000)")
+    for particles, steps in ((1_000, 200), (10_000, 30), (100_000, 12), (1_000_000, 6)):
+        bird = swirling_bird(particles)
+        sizes.append(bird.n)
+        costs.append(cost(bird, steps))
+    each = ", ".join(f"{n}: {1e6 * seconds:.2f} us" for n, seconds in zip(sizes, costs, strict=True))
+    exponent = 1.0 + np.polyfit(np.log(sizes), np.log(costs), 1)[0]
+    say(capsys, f"cost per particle-step by size ({each}): cost grows with the size to the power {exponent:.3f}")
+    say(capsys, f"largest resident memory, {sizes[-1]} particles: {peak_memory() / sizes[-1]:.0f} bytes a particle")
 
 
-def test_two_threads_against_one(capsys):
-    one, _ = timed(short(4500), threads=1)
-    two, _ = timed(short(4500), threads=min(2, os.cpu_count() or 1))
-    say(capsys, f"two threads on one strike: {one / two:.2f} times faster than one")
+def test_memory(capsys):
+    bird = swirling_bird(20_000)
+    advance(bird, 2)
+    say(capsys, f"arrays of the bird: {bytes_per_particle(bird):.0f} bytes a particle")
+
+
+def test_two_threads_against_two_processes(capsys):
+    together = rate_together(2, 1)
+    threaded, alone = rate_together(1, 2), rate_together(1, 1)
+    text = f"{threaded / alone:.2f} x one thread; two independent processes reach {together / alone:.2f} x together"
+    say(capsys, f"two threads on one bird: {text}; per such process {2.0 * threaded / together:.2f} x")
 
 
 def test_start_of_a_command(capsys):
-    times = []
     command = [sys.executable, "-m", "birdstrike", "check", "reference_strike"]
-    for _ in range(3):
-        start = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
-        times.append(time.perf_counter() - start)
-    say(capsys, f"`birdstrike check` with compiled code cached: {min(times):.1f} s")
+    seconds = quickest(lambda: subprocess.run(command, check=True, capture_output=True), 3)
+    say(capsys, f"`birdstrike check` with compiled code cached: {seconds:.2f} s")
+
+
+def test_roofline(capsys):
+    bird = swirling_bird(4500)
+    advance(bird, 5)
+    limit = ceilings(bird)
+    say(
+        capsys,
+        f"one thread: {1e-9 * limit['flops']:.1f} Gflop/s, {1e-9 * limit['stream']:.1f} GB/s streamed, "
+        f"{1e-9 * limit['loads']:.2f} G indexed loads/s from the bird's rows",
+    )
+    rows = (bird.list.start, bird.list.neighbour)
+    head = (bird.n, bird.row, bird.mass, bird.h, bird.slope)
+    kernels = {
+        "rate_of_deformation": lambda: rate_of_deformation(*head, *rows, bird.drho_dt, bird.deformation),
+        "pair_forces": lambda: pair_forces(*head, 641.0, bird.shock, *rows, bird.acceleration, bird.dissipation),
+    }
+    for name, run in kernels.items():
+        pairs = bird.list.start[-1] / quickest(run, 30)
+        bytes_moved = 8 * COLUMNS[name] + 4
+        say(
+            capsys,
+            f"{name}: {1e9 / pairs:.2f} ns a listed pair ({FLOPS[name]} flops, {bytes_moved} bytes): "
+            f"{FLOPS[name] * pairs / limit['flops']:.0%} of the flops, "
+            f"{COLUMNS[name] * pairs / limit['loads']:.0%} of the indexed loads that this core can do",
+        )

@@ -40,7 +40,8 @@ def advance(bird: HexBird, dt: float, first: bool = False, held: Array | None = 
     if held is not None:
         bird.acceleration[held.astype(bool)] = 0.0
     before = bird.kinetic_energy()
-    bird.kick_and_drift(0.5 * dt if first else dt, dt)
+    bird.kick(0.5 * dt if first else dt)
+    bird.drift(dt)
     return 0.5 * (before + bird.kinetic_energy()) + sum(bird.accounts.values())
 
 

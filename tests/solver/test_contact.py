@@ -70,7 +70,10 @@ def test_nearest_facets_are_those_of_a_brute_force_search():
     shape = 0.25 * np.stack([(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)])
     surface = np.einsum("ck,eci->eki", shape, plate.x[plate.quads]).reshape(-1, 3)
     nearest = np.array([np.linalg.norm(surface - point, axis=1).min() for point in x])
-    assert np.allclose(np.abs(contact.foot[:, 2]), nearest, atol=2e-4)
+    found = np.isfinite(contact.foot[:, 2])
+    assert np.allclose(np.abs(contact.foot[found, 2]), nearest[found], atol=2e-4)
+    assert found.sum() > 25
+    assert (nearest[~found] > contact.gap + GAP_PARTICLE).all(), "only what is out of reach may be left out"
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.0037])
@@ -89,7 +92,8 @@ def test_a_particle_bounces_without_loss(offset):
         contact.update_forces(bird, plate)
         energy += contact.work(bird, plate, dt if step else 0.0) + plate.work.sum() + plate.hourglass_work.sum()
         kick = dt if step else 0.5 * dt
-        bird.kick_and_drift(kick, dt)
+        contact.kick(bird, kick, 0.0)
+        bird.drift(dt)
         plate.kick_and_drift(kick, dt, contact.on_plate)
         rebounded = rebounded or (bird.v[0, 2] > 0.0 and contact.touching == 0)
         if rebounded:
@@ -219,7 +223,7 @@ def test_the_foot_goes_round_the_corner_of_a_hole():
     contact.search(bird, plate)
     assert (plate.quads[contact.facet[0]] == start).all()
     bird.x[0, :2] = 0.0211, 0.0201
-    contact.follow(bird, plate, contact.everyone)
+    contact.follow(bird, plate, np.ones(1, np.bool_))
     assert contact.foot[0, 2] == pytest.approx(0.003)
     assert plate.x[plate.quads[contact.facet[0]]].mean(axis=0)[:2] == pytest.approx([0.03, 0.03])
 

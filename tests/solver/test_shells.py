@@ -89,4 +89,5 @@ def test_a_panel_is_first_touched_after_the_standoff(angle):
         run.advance()
         first = run.time if run.push > 0.0 else None
         run.move()
-    assert first == pytest.approx(case.first_contact, abs=2.0 * run.dt)
+    facets = 2.5e-6  # the mesh lies below the arc that `flight_to_panel` takes
+    assert first == pytest.approx(case.first_contact, abs=2.0 * run.dt + facets)
