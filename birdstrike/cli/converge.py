@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.box import SIMPLE
+from rich.markup import escape
 from rich.table import Table
 
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
@@ -138,6 +139,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
     from inversion.convergence_record import as_json, warnings_of
 
     console.print(_table(name, found))
+    say("† your mesh; h the bird's particle spacing; GCI of the finest mesh and of yours")
     if any(entry.order is None for _, entry, _ in found.scalars.values()):
         say("* no monotonic convergence: the spread of the meshes stands for the index")
     for line in warnings_of(found):
@@ -157,20 +159,20 @@ def _table(name: str, found: MeshConvergence) -> Table:
     from data.units import display
 
     table = Table(
-        title=f"{name}: mesh convergence, finest mesh first", title_justify="left", box=SIMPLE, padding=(0, 1)
+        title=f"{name}: mesh convergence, finest mesh first", title_justify="left", box=SIMPLE, pad_edge=False
     )
-    table.add_column("quantity", overflow="fold")
+    table.add_column("quantity", min_width=17)
     for mesh in found.meshes:
-        table.add_column(f"{mesh.particles}{' yours' if mesh.level == 0 else ''}", justify="right")
-    for heading in ("order", "to h = 0", "GCI finest", "GCI yours"):
+        table.add_column(f"{mesh.particles}{'†' if mesh.level == 0 else ''}", justify="right")
+    for heading in ("order", "to h = 0", "GCI", "GCI†"):
         table.add_column(heading, justify="right")
     for scalar, entry, values in found.scalars.values():
         unit = display(1.0, scalar.unit)[1]
         numbers = [f"{display(value, scalar.unit)[0]:.4g}" for value in values]
         exact = "-" if entry.extrapolated is None else f"{display(entry.extrapolated, scalar.unit)[0]:.4g}"
-        order = entry.behaviour if entry.order is None else f"{entry.order:.2f}"
+        order = "none" if entry.order is None else f"{entry.order:.2f}"
         indices = [_percent(entry.index(mesh), entry.order is None) for mesh in (0, found.own)]
-        table.add_row(f"{scalar.name.replace('_', ' ')} [{unit}]", *numbers, order, exact, *indices)
+        table.add_row(escape(f"{scalar.name.replace('_', ' ')} [{unit}]"), *numbers, order, exact, *indices)
     return table
 
 

@@ -55,9 +55,9 @@ def _scalar(
     error = shown(np.array([entry.uncertainties[found.own]]), scalar.unit)[0]
     own = slice(found.user, found.user + 1)
     axes.errorbar(spacings[own], numbers[own], yerr=error, color=BLUE, fmt="o", markersize=5, capsize=3)
-    title = f"{words(scalar.name)}: {entry.behaviour}"
+    title = f"{words(scalar.name)}\n{entry.behaviour}"
     if entry.extrapolated is not None and entry.order is not None and entry.limited_order is not None:
-        title += f", order {entry.order:.2f}"
+        title += f", observed order {entry.order:.2f}"
         exact = float(shown(np.array([entry.extrapolated]), scalar.unit)[0][0])
         h = np.linspace(0.0, spacings[-1], 60)
         slope = (numbers[found.used[0]] - exact) / spacings[found.used[0]] ** entry.limited_order
