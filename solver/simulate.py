@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numba
@@ -14,6 +13,7 @@ from data.errors import RunFailed
 from data.histories import Array, Histories, Snapshot
 from solver.case import Case, case_hash
 from solver.estimate import estimate
+from solver.plate_state import PlateState
 from solver.sensors import Recorder
 from solver.strike import Strike
 from solver.version import SOLVER_VERSION
@@ -23,7 +23,6 @@ __all__ = ["SOLVER_VERSION", "estimate", "simulate"]
 MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
 AUDIT_EVERY = 50
 BALANCE_LIMIT, BALANCE_GOAL = 0.02, 0.01  # beyond the limit a run is not believed, beyond the goal it says so
-GIVEN_WAY = 0.2  # plastic strain, or deflection over the shorter side, beyond which a shell's mesh folds
 SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
 
 
@@ -125,32 +124,6 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
         "largest_plastic_strain": float(plate.eps_p.max()),
         "warnings": warnings_of(case, strike),
     }
-
-
-@dataclass
-class PlateState:
-    """The plate at the last audit that was sound: largest plastic strain, deflection over the shorter side."""
-
-    strain: float = 0.0
-    sag: float = 0.0
-
-    def note(self, strike: Strike) -> None:
-        """Look at the plate as it is now."""
-        rest, now = strike.plate.mesh.nodes, strike.plate.x
-        self.strain = float(strike.plate.eps_p.max())
-        self.sag = float(np.ptp(now[:, 2] - rest[:, 2]) / np.ptp(rest[:, :2], axis=0).min())
-
-    def explained(self, failure: RunFailed) -> RunFailed:
-        """The failure with its physical cause where the plate had given way: then no step or mesh is the remedy."""
-        if self.strain < GIVEN_WAY and self.sag < GIVEN_WAY:
-            return failure
-        held = (
-            f"the plate had given way (deflected by {self.sag:.0%} of its shorter side, strained by {self.strain:.0%})"
-        )
-        return RunFailed(
-            f"{failure.reason}; before that {held}",
-            f"a thicker plate.thickness or a lower impact.speed; otherwise {failure.remedy}",
-        )
 
 
 def judge(strike: Strike) -> None:

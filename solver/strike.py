@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.errors import RunFailed
+from data.errors import CaseError, RunFailed
 from data.histories import Snapshot
 from solver.balance import Balance
+from solver.bird import Bird
 from solver.build_bird import build_bird
 from solver.build_plate import build_plate
 from solver.case import Case
@@ -32,6 +33,21 @@ class Steps:
         return min(courant * self.bird, PLATE_SAFETY * self.plate, PLATE_SAFETY * self.contact)
 
 
+def bird_step(bird: Bird, normal_speed: float) -> float:
+    """The bird's stable step [s]; raises CaseError where its equation of state has no sound speed behind the shock."""
+    try:
+        with np.errstate(invalid="ignore"):
+            step = bird.step_at_impact(normal_speed)
+    except ValueError:
+        step = math.nan
+    if not 0.0 < step < math.inf:
+        raise CaseError(
+            f"bird.material.eos has no shock of {normal_speed:.4g} m/s, normal to the plate: its pressure must rise "
+            "with density; check its constants, or lower impact.speed"
+        )
+    return step
+
+
 class Strike:
     """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too."""
 
@@ -41,7 +57,7 @@ class Strike:
         self.contact = Contact(self.bird, self.plate)
         normal_speed = case.normal_speed
         self.limits = Steps(
-            self.bird.step_at_impact(normal_speed),
+            bird_step(self.bird, normal_speed),
             self.plate.stable_step(),
             self.contact.stable_step(self.bird, self.plate),
         )

@@ -33,7 +33,7 @@ class SecondOrder:
 
     spacing: dict[int, float]
     struck: list[tuple[int, float]] = field(default_factory=list)
-    fails: Callable[[int, float], bool] = lambda particles, factor: False
+    fails: Callable[[int, float], bool] = lambda *_: False
 
     def __call__(self, case: Case, *, step_factor: float = 1.0, threads: int | None = None) -> Histories:
         assert threads == 1
