@@ -51,7 +51,7 @@ def simulate(
 
     try:
         snapshots = run(strike, recorder, case.time.snapshots, audited)
-        judge(strike)
+        books = summarise(case, strike)
     except RunFailed as failure:
         raise state.explained(failure) from failure
     interval = case.time.output_interval
@@ -59,7 +59,7 @@ def simulate(
     channels = recorder.sampled(clock)
     units = {name: sensor.unit for name, sensor in case.sensors.items()}
     peaks = {name: peak(clock, values) for name, values in channels.items()}
-    summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
+    summary = books | {"peak": peaks, "wall_s": time.perf_counter() - started}
     return Histories(clock, channels, units, summary, snapshots)
 
 
@@ -94,8 +94,9 @@ def peak(clock: Array, values: Array) -> dict[str, float]:
 
 
 def summarise(case: Case, strike: Strike) -> dict[str, Any]:
-    """Books, counts and warnings of a finished strike."""
+    """Books, counts and warnings of a finished strike. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = strike.bird, strike.plate, strike.balance
+    judge(strike)
     eroded = int(np.count_nonzero(~bird.active[: bird.n]))
     return {
         "schema_version": 1,
