@@ -10,7 +10,7 @@ import numpy as np
 from data.errors import CaseError, RunFailed
 from data.histories import Snapshot
 from solver.balance import Balance
-from solver.bird import Bird
+from solver.body import BirdBody
 from solver.build_bird import build_bird
 from solver.build_plate import build_plate
 from solver.case import Case
@@ -33,7 +33,7 @@ class Steps:
         return min(courant * self.bird, PLATE_SAFETY * self.plate, PLATE_SAFETY * self.contact)
 
 
-def bird_step(bird: Bird, normal_speed: float) -> float:
+def bird_step(bird: BirdBody, normal_speed: float) -> float:
     """The bird's stable step [s]; raises CaseError where its equation of state has no sound speed behind the shock."""
     try:
         with np.errstate(invalid="ignore"):

@@ -35,6 +35,29 @@ EOS: list[Strategy[Table]] = [
         {"kind": st.just("grueneisen"), "C": quantity(300.0, 2500.0, "m/s"), "S1": number(0.0, 3.0)},
         optional={"S2": number(-1.0, 1.0), "S3": number(-1.0, 1.0), "g0": number(0.0, 2.0), "a": number(0.0, 1.0)},
     ),
+    st.fixed_dictionaries(
+        {"kind": st.just("linear_polynomial"), "C1": quantity(200.0, 3000.0, "MPa")},
+        optional={
+            "C2": quantity(-500.0, 8000.0, "MPa"),
+            "C3": quantity(0.0, 12000.0, "MPa"),
+            "C5": number(0.0, 1.0),
+            "C4": number(0.0, 1.0),
+            "E0": quantity(0.0, 1.0, "MPa"),
+        },
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("murnaghan"), "B": quantity(8.0, 1000.0, "MPa"), "g": number(1.0, 8.0)},
+        optional={"p0": quantity(-0.1, 0.1, "MPa")},
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("polynomial_k"), "c0": quantity(300.0, 2000.0, "m/s"), "k": number(1.0, 3.0)}
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("porous"), "z": number(0.0, 0.4), "mixing": st.sampled_from(["wood", "linear"])}
+    ),
+    st.just(
+        {"kind": "table", "mu": [-0.1, 0.0, 0.1, 0.3, 1.0], "p": ["-50 MPa", "0 MPa", "300 MPa", "2 GPa", "20 GPa"]}
+    ),
 ]
 """Equations of state, one entry each."""
 
@@ -49,6 +72,34 @@ BIRD_MATERIALS: list[Strategy[Table]] = [
             "eos": st.one_of(EOS),
         }
     ),
+    st.fixed_dictionaries(
+        {"model": st.just("elastic"), "young": quantity(5.0, 500.0, "MPa"), "poisson": number(0.2, 0.495)}
+    ),
+    st.fixed_dictionaries(
+        {
+            "model": st.just("plastic_kinematic"),
+            "young": quantity(20.0, 500.0, "MPa"),
+            "poisson": number(0.2, 0.495),
+            "yield_stress": quantity(0.001, 5.0, "MPa"),
+        },
+        optional={
+            "tangent_modulus": quantity(0.0, 15.0, "MPa"),
+            "beta": number(0.0, 1.0),
+            "rate_c": quantity(10.0, 10000.0, "1/s"),
+            "rate_p": number(1.0, 6.0),
+            "failure_strain": number(0.2, 3.0),
+        },
+    ),
+    st.fixed_dictionaries(
+        {
+            "model": st.just("hydrodynamic"),
+            "shear_modulus": quantity(1.0, 100.0, "MPa"),
+            "yield_stress": quantity(0.001, 2.0, "MPa"),
+            "pressure_cutoff": quantity(-5.0, 0.0, "MPa"),
+            "eos": st.one_of(EOS),
+        },
+        optional={"hardening_modulus": quantity(0.0, 1.0, "MPa"), "failure_strain": number(0.2, 3.0)},
+    ),
 ]
 """Bird materials, one entry each."""
 
@@ -58,8 +109,10 @@ DISCRETISATIONS: list[Strategy[Table]] = [
             "method": st.just("sph"),
             "lattice": st.sampled_from(["fcc", "cubic"]),
             "particles": st.integers(100, 150),
-        }
+        },
+        optional={"jitter": number(0.0, 0.2), "seed": st.integers(0, 9)},
     ),
+    st.fixed_dictionaries({"method": st.just("hexahedra"), "particles": st.integers(100, 150)}),
 ]
 """How the bird is divided, one entry each."""
 
