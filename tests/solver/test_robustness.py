@@ -147,13 +147,10 @@ def test_no_elements_is_refused_by_name(changes, message):
 
 
 def test_an_equation_of_state_that_softens_is_refused_with_its_section():
-    """Found at random: S3 = -0.209 makes the sound speed behind a shock of 286 m/s imaginary."""
-    soft = {"C": "313 m/s", "S1": "0.0", "S3": "-0.209", "a": "0.091"}
-    case = tiny(
-        **{f"bird__material__eos__{key}": text for key, text in soft.items()},
-        impact__speed="373 m/s",
-        impact__angle="50 deg",
-    )
+    """p = 200 mu - 900 mu^2 MPa falls beyond mu = 0.11: no shock of 286 m/s stands on it."""
+    soft = {"kind": "linear_polynomial", "C1": "200 MPa", "C2": "-900 MPa"}
+    eos = {f"bird__material__eos__{key}": text for key, text in soft.items()}
+    case = tiny(**eos, impact__speed="373 m/s", impact__angle="50 deg")
     with pytest.raises(CaseError, match=r"bird\.material\.eos has no shock of 285\.7 m/s.*or lower impact\.speed"):
         simulate(case)
 
