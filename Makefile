@@ -7,13 +7,14 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check bench clean
+.PHONY: help install demo test check bench fuzz clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the path of a report"
 	@echo "make test    install, then run the tests"
 	@echo "make check   style, types and import rules"
 	@echo "make bench   timings (tests/benchmarks)"
+	@echo "make fuzz    500 random cases through the solver (make test runs 25)"
 	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
 
 install: $(STAMP)
@@ -42,6 +43,9 @@ check: install
 
 bench: install
 	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
+
+fuzz: install
+	BIRDSTRIKE_FUZZ=500 $(BIN)/python -m pytest tests/solver/test_random_cases.py --hypothesis-show-statistics
 
 clean:
 	rm -rf $(OUT) .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info

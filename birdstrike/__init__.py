@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
+    from birdstrike.cli.converge import converge
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
     from birdstrike.loop import close_the_loop
@@ -26,13 +27,14 @@ _PUBLIC = {
     "load_case": ("solver.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("birdstrike.cli.simulate", "simulate"),
+    "converge": ("birdstrike.cli.converge", "converge"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
     "report": ("reports.page", "report"),
     "close_the_loop": ("birdstrike.loop", "close_the_loop"),
 }
 
-__all__ = ["check", "close_the_loop", "load_case", "report", "run_doe", "simulate", "train_and_invert"]
+__all__ = ["check", "close_the_loop", "converge", "load_case", "report", "run_doe", "simulate", "train_and_invert"]
 
 
 def _refuse_foreign_companions(root: Path = ROOT) -> None:

@@ -47,7 +47,8 @@ class Runner:
         while self.due or self.waiting:
             while self.due and len(self.waiting) < 2 * workers:
                 strike, factor = self.due.popleft()
-                self.waiting[executor.submit(attempt, simulate, case, strike.values, factor)] = (strike, factor)
+                sent = executor.submit(attempt, simulate, strike.case or case, strike.values, factor)
+                self.waiting[sent] = (strike, factor)
             self.tell(workers)
             for future in wait(self.waiting, return_when=FIRST_COMPLETED).done:
                 self._take(future)

@@ -17,11 +17,12 @@ STEP_FACTORS = (1.0, 0.5)
 
 @dataclass(frozen=True)
 class Strike:
-    """Run number, SI values by dotted key, and the run's key in the store by step factor."""
+    """Run number, SI values by dotted key, the run's key in the store by step factor; case: if not the campaign's."""
 
     number: int
     values: Mapping[str, float]
     keys: Mapping[float, str]
+    case: Case | None = None
 
 
 @dataclass(frozen=True)

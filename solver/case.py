@@ -86,6 +86,11 @@ class Case(Section):
             raise CaseError(unknown)
         return case_from_table(overlay(self._raw, _table(values)), self._name)
 
+    def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
+        """The case with another bird and plate mesh, validated anew; raises CaseError."""
+        mesh = {"bird": {"particles": particles}, "plate": {"elements": list(elements)}}
+        return case_from_table(overlay(self._raw, mesh), self._name)
+
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""
         tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})

@@ -15,6 +15,7 @@ from solver.case import Case, case_hash
 from solver.estimate import estimate
 from solver.gauges import coarse_gauges
 from solver.instrument import unrecorded_ends
+from solver.plate_state import PlateState
 from solver.sensors import Recorder
 from solver.strike import Strike
 from solver.version import SOLVER_VERSION
@@ -44,13 +45,23 @@ def simulate(
     started = time.perf_counter()
     strike = Strike(case, step_factor)
     recorder = Recorder(strike, case.sensors, strike.steps)
-    snapshots = run(strike, recorder, case.time.snapshots, progress or silent)
+    state, tell = PlateState(), progress or silent
+
+    def audited(share: float) -> None:
+        state.note(strike)
+        tell(share)
+
+    try:
+        snapshots = run(strike, recorder, case.time.snapshots, audited)
+        books = summarise(case, strike)
+    except RunFailed as failure:
+        raise state.explained(failure) from failure
     interval = case.time.output_interval
     clock = interval * np.arange(int(case.time.end / interval * (1.0 + 1e-12)) + 1)
     channels = recorder.sampled(clock, case.instrument)
     units = {name: sensor.unit for name, sensor in case.sensors.items()}
     peaks = {name: peak(clock, values) for name, values in channels.items()}
-    summary = summarise(case, strike) | {"peak": peaks, "wall_s": time.perf_counter() - started}
+    summary = books | {"peak": peaks, "wall_s": time.perf_counter() - started}
     return Histories(clock, channels, units, summary, snapshots)
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.errors import RunFailed
+from data.errors import CaseError, RunFailed
 from data.histories import Snapshot
 from solver.balance import Balance
+from solver.body import BirdBody
 from solver.build_bird import build_bird
 from solver.build_plate import build_plate
 from solver.case import Case
@@ -40,6 +41,22 @@ class Steps:
         return steps, math.ceil(end / steps / linear)
 
 
+def bird_and_step(case: Case) -> tuple[BirdBody, float]:
+    """The bird and its stable step [s]; raises CaseError where its law has no sound speed behind the impact's shock."""
+    try:
+        with np.errstate(invalid="ignore"):
+            bird = build_bird(case)
+            step = bird.step_at_impact(case.normal_speed)
+    except ValueError:
+        bird, step = None, math.nan
+    if bird is None or not 0.0 < step < math.inf:
+        raise CaseError(
+            f"bird.material.eos has no shock of {case.normal_speed:.4g} m/s, normal to the plate: its pressure must "
+            "rise with density; check its constants, or lower impact.speed"
+        )
+    return bird, step
+
+
 class Strike:
     """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too.
 
@@ -50,12 +67,12 @@ class Strike:
 
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
         self.plate = build_plate(case)
-        self.bird = build_bird(case)
+        self.bird, bird_step = bird_and_step(case)
         self.contact = Contact(self.bird, self.plate, case.impact.friction)
         self.contact.refuse_overlap(self.bird, self.plate)
         normal_speed = case.normal_speed
         self.limits = Steps(
-            self.bird.step_at_impact(normal_speed),
+            bird_step,
             self.plate.stable_step(),
             self.contact.stable_step(self.bird, self.plate),
         )

@@ -1,0 +1,180 @@
+"""`birdstrike converge`: how much of a case's answer the mesh makes, by three meshes and the grid convergence index."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.box import SIMPLE
+from rich.markup import escape
+from rich.table import Table
+
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from data.errors import UserError
+
+if TYPE_CHECKING:
+    from doe.attempt import Simulate
+    from inversion.convergence import MeshConvergence
+    from inversion.meshes import Mesh
+    from solver.case import Case
+
+RATIO, MESHES = 1.3, 3
+
+
+def converge(
+    case: str | Path | Case,
+    out: str | Path,
+    *,
+    ratio: float = RATIO,
+    meshes: int = MESHES,
+    place: str = "auto",
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+    announce: Callable[[list[Mesh]], None] = lambda _: None,
+    simulate: Simulate | None = None,
+) -> MeshConvergence:
+    """Strike on systematically refined meshes; write `convergence.json`, `.csv` and `.png` into `out`.
+
+    ratio: of the spacings of neighbouring meshes; place: of the user's mesh among them, "middle", "finest", "coarsest"
+    or "auto" (see inversion.meshes); announce: takes the meshes before the first strike. Runs are kept in `out/runs`:
+    after an error or Ctrl-C the same call resumes. Raises UserError and RunFailed. The workers are started afresh: a
+    script that calls this needs `if __name__ == "__main__":`.
+    """
+    from data.store import RunStore
+    from inversion.convergence import judge_meshes, run_meshes
+    from inversion.meshes import choose_meshes
+    from solver.case import load_case
+
+    at_a_time = checked_workers(workers)
+    loaded = load_case(case) if isinstance(case, str | Path) else case
+    chosen = choose_meshes(loaded, ratio, meshes, place)
+    announce(chosen)
+    Path(out).mkdir(parents=True, exist_ok=True)
+    runs = run_meshes(chosen, RunStore(Path(out) / "runs"), at_a_time, progress=progress, simulate=simulate)
+    found = judge_meshes(chosen, runs)
+    _write(Path(out), loaded, ratio, found)
+    return found
+
+
+def checked_workers(workers: int | None) -> int:
+    """Processes at a time, all cores by default; raises UserError."""
+    if workers is not None and workers < 1:
+        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
+    return workers or os.cpu_count() or 1
+
+
+def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
+    from data.curves import write_histories
+    from data.files import whole_file, write_json
+    from inversion.convergence_record import as_json, curves_of
+    from reports.figures.convergence import convergence_figure
+    from reports.figures.style import png
+    from solver.case import case_hash
+    from solver.version import SOLVER_VERSION
+
+    origin = {"case": case.name, "case_hash": case_hash(case), "solver_version": SOLVER_VERSION, "ratio": ratio}
+    write_histories(out / "convergence.csv", curves_of(found))
+    with whole_file(out / "convergence.png") as temporary:
+        temporary.write_bytes(png(convergence_figure(found)))
+    write_json(out / "convergence.json", origin | as_json(found))
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    out: Annotated[Path, typer.Option(help="Folder of the study; run again to resume.")],
+    settings: Settings = [],  # noqa: B006 (typer copies it)
+    ratio: Annotated[float, typer.Option(help="Ratio of the spacings of neighbouring meshes, 1.1 .. 2.")] = RATIO,
+    meshes: Annotated[int, typer.Option(help="Number of meshes, 3 .. 6; the index takes yours and two more.")] = MESHES,
+    place: Annotated[
+        str,
+        typer.Option(
+            metavar="PLACE",
+            help="Of your own mesh: middle, finest, coarsest; auto is middle where that costs at most 10 core minutes.",
+        ),
+    ] = "auto",
+    workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Say how much of a case's answer the mesh makes: observed order, extrapolated value, grid convergence index.
+
+    Example: birdstrike converge reference_strike --out meshes --ratio 1.3
+    """
+    from solver.case import load_case
+
+    at_a_time = checked_workers(workers)
+    loaded = load_case(case, overrides(settings))
+    with progress_bar("meshes") as progress:
+        found = converge(
+            loaded,
+            out,
+            ratio=ratio,
+            meshes=meshes,
+            place=place,
+            workers=workers,
+            progress=progress,
+            announce=lambda chosen: _announce(chosen, at_a_time),
+        )
+    return _conclude(loaded.name, out, found)
+
+
+def _announce(meshes: list[Mesh], workers: int) -> None:
+    """The meshes and what they cost, before the first strike."""
+    for mesh in meshes:
+        yours = "  (your mesh)" if mesh.level == 0 else ""
+        shells = f"{mesh.elements[0]} x {mesh.elements[1]} shells of {1e3 * mesh.plate_spacing:.2f} mm"
+        say(f"{mesh.particles} particles at {1e3 * mesh.bird_spacing:.2f} mm, {shells}: about {mesh.cost:.1f} s{yours}")
+    total = sum(mesh.cost for mesh in meshes)
+    longest = max(max(mesh.cost for mesh in meshes), total / min(workers, len(meshes)))
+    say(
+        f"Estimated time: {longest:.0f} s with {workers} at a time, once compiled; runs already there are not repeated."
+    )
+
+
+def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
+    from data.units import display
+    from inversion.convergence_record import as_json, warnings_of
+
+    console.print(_table(name, found))
+    say("† your mesh; h the bird's particle spacing; GCI of the finest mesh and of yours")
+    if any(entry.order is None for _, entry, _ in found.scalars.values()):
+        say("* no monotonic convergence: the spread of the meshes stands for the index")
+    for line in warnings_of(found):
+        say(f"warning: {line}")
+    for channel, curve in found.curves.items():
+        band = curve.bands[found.own]
+        largest, unit = display(float(band.max()), found.histories[found.user].units[channel])
+        peak = float(abs(found.histories[found.user].channels[channel]).max())
+        share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
+        say(f"{channel}: over the whole curve within {largest:.3g} {unit}{share}")
+    say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the strikes).")
+    return {"out": str(out), **as_json(found)}
+
+
+def _table(name: str, found: MeshConvergence) -> Table:
+    """Scalar by scalar: on each mesh, order, extrapolated value, uncertainty of the user's mesh."""
+    from data.units import display
+
+    table = Table(
+        title=f"{name}: mesh convergence, finest mesh first", title_justify="left", box=SIMPLE, pad_edge=False
+    )
+    table.add_column("quantity", min_width=17)
+    for mesh in found.meshes:
+        table.add_column(f"{mesh.particles}{'†' if mesh.level == 0 else ''}", justify="right")
+    for heading in ("order", "to h = 0", "GCI", "GCI†"):
+        table.add_column(heading, justify="right")
+    for scalar, entry, values in found.scalars.values():
+        unit = display(1.0, scalar.unit)[1]
+        numbers = [f"{display(value, scalar.unit)[0]:.4g}" for value in values]
+        exact = "-" if entry.extrapolated is None else f"{display(entry.extrapolated, scalar.unit)[0]:.4g}"
+        order = "none" if entry.order is None else f"{entry.order:.2f}"
+        indices = [_percent(entry.index(mesh), entry.order is None) for mesh in (0, found.own)]
+        table.add_row(escape(f"{scalar.name.replace('_', ' ')} [{unit}]"), *numbers, order, exact, *indices)
+    return table
+
+
+def _percent(index: float | None, spread: bool) -> str:
+    return "-" if index is None else f"{index:.2%}{'*' if spread and index else ''}"

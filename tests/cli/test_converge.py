@@ -1,0 +1,117 @@
+"""`birdstrike converge`: three meshes of a tiny strike, its files, and its ways to end."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import birdstrike
+from birdstrike.cli.app import app
+from data.curves import read_histories
+from data.errors import RunFailed
+
+TINY = [
+    *("--set", "bird.particles=350", "--set", "plate.elements=[10, 8]", "--set", "time.end=0.3 ms"),
+    *("--set", "time.snapshots=[]", "--set", "impact.standoff=1 mm", "--workers", "1"),
+]
+
+
+def invoke(out: Path, *options: str) -> Result:
+    return CliRunner().invoke(app, ["converge", "reference_strike_156mm", "--out", str(out), *TINY, *options])
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    """One study with real strikes in a process of their own."""
+    out = tmp_path_factory.mktemp("meshes")
+    result = invoke(out, "--json")
+    assert result.exit_code == 0, result.output
+    return out, result
+
+
+def test_meshes_and_cost_are_said_first_and_the_place_last(study) -> None:
+    out, result = study
+    lines = result.stdout.splitlines()
+    assert lines[1].endswith("(your mesh)")
+    assert lines[3].startswith("Estimated time: ")
+    assert lines[-2].startswith(f"Written to {out}: convergence.json, convergence.csv, convergence.png")
+
+
+def test_the_json_holds_meshes_scalars_and_curves(study) -> None:
+    out, result = study
+    written = json.loads((out / "convergence.json").read_text())
+    assert written["schema_version"] == 1
+    assert [mesh["level"] for mesh in written["meshes"]] == [1, 0, -1]
+    assert set(written["scalars"]) == {
+        "displacement_centre_peak",
+        "displacement_centre_peak_time",
+        "contact_force_impulse",
+        "reaction_force_peak",
+    }
+    for scalar in written["scalars"].values():
+        assert (scalar["order"] is None) == (scalar["behaviour"] != "convergent")
+        assert scalar["uncertainty_user"] >= 0.0
+    assert json.loads(result.stdout.splitlines()[-1])["scalars"] == written["scalars"]
+
+
+def test_the_curves_of_the_meshes_are_those_of_its_runs(study) -> None:
+    out, _ = study
+    table = read_histories(out / "convergence.csv")
+    peak = json.loads((out / "convergence.json").read_text())["scalars"]["displacement_centre_peak"]
+    for number, value in enumerate(peak["values"], start=1):
+        assert table.channels[f"displacement_centre_mesh{number}"].max() == pytest.approx(value, rel=1e-3)
+    assert np.all(table.channels["displacement_centre_uncertainty"] >= 0.0)
+    assert (out / "convergence.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_second_study_strikes_no_more_and_says_the_same(study, monkeypatch: pytest.MonkeyPatch) -> None:
+    out, _ = study
+    before = (out / "convergence.csv").read_bytes()
+    monkeypatch.setattr("inversion.convergence.process_pool", None)  # nothing is left to run
+    assert invoke(out).exit_code == 0
+    assert (out / "convergence.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--ratio", "1"], "--ratio = 1 is outside 1.1 .. 2"),
+        (["--meshes", "2"], "--meshes = 2 is outside 3 .. 6"),
+        (["--place", "top"], "--place = top is unknown"),
+        (["--workers", "0"], "--workers = 0 is below 1"),
+        (["--set", "plate.thickness=2 m"], "plate.thickness = 2 m is outside"),
+        (["--ratio", "1.6"], "bird.particles = 58 is outside 100 .. 200000"),
+    ],
+)
+def test_the_users_mistakes_exit_1_and_write_nothing(tmp_path: Path, options: list[str], message: str) -> None:
+    result = invoke(tmp_path / "out", *options)
+    assert result.exit_code == 1, result.output
+    assert message in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("error", "code"), [(RunFailed("a mesh failed", "another"), 2), (KeyboardInterrupt(), 130)])
+def test_a_failed_or_interrupted_study_writes_no_answer(tmp_path: Path, monkeypatch, error, code: int) -> None:
+    def fail(*_args, **_options):
+        raise error
+
+    monkeypatch.setattr("inversion.convergence.run_meshes", fail)
+    assert invoke(tmp_path).exit_code == code
+    assert not list(tmp_path.glob("convergence.*"))
+
+
+def test_the_python_verb_returns_the_study(study) -> None:
+    from solver.case import load_case
+
+    out, _ = study
+    settings = [text for text in TINY[:-2] if text != "--set"]
+    case = load_case("reference_strike_156mm", dict(setting.split("=") for setting in settings))
+    found = birdstrike.converge(case, out, workers=1)
+    written = json.loads((out / "convergence.json").read_text())["scalars"]
+    assert found.scalars["contact_force_impulse"][1].values[0] == pytest.approx(
+        written["contact_force_impulse"]["values"][0]
+    )

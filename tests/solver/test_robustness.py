@@ -1,0 +1,182 @@
+"""What must not happen in a strike, made to happen: each ends in a sentence that names the field to change."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from data.errors import CaseError, RunFailed
+from solver.case import Case, load_case
+from solver.plate_state import PlateState
+from solver.simulate import simulate
+from solver.strike import Strike
+
+TINY = {
+    "bird.particles": "120",
+    "plate.elements": "[6, 6]",
+    "time.end": "0.3 ms",
+    "time.snapshots": "[]",
+    "impact.standoff": "1 mm",
+}
+
+
+def tiny(**changes: str) -> Case:
+    return load_case("reference_strike_156mm", TINY | {k.replace("__", "."): v for k, v in changes.items()})
+
+
+def in_contact() -> Strike:
+    """A strike in which some particles touch the plate."""
+    strike = Strike(tiny())
+    while not strike.contact.touching:
+        strike.advance()
+        strike.move()
+    return strike
+
+
+def go_on(strike: Strike, steps: int) -> None:
+    """Further steps, each judged."""
+    for _ in range(steps):
+        strike.advance()
+        strike.audit()
+
+
+@pytest.mark.parametrize("factor", [2.5, 6.0, 40.0])
+def test_a_courant_violation_names_the_courant_number(factor):
+    """No case can ask for it (solver.courant ends at 1), so the stable step itself is multiplied."""
+    with pytest.raises(RunFailed, match=r"lower solver\.courant"):
+        simulate(tiny(), step_factor=factor)
+
+
+def test_a_courant_number_above_1_is_refused():
+    with pytest.raises(CaseError, match=r"solver\.courant = 1\.5 is outside 0\.05 \.\. 1"):
+        tiny(solver__courant="1.5")
+
+
+def test_an_exploding_contact_names_its_remedy():
+    """A spring 1e4 times too stiff for the step throws the first layer back: the balance sees it at the next audit."""
+    strike = in_contact()
+    strike.contact.stiffness *= 1e4
+    with pytest.raises(
+        RunFailed, match=r"energy balance is off by .*lower solver\.courant \(or refine bird\.particles\)"
+    ):
+        go_on(strike, 100)
+
+
+def test_energy_out_of_contact_is_not_believed(monkeypatch: pytest.MonkeyPatch):
+    """Springs that give back 3 % of the normal kinetic energy too much, and no other book that shows it."""
+    monkeypatch.setattr("solver.balance.Balance.contact_created", lambda *_: 0.03)
+    with pytest.raises(RunFailed, match=r"contact made 3\.0% .*refine plate\.elements or bird\.particles"):
+        simulate(tiny())
+
+
+def test_a_bird_through_the_plate_names_its_remedy():
+    strike = in_contact()
+    strike.bird.x[:, 2] -= strike.contact.gap
+    with pytest.raises(RunFailed, match=r"passed the plate's mid-surface; lower solver\.courant or refine bird\.part"):
+        strike.advance()
+
+
+def test_a_density_that_is_not_positive_names_its_remedy():
+    """Particles that fly apart faster than one volume a step."""
+    strike = Strike(tiny())
+    for _ in range(strike.stride):
+        strike.advance()
+        strike.move()
+    strike.bird.v[:] = 0.8 / (strike.stride * strike.dt) * (strike.bird.x - strike.bird.x.mean(axis=0))
+    with pytest.raises(RunFailed, match=r"density is no longer positive; lower solver\.courant"):
+        strike.advance()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize(("body", "field"), [("bird", "x"), ("bird", "v"), ("plate", "x"), ("plate", "v")])
+def test_what_is_not_finite_ends_the_run(body, field, value):
+    """At the latest at the next audit, from whichever array it comes."""
+    strike = in_contact()
+    array = getattr(getattr(strike, body), field)
+    array[len(array) // 2] = value
+    with np.errstate(all="ignore"), pytest.raises(RunFailed, match=r"solver\.courant"):
+        go_on(strike, 3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "warning"),
+    [
+        ({"impact__standoff": "400 mm"}, "shorten impact.standoff or lengthen time.end"),
+        (
+            {"impact__angle": "8 deg", "plate__length": "60 mm", "impact__standoff": "0 mm"},
+            "beside the plate",
+        ),
+    ],
+)
+def test_a_bird_that_misses_is_a_clear_warning(changes, warning):
+    missed = simulate(tiny(**changes))
+    assert any(warning in text for text in missed.summary["warnings"])
+    assert missed.summary["momentum_error"] < 1e-10
+
+
+def test_a_bird_cannot_start_inside_the_plate():
+    """The stand-off is measured from the first touch and refuses to be negative; at zero nothing overlaps yet."""
+    with pytest.raises(CaseError, match=r"impact\.standoff = -5 mm is outside 0 mm"):
+        tiny(impact__standoff="-5 mm")
+    for thickness, angle in (("50 mm", "90 deg"), ("0.5 mm", "20 deg")):
+        strike = Strike(tiny(impact__standoff="0 mm", plate__thickness=thickness, impact__angle=angle))
+        strike.advance()
+        assert strike.deepest < 1e-9
+
+
+def test_a_bird_put_inside_the_plate_ends_in_a_remedy():
+    strike = Strike(tiny())
+    strike.bird.x[:, 2] -= strike.bird.x[:, 2].min() + 0.6 * strike.contact.gap
+    with pytest.raises(RunFailed, match=r"solver\.courant or refine bird\.particles"):
+        strike.advance()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"plate__elements": "[0, 6]"}, "plate.elements.0 = 0 is outside 2 .. 400"),
+        ({"plate__elements": "[]"}, "plate.elements"),
+        ({"bird__particles": "0"}, "bird.particles = 0 is outside 100 .. 200000"),
+        ({"bird__particles": "-5"}, "bird.particles = -5 is outside 100 .. 200000"),
+    ],
+)
+def test_no_elements_is_refused_by_name(changes, message):
+    with pytest.raises(CaseError, match=re.escape(message)):
+        tiny(**changes)
+
+
+def test_an_equation_of_state_that_softens_is_refused_with_its_section():
+    """p = 200 mu - 900 mu^2 MPa falls beyond mu = 0.11: no shock of 286 m/s stands on it."""
+    soft = {"kind": "linear_polynomial", "C1": "200 MPa", "C2": "-900 MPa"}
+    eos = {f"bird__material__eos__{key}": text for key, text in soft.items()}
+    case = tiny(**eos, impact__speed="373 m/s", impact__angle="50 deg")
+    with pytest.raises(CaseError, match=r"bird\.material\.eos has no shock of 285\.7 m/s.*or lower impact\.speed"):
+        simulate(case)
+
+
+def test_a_plate_that_gave_way_is_named_as_the_cause():
+    told = str(PlateState(strain=0.4, sag=0.3).explained(RunFailed("unstable", "lower solver.courant")))
+    assert "the plate had given way (deflected by 30% of its shorter side, strained by 40%)" in told
+    assert "a thicker plate.thickness or a lower impact.speed; otherwise lower solver.courant" in told
+
+
+def test_the_state_is_that_of_the_plate():
+    """3 kg at 318 m/s on a sheet of 1.25 mm: it sags and strains."""
+    soft = {
+        "plate.length": "100 mm", "plate.width": "192 mm", "plate.thickness": "1.25 mm", "plate.elements": "[2, 5]",
+        "plate.edges": "pinned", "bird.diameter": "106 mm", "impact.speed": "318 m/s", "impact.angle": "78 deg",
+    }  # fmt: skip
+    strike, state = Strike(load_case("reference_strike", TINY | soft | {"time.end": "0.3 ms"})), PlateState()
+    for _ in range(strike.steps):
+        strike.advance()
+        strike.move()
+    state.note(strike)
+    assert state.sag > 0.2
+    assert state.strain > 0.05
+
+
+def test_a_plate_that_held_changes_no_message():
+    failure = RunFailed("unstable", "lower solver.courant")
+    assert PlateState(strain=0.1, sag=0.05).explained(failure) is failure
