@@ -10,7 +10,7 @@ from solver.contact import Contact
 from solver.geometry import plate_mesh, shell_mesh
 from solver.kernels.contact import foot_on_facet
 from solver.plate import Plate, ShellMaterial
-from tests.solver.columns import SEED
+from reports.verification.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 GAP_PARTICLE = 5e-3

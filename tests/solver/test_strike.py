@@ -19,7 +19,7 @@ from solver.case import Case, load_case
 from solver.estimate import estimate, first_period
 from solver.simulate import simulate
 from solver.strike import Strike
-from tests.solver.columns import SEED, block
+from reports.verification.columns import SEED, block
 
 SMALL = {
     "bird.particles": "500",
