@@ -1,0 +1,1 @@
+"""Verification: each row a truth, its source, our figure, the tolerance."""
