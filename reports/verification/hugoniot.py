@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 from scipy.optimize import brentq
 
@@ -37,7 +38,7 @@ def jump(pressure: Pressure, rho0: float, u: float, most: float = 10.0) -> Jump:
 
     low, high = 1e-9, 1.0 - 1.0 / most
     steps = [low + (high - low) * (i / 400.0) ** 2 for i in range(401)]
-    for a, b in zip(steps[:-1], steps[1:], strict=True):
+    for a, b in pairwise(steps):
         if misfit(a) < 0.0 <= misfit(b):
             compression = float(brentq(misfit, a, b, xtol=1e-15, rtol=1e-14))
             return Jump(rho0 * u * u / compression, rho0 / (1.0 - compression), u / compression)

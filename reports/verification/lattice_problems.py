@@ -78,7 +78,9 @@ def convergence(
         log=True,
     )
     misses = ", ".join(f"{100.0 * error:.2g} %" for error in errors)
-    caption = f"The {name} against {truth:g} {unit} with {CELLS} FCC cells a wavelength: off by {misses}; order {order:.2f}."
+    caption = (
+        f"The {name} against {truth:g} {unit} with {CELLS} FCC cells a wavelength: off by {misses}; order {order:.2f}."
+    )
     return Outcome(rows, (Picture(figure, draw(panel), caption),))
 
 
@@ -87,7 +89,9 @@ def solve_sound(_: Strikes) -> Outcome:
     return convergence("sound speed", sound_speed, SEED.C, "m/s", 0.5, "c = C of the equation of state")
 
 
-ABOUT = "Moments of the kernel, and waves on a periodic lattice (no edges, so that only the scheme's own error is seen)."
+ABOUT = (
+    "Moments of the kernel, and waves on a periodic lattice (no edges, so that only the scheme's own error is seen)."
+)
 PROBLEMS = (
     Problem("kernel_moments", "SPH", ABOUT, kernel_moments),
     Problem("sound_wave", "SPH", "", solve_sound),

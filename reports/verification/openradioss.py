@@ -13,7 +13,7 @@ from reports.verification.shots import Shot, momentum_given
 
 SOURCE = "OpenRadioss, one run, no convergence study (simulated): data/reference/openradioss_reference_strike.csv"
 END = 3e-3
-# 0.05 mm above first contact is 0.1 mm of flight at 30 degrees; density, pressure floor and viscosity as its header says.
+# 0.05 mm above first contact is 0.1 mm of flight at 30 degrees; the rest as the header of its file says.
 VISCOUS = Shot(
     "reference_strike",
     (

@@ -47,7 +47,9 @@ def solve_cubic(_: Strikes) -> Outcome:
     """The other lattice, at the ends of the range."""
     results = collide((45.55, 200.0), "cubic")
     figure = "planar_impact_cubic"
-    return Outcome(tuple(rows_of(results, "Grueneisen, cubic", TOLERANCE, figure)), (picture(results, figure, "cubic"),))
+    return Outcome(
+        tuple(rows_of(results, "Grueneisen, cubic", TOLERANCE, figure)), (picture(results, figure, "cubic"),)
+    )
 
 
 def picture(results: list[tuple[float, Jump, Impact]], name: str, lattice: str) -> Picture:
@@ -67,8 +69,10 @@ def picture(results: list[tuple[float, Jump, Impact]], name: str, lattice: str) 
     ripple = max(r[2].ripple / r[1].pressure for r in results)
     astray = max(abs(r[2].astray) for r in results)
     caption = (
-        f"Two halves of a laterally periodic {lattice} column meet at ±u. Left: mean pressure of each lattice plane at the "
-        f"end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). Largest miss: "
+        f"Two halves of a laterally periodic {lattice} column meet at ±u. Left: mean pressure of each lattice plane "
+        f"at the "
+        f"end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). Largest "
+        f"miss: "
         f"pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) at most "
         f"{ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
     )
@@ -86,8 +90,10 @@ def _profile(u: float, truth: Jump, ours: Impact) -> Curve:
 
 
 ABOUT = (
-    "Pressure and shock speed behind a planar impact are theorems: mass, momentum and energy across the shock, with the "
-    "equation of state at hand. A column that is short behind the front still carries the ringing of its start; these are "
+    "Pressure and shock speed behind a planar impact are theorems: mass, momentum and energy across the shock, with "
+    "the "
+    "equation of state at hand. A column that is short behind the front still carries the ringing of its start; "
+    "these are "
     "long enough (about 570 spacings) for it to have decayed."
 )
 PROBLEMS = (

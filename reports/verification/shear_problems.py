@@ -28,7 +28,7 @@ def lattice_viscosity(axis: str) -> float:
     """What the pair sum makes of MU for long waves along `axis`, in units of MU.
 
     Shear along <100> feels the sum S of V F x^2 y^2/r^2 over the neighbours, along <110> half of that of
-    V F (x^4 - x^2 y^2)/r^2; both are -1/5 where the lattice is isotropic, and their 3:2 mean is so on any cubic lattice.
+    V F (x^4 - x^2 y^2)/r^2; both are -1/5 where the lattice is isotropic, and their 3:2 mean is so on every cubic one.
     """
     points = lattice(1.0, "fcc", np.full(3, 2.0 * SMOOTHING + 1.0))
     r = np.linalg.norm(points, axis=1)
@@ -83,11 +83,15 @@ def solve(_: Strikes) -> Outcome:
         rows.append(matches(f"shear wave along <{axis}>", found[axis][-1], MU, "Pa s", None, THEORY, "", figure))
     curves = [Curve(f"along <{axis}>", CELLS, [100.0 * error for error in errors[axis]]) for axis in AXES]
     panel = Panel(
-        "cells a wavelength", "off the lattice's viscosity [%]", (slope_line(CELLS, curves[0].y[0], -2.0), *curves), log=True
+        "cells a wavelength",
+        "off the lattice's viscosity [%]",
+        (slope_line(CELLS, curves[0].y[0], -2.0), *curves),
+        log=True,
     )
     strays = ", ".join(f"{100.0 * (limit[axis] / MU - 1.0):+.1f} % along <{axis}>" for axis in AXES)
     caption = (
-        f"Decay of a shear wave on a periodic FCC lattice. The central pair forces that carry MU see the lattice's fourth "
+        f"Decay of a shear wave on a periodic FCC lattice. The central pair forces that carry MU see the lattice's "
+        f"fourth "
         f"moments, so an undistorted lattice is anisotropic ({strays}) at any resolution; the mean over directions is "
         f"{mean:.1f} Pa s of {MU:g}. A struck bird's particles do not stay on their lattice."
     )

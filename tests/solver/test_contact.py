@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reports.verification.columns import SEED
 from solver.bird import Bird
 from solver.contact import Contact
 from solver.geometry import plate_mesh, shell_mesh
 from solver.kernels.contact import foot_on_facet
 from solver.plate import Plate, ShellMaterial
-from reports.verification.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 GAP_PARTICLE = 5e-3
