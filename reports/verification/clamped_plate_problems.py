@@ -67,7 +67,7 @@ def solve_step(kind: str, _: Strikes) -> Outcome:
     rows = [
         below(
             f"{kind} step response, {m[0]} x {m[1]}, {label}: RMS of peak",
-            rms_of_peak(*run, column),
+            rms_of_peak(run[0], run[1], column),
             gate,
             "%",
             STEP_SOURCE,
@@ -83,7 +83,7 @@ def solve_step(kind: str, _: Strikes) -> Outcome:
         curves.append(Curve(label, 1e3 * t, 1e3 * expected, truth=number == 0))
         if number == 0:
             misses = [
-                Curve(f"{m[0]} x {m[1]}", 1e3 * t, 100.0 * (np.interp(t, *run) - expected) / expected.max())
+                Curve(f"{m[0]} x {m[1]}", 1e3 * t, 100.0 * (np.interp(t, run[0], run[1]) - expected) / expected.max())
                 for m, run in runs.items()
             ]
             truth = label

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -63,7 +64,7 @@ def draw(*panels: Panel, height: float = 3.3) -> Figure:
     return figure
 
 
-def _style(curve: Curve, number: int) -> dict[str, object]:
+def _style(curve: Curve, number: int) -> dict[str, Any]:
     """Colour and dash of the curve; a sparse one shows its points."""
     if curve.truth:
         return {"color": BLACK, "linewidth": 1.2, "zorder": 1.5} | (

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from data.errors import UserError
 from solver.kernels.eos import grueneisen_terms
@@ -40,7 +40,7 @@ def jump(pressure: Pressure, rho0: float, u: float, most: float = 10.0) -> Jump:
     steps = [low + (high - low) * (i / 400.0) ** 2 for i in range(401)]
     for a, b in pairwise(steps):
         if misfit(a) < 0.0 <= misfit(b):
-            compression = float(brentq(misfit, a, b, xtol=1e-15, rtol=1e-14))
+            compression = root_scalar(misfit, bracket=(a, b), xtol=1e-15).root
             return Jump(rho0 * u * u / compression, rho0 / (1.0 - compression), u / compression)
     raise UserError(f"the equation of state has no shock of particle velocity {u} m/s below {most} times its density")
 

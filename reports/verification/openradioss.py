@@ -47,9 +47,9 @@ class Reference:
 def reference(variant: str) -> Reference:
     """OpenRadioss's curves to 3 ms."""
     table = pd.read_csv(REFERENCE / "openradioss_reference_strike.csv", comment="#")
-    table = table[table["time_ms"] <= 1e3 * END * (1.0 + 1e-9)]
-    time, w, given = (table[name].to_numpy() for name in ("time_ms", f"w_{variant}_mm", f"J_{variant}_Ns"))
-    return Reference(1e-3 * time, 1e-3 * w, given)
+    time, w, given = (np.asarray(table[name], float) for name in ("time_ms", f"w_{variant}_mm", f"J_{variant}_Ns"))
+    seen = time <= 1e3 * END * (1.0 + 1e-9)
+    return Reference(1e-3 * time[seen], 1e-3 * w[seen], given[seen])
 
 
 @dataclass(frozen=True)

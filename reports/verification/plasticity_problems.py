@@ -48,9 +48,9 @@ def uniaxial(material: ShellMaterial, strain: float, steps: int) -> float:
     """Axial stress [Pa] with the lateral stress held at zero by bisection of the lateral strain."""
     stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
     plane, increment = YOUNG / (1.0 - NU**2), strain / steps
-    for _ in range(steps):
+    for _step in range(steps):
         low, high = -2.0 * increment, 2.0 * increment
-        for _ in range(80):
+        for _bisection in range(80):
             lateral = 0.5 * (low + high)
             trial, moved = stress.copy(), back.copy()
             trial[0] += plane * (increment + NU * lateral)

@@ -60,7 +60,8 @@ def fit(run: Histories, group: int) -> Fit:
     starts = np.linspace(-LATEST, LATEST, 33)
     near = starts[np.argmin([misfit(start) for start in starts])]
     step = starts[1] - starts[0]
-    best = float(minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded").x)
+    found = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
+    best = float(found["x"])
     return Fit(best, time, record, ours(best), 100.0 * misfit(best) / float(record.max()))
 
 

@@ -102,7 +102,7 @@ def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progre
     def finish(waiting: dict[Future[None], str]) -> None:
         nonlocal done
         for future in as_completed(waiting):
-            _raise_named(future, waiting[future])
+            raise_named(future, waiting[future])
             done += 1
             progress(done / total)
 
@@ -115,7 +115,7 @@ def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progre
         finish({pool.submit(solve_one, cache.folder, problem.name): problem.name for problem in after})
 
 
-def _raise_named(future: Future[None], what: str) -> None:
+def raise_named(future: Future[None], what: str) -> None:
     """Let a failure say which problem or strike it was."""
     try:
         future.result()
