@@ -6,24 +6,63 @@ import math
 
 import numpy as np
 
-from solver.bird import Bird, NullMaterial
+from data.histories import Array
+from solver.bird import Bird
 from solver.case import Case
-from solver.geometry import fill_bird, place_bird, slope_gain
+from solver.case_bird import Bird as BirdSection
+from solver.case_material import (
+    BirdMaterial,
+    ElasticMaterial,
+    HydrodynamicMaterial,
+    NullMaterial,
+    PlasticKinematicMaterial,
+)
+from solver.elastic_bird import ElasticBird
+from solver.geometry import fill_bird, jittered, place_bird, slope_gain
+from solver.materials import NullMaterial as FluidMaterial
+from solver.materials import SolidMaterial, elastic, hardening
+from solver.solid_bird import SolidBird
+
+BODIES: dict[str, type[Bird]] = {"null": Bird, "elastic": ElasticBird}
 
 
 def build_bird(case: Case) -> Bird:
     """Bird of the case, `standoff` of flight before its first particle touches the plate."""
-    b, m = case.bird, case.bird.material
-    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
-    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
+    b = case.bird
+    points, spacing = bird_lattice(b)
     surface = 0.5 * case.plate.thickness + 0.5 * spacing
     angle = case.impact.angle
     x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
     velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
-    e = m.eos
-    four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
-    material = NullMaterial(b.actual_density, *four, e.C, e.S1, e.S2, e.S3, e.g0, e.a)
+    material = bird_material(b.material, b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
-    mass = b.actual_mass / len(points)
+    state = (x, np.tile(velocity, (len(x), 1)), b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing)
-    return Bird(x, np.tile(velocity, (len(x), 1)), mass, case.solver.smoothing * spacing, material, shock, gain=gain)
+    bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird.stiffen(case.normal_speed)
+    return bird
+
+
+def bird_lattice(b: BirdSection) -> tuple[Array, float]:
+    """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the spacing [m]."""
+    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
+    return jittered(points, b.jitter * spacing, b.seed), spacing
+
+
+def bird_material(m: BirdMaterial, rho0: float) -> FluidMaterial | SolidMaterial:
+    """The case's material about the reference density [kg/m^3], for particles and finite elements alike."""
+    if isinstance(m, NullMaterial):
+        four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
+        return FluidMaterial(m.eos.build(rho0), *four)
+    if isinstance(m, HydrodynamicMaterial):
+        moduli = (m.shear_modulus, m.yield_stress, m.hardening_modulus)
+        limits = {"failure_strain": m.failure_strain, "pressure_cutoff": m.pressure_cutoff}
+        return SolidMaterial(m.eos.build(rho0), *moduli, **limits)
+    if isinstance(m, PlasticKinematicMaterial):
+        base = elastic(rho0, m.young, m.poisson)
+        moduli = (base.shear_modulus, m.yield_stress, *hardening(m.young, m.tangent_modulus, m.beta))
+        return SolidMaterial(base.eos, *moduli, m.rate_c, m.rate_p, m.failure_strain)
+    if isinstance(m, ElasticMaterial):
+        return elastic(rho0, m.young, m.poisson)
+    raise TypeError(f"no body for the bird's model {m.model}")

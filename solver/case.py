@@ -16,12 +16,14 @@ from data.errors import CaseError
 from data.units import quantity_text
 from solver.case_bird import Bird
 from solver.case_fields import Later, Section
-from solver.case_files import Raw, overlay, override_table, read_case
+from solver.case_files import override_table, read_case
 from solver.case_messages import error_line
+from solver.case_overlay import Raw, overlay
 from solver.case_plate import Plate
 from solver.case_rules import broken_rules
 from solver.case_sections import Impact, Time, quantity_at
 from solver.case_settings import DEFAULT_SENSORS, InversionSettings, Sensor, SolverSettings
+from solver.case_table import with_table
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,9 @@ class Case(Section):
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""
         tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "sensors", "solver"})
-        del tree["solver"]["threads"], tree["bird"]["mass"]
+        del tree["solver"]["threads"]
+        for key in ("mass", "slenderness", "statistics"):
+            del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density
         for sensor in tree["sensors"].values():
             del sensor["noise"]
@@ -94,7 +98,7 @@ class Case(Section):
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
-    table = overlay(read_case(path), override_table(overrides or {}))
+    table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
     return case_from_table(table, Path(path).stem)
 
 
@@ -105,7 +109,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
     try:
         case = Case.model_validate(table)
     except ValidationError as error:
-        errors = [error_line(Case, entry) for entry in error.errors()]
+        errors = [error_line(Case, entry, table) for entry in error.errors()]
     errors += broken_rules(table)
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")

@@ -2,69 +2,50 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import model_validator
+from pydantic_core import PydanticCustomError
 
-from solver.bird_shape import SHAPES, volume
+from data.units import quantity_text
+from solver.bird_shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
+from solver.case_choice import Choice
+from solver.case_eos import LAWS
 from solver.case_fields import Between, Count, OneOf, Section
+from solver.case_material import MATERIALS
 
-
-class Grueneisen(Section):
-    """Shock velocity u_s = C + S1 u + ...; g0 the Grueneisen gamma, a its first-order volume correction."""
-
-    kind: Annotated[str, OneOf(("grueneisen",), ("linear_polynomial", "murnaghan", "polynomial_k", "porous", "table"))]
-    C: Annotated[float, Between("10 m/s", "10000 m/s")]
-    S1: Annotated[float, Between(0.0, 10.0)]
-    S2: Annotated[float, Between(-10.0, 10.0)] = 0.0
-    S3: Annotated[float, Between(-10.0, 10.0)] = 0.0
-    g0: Annotated[float, Between(0.0, 10.0)] = 0.0
-    a: Annotated[float, Between(-10.0, 10.0)] = 0.0
-
-
-class BirdMaterial(Section):
-    """NULL material: pressure floor [Pa] <= 0, dynamic viscosity [Pa s], erosion limits in V/V0.
-
-    tension_erosion acts above 1, compression_erosion between 0 and 1; outside they are inactive (0 is off).
-    """
-
-    model: Annotated[str, OneOf(("null",), ("elastic", "plastic_kinematic", "hydrodynamic"))]
-    pressure_cutoff: Annotated[float, Between("-1000 MPa", "0 MPa")]
-    viscosity: Annotated[float, Between("0 Pa s", "10000 Pa s")]
-    tension_erosion: Annotated[float, Between(0.0, 10.0)] = 0.0
-    compression_erosion: Annotated[float, Between(0.0, 2.0)] = 0.0
-    eos: Grueneisen
-
-    @property
-    def inactive(self) -> tuple[str, ...]:
-        """Erosion limits that can erode nothing at their present value."""
-        active = {
-            "tension_erosion": self.tension_erosion > 1.0,
-            "compression_erosion": 0.0 < self.compression_erosion < 1.0,
-        }
-        return tuple(name for name, acts in active.items() if not acts)
+MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
+SLENDERNESS = Between(1.0, 10.0)
 
 
 class Bird(Section):
-    """Idealised bird: `length` overall; either its mass [kg] or its density [kg/m^3] is given."""
+    """Idealised bird, `length` overall. Its size and density come from
+
+    diameter, length and one of mass [kg] and density [kg/m^3]; or mass, density and slenderness = length/diameter;
+    or mass and statistics = true: density and diameter of birds of that mass, the length following from them (or from
+    slenderness, the diameter then from the mass). A porous law gives the density where none stands.
+    jitter: random shift of each lattice point, share of the spacing, drawn from `seed`.
+    """
 
     shape: Annotated[str, OneOf(SHAPES)]
     diameter: Annotated[float, Between("5 mm", "1000 mm")]
     length: Annotated[float, Between("5 mm", "3000 mm")]
-    mass: Annotated[float, Between("1 g", "50000 g")] | None = None
-    density: Annotated[float, Between("50 kg/m^3", "3000 kg/m^3")] | None = None
+    mass: Annotated[float, MASS] | None = None
+    density: Annotated[float, DENSITY] | None = None
+    slenderness: Annotated[float, SLENDERNESS] | None = None
+    statistics: bool = False
     method: Annotated[str, OneOf(("sph",), ("hexahedra",))] = "sph"
     particles: Annotated[int, Count(100, 200_000)] = 4500
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
-    material: BirdMaterial
+    jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
+    seed: Annotated[int, Count(0, 2_000_000_000)] = 0
+    material: Annotated[Any, Choice("model", MATERIALS)]  # a BirdMaterial; each model has keys of its own
 
     @model_validator(mode="before")
     @classmethod
-    def _a_sphere_is_as_long_as_wide(cls, raw: Any) -> Any:
-        if isinstance(raw, dict) and raw.get("shape") == "sphere" and "diameter" in raw:
-            return {"length": raw["diameter"]} | raw
-        return raw
+    def _size_and_density(cls, raw: Any) -> Any:
+        return raw | derived(raw) if isinstance(raw, dict) else raw
 
     @property
     def overall_length(self) -> float:
@@ -79,9 +60,52 @@ class Bird(Section):
     @property
     def actual_density(self) -> float:
         """[kg/m^3], from the mass where that is given."""
-        return self.mass / self.volume if self.mass is not None else self.density or math.nan
+        if self.density is not None:
+            return self.density
+        return float("nan") if self.mass is None else self.mass / self.volume
 
     @property
     def actual_mass(self) -> float:
         """[kg], from the density where that is given."""
         return self.mass if self.mass is not None else self.actual_density * self.volume
+
+
+def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Diameter, length and density that follow from the other keys of `bird`, as texts; what is wrong is left alone."""
+    mass, slenderness = _si(MASS, raw.get("mass")), _si(SLENDERNESS, raw.get("slenderness"))
+    found: dict[str, Any] = {}
+    density = _si(DENSITY, raw.get("density"))
+    if density is None and raw.get("density") is None:
+        density = statistical_density(mass) if raw.get("statistics") is True and mass else porous_density_of(raw)
+        if density is not None and (mass is None or "diameter" not in raw):
+            found["density"] = quantity_text(density, "kg/m^3")
+    if "diameter" in raw:
+        return found | ({"length": raw["diameter"]} if raw.get("shape") == "sphere" and "length" not in raw else {})
+    if mass is None or density is None or raw.get("shape") not in SHAPES:
+        return found
+    if slenderness is None and raw["shape"] == "sphere":
+        slenderness = 1.0
+    given = statistical_diameter(mass) if slenderness is None and raw.get("statistics") is True else None
+    if slenderness is None and given is None:
+        return found
+    diameter, length = size_of_mass(raw["shape"], mass / density, slenderness, given)
+    return found | {"diameter": quantity_text(diameter, "m"), "length": quantity_text(length, "m")}
+
+
+def porous_density_of(raw: Mapping[str, Any]) -> float | None:
+    """Density [kg/m^3] that a porous law gives the bird; None for other laws and for one that is itself an error."""
+    material = raw.get("material")
+    eos = material.get("eos") if isinstance(material, Mapping) else None
+    if not isinstance(eos, Mapping) or eos.get("kind") != "porous":
+        return None
+    try:
+        return LAWS["porous"].model_validate(eos).own_density
+    except ValueError:
+        return None
+
+
+def _si(mark: Between, value: Any) -> float | None:
+    try:
+        return None if value is None else mark.validate(value)
+    except PydanticCustomError:
+        return None

@@ -6,15 +6,11 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
 
 from data.errors import CaseError, UserError
 from data.paths import resolve_case
-
-Raw = dict[str, Any]
-
-ALTERNATIVES: dict[tuple[str, ...], tuple[str, ...]] = {("bird",): ("mass", "density")}
-"""Keys of which a case gives one: an overlay that gives one replaces the other."""
+from solver.case_overlay import FROM_MASS, Raw, overlay
+from solver.case_table import with_table
 
 
 def read_case(name: str | Path) -> Raw:
@@ -31,7 +27,7 @@ def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> P
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
-    raw = _parse(path)
+    raw = with_table(_parse(path), path.parent)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw
@@ -53,24 +49,11 @@ def _parse(path: Path) -> Raw:
         raise CaseError(f"{path} cannot be read: {error}") from error
 
 
-def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
-    """`base` with `over` laid on it, table by table; neither is changed."""
-    merged = dict(base)
-    pair = ALTERNATIVES.get(place, ())
-    given = [key for key in pair if key in over]
-    if given:
-        merged = {key: value for key, value in merged.items() if key not in pair}
-    for key, value in over.items():
-        below = merged.get(key)
-        nested = isinstance(value, Mapping) and isinstance(below, dict)
-        merged[key] = overlay(cast(Raw, below), value, (*place, key)) if nested else value
-    return merged
-
-
 def override_table(overrides: Mapping[str, str]) -> Raw:
     """Table of dotted keys and texts as `--set` gives them: {"plate.thickness": "8 mm"}; raises CaseError."""
     table: Raw = {}
-    single = {key: _one_override(key, text) for key, text in overrides.items()}
+    first = sorted(overrides, key=lambda key: key.removeprefix("bird.") not in FROM_MASS)  # they say what replaces what
+    single = {key: _one_override(key, overrides[key]) for key in first}
     for one in single.values():
         table = overlay(table, one)
     lost = [key for key, one in single.items() if overlay(table, one) != table]

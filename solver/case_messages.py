@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from solver.case_choice import sections_of
 from solver.case_fields import Between
 from solver.case_sections import metadata_of
 
 Place = tuple[str | int, ...]
 
 
-def error_line(case: type[BaseModel], error: ErrorDetails) -> str:
-    """One of pydantic's errors about a `case`: field, value, what is wrong, remedy."""
+def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, Any]) -> str:
+    """One of pydantic's errors about a `case` read from `table`: field, value, what is wrong, remedy."""
     kind, loc, message, value = error["type"], error["loc"], error["msg"], error["input"]
     key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
+    known = _fields(case, loc[:-1], table)
     if kind == "extra_forbidden":
-        return f"{key} is not a key of a case; {_did_you_mean(case, loc)}"
+        return f"{key} is not a key of a case; {_did_you_mean(list(known), str(loc[-1]))}"
     if kind == "missing":
-        mark = next((m for m in _metadata(case, loc) if isinstance(m, Between)), None)
-        return f"{key} is missing" + (f"; give a value in {mark.low} .. {mark.high}" if mark else "")
+        return f"{key} is missing{_expected(known.get(str(loc[-1])))}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return f"{key} = {value} must be a table of keys"
     if kind == "tuple_type":
@@ -31,24 +33,27 @@ def error_line(case: type[BaseModel], error: ErrorDetails) -> str:
     return f"{key} = {value} {message}" if not isinstance(value, dict) else f"{key} {message}"
 
 
-def _did_you_mean(case: type[BaseModel], loc: Place) -> str:
+def _did_you_mean(known: list[str], key: str) -> str:
     """The nearest key that the section knows, or all of them."""
-    known = list(_fields(case, loc[:-1]))
-    close = difflib.get_close_matches(str(loc[-1]), known, n=1)
+    close = difflib.get_close_matches(key, known, n=1)
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
 
-def _fields(case: type[BaseModel], loc: Place) -> Mapping[str, Any]:
-    """Fields of the section at a place in the case; the names of sensors and parameters are the user's."""
+def _expected(field: FieldInfo | None) -> str:
+    """What a missing field would hold."""
+    marks = metadata_of(field) if field is not None else []
+    return next((f"; give a value in {mark.low} .. {mark.high}" for mark in marks if isinstance(mark, Between)), "")
+
+
+def _fields(case: type[BaseModel], loc: Place, table: Any) -> Mapping[str, FieldInfo]:
+    """Fields of the section at a place in the case as read; the names of sensors and parameters are the user's."""
     model: Any = case
     for part in loc:
+        table = table.get(part) if isinstance(table, Mapping) else None
         if isinstance(model, type) and issubclass(model, BaseModel):
-            model = model.model_fields[str(part)].annotation
+            field = model.model_fields[str(part)]
+            sections = list(sections_of(field, table))
+            model = sections[0] if len(sections) == 1 else field.annotation
         else:
             model = get_args(model)[-1]
     return model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}
-
-
-def _metadata(case: type[BaseModel], loc: Place) -> Iterator[Any]:
-    field = _fields(case, loc[:-1]).get(str(loc[-1]))
-    return iter(metadata_of(field) if field is not None else ())

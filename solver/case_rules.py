@@ -4,61 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Any
 
-from pydantic_core import PydanticCustomError
-
+from solver.case_bird_rules import bird_rules
 from solver.case_fields import Between
-from solver.case_sections import quantity_at
+from solver.case_overlay import Raw
+from solver.case_sections import at, si, valid
 from solver.case_settings import OFFSET
-
-Raw = dict[str, Any]
 
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (_mass_or_density, _bird_length, _hardening, _rates, _friction, _times, _sensors):
+    for rule in (bird_rules, _hardening, _rates, _friction, _times, _sensors):
         yield from rule(raw)
-
-
-def at(raw: Raw, key: str) -> Any:
-    """What stands under a dotted key; None where nothing does."""
-    value: Any = raw
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
-
-
-def si(raw: Raw, key: str) -> float | None:
-    """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
-    mark = quantity_at(key)
-    return None if mark is None else _valid(mark, at(raw, key))
-
-
-def _valid(mark: Between, value: Any) -> float | None:
-    try:
-        return None if value is None else mark.validate(value)
-    except PydanticCustomError:
-        return None
-
-
-def _mass_or_density(raw: Raw) -> Iterator[str]:
-    mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
-    if mass is not None and density is not None:
-        yield f"bird.mass = {mass} and bird.density = {density} are both given; keep one, the shape gives the other"
-    if mass is None and density is None and isinstance(raw.get("bird"), dict):
-        yield 'bird.mass or bird.density is missing; give one, such as density = "938 kg/m^3"'
-
-
-def _bird_length(raw: Raw) -> Iterator[str]:
-    shape, length, diameter = at(raw, "bird.shape"), si(raw, "bird.length"), si(raw, "bird.diameter")
-    if length is None or diameter is None:
-        return
-    given = f"bird.length = {at(raw, 'bird.length')}"
-    if shape == "hemispherical_cylinder" and length < diameter:
-        yield f"{given} is less than the diameter; length is overall, hemispheres included"
-    if shape == "sphere" and length != diameter:
-        yield f"{given} differs from the sphere's diameter; leave it out"
 
 
 def _hardening(raw: Raw) -> Iterator[str]:
@@ -87,7 +44,7 @@ def _times(raw: Raw) -> Iterator[str]:
         yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
     snapshots = at(raw, "time.snapshots")
     for text in snapshots if isinstance(snapshots, list) else []:
-        instant = _valid(Between("0 ms", "100 ms"), text)
+        instant = valid(Between("0 ms", "100 ms"), text)
         if instant is not None and instant > end:
             yield f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}'
 
@@ -108,6 +65,6 @@ def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
     if sensor.get("kind") != "displacement":
         yield f"sensors.{name}.at = {place}: only a displacement sensor has a place; leave it out"
     for text, key in zip(place, ("plate.length", "plate.width"), strict=False):
-        offset, size = _valid(OFFSET, text), si(raw, key)
+        offset, size = valid(OFFSET, text), si(raw, key)
         if offset is not None and size is not None and abs(offset) > 0.5 * size:
             yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'

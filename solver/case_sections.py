@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Any, get_args
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
 
 from solver.case_bird import Bird
+from solver.case_choice import sections_of
 from solver.case_fields import Between, OneOf, Section
 from solver.case_plate import Plate
 
@@ -35,16 +36,23 @@ STRIKE: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impa
 
 
 def quantity_at(key: str) -> Between | None:
-    """Range and unit of the physical quantity under a dotted key ("bird.material.viscosity"); None where none is."""
+    """Range and unit of the physical quantity under a dotted key ("bird.material.viscosity"); None where none is.
+
+    A key that several models or laws share means the same quantity in all of them.
+    """
     first, *rest = key.split(".")
-    model: Any = STRIKE.get(first)
-    metadata: list[Any] = []
+    sections: list[type[Section]] = [STRIKE[first]] if first in STRIKE else []
+    fields: list[FieldInfo] = []
     for name in rest:
-        fields = getattr(model, "model_fields", {})
-        if name not in fields:
-            return None
-        model, metadata = fields[name].annotation, metadata_of(fields[name])
-    return next((mark for mark in metadata if isinstance(mark, Between)), None)
+        fields = [section.model_fields[name] for section in sections if name in section.model_fields]
+        sections = [section for field in fields for section in sections_of(field)]
+    marks = (mark for field in fields if not is_list(field) for mark in metadata_of(field))
+    return next((mark for mark in marks if isinstance(mark, Between)), None)
+
+
+def is_list(field: FieldInfo) -> bool:
+    """Whether a field holds several values, of which none is sought by itself."""
+    return get_origin(field.annotation) is tuple
 
 
 def metadata_of(field: FieldInfo) -> list[Any]:
@@ -53,11 +61,40 @@ def metadata_of(field: FieldInfo) -> list[Any]:
     return [*field.metadata, *optional]
 
 
-def quantities(model: type[BaseModel] | None = None, prefix: str = "") -> Iterator[tuple[str, Between]]:
-    """Every dotted key of the strike that holds a physical quantity."""
-    for name, kind in STRIKE.items() if model is None else ((n, f.annotation) for n, f in model.model_fields.items()):
-        key = f"{prefix}{name}"
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            yield from quantities(kind, f"{key}.")
-        elif mark := quantity_at(key):
-            yield key, mark
+def quantities(content: Mapping[str, Any] | None = None) -> Iterator[tuple[str, Between]]:
+    """Every dotted key of the strike that holds a physical quantity; given a case's table, of its models alone."""
+    for name, section in STRIKE.items():
+        yield from _quantities(section, f"{name}.", None if content is None else content.get(name, {}))
+
+
+def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[tuple[str, Between]]:
+    for name, field in section.model_fields.items():
+        below = content.get(name) if isinstance(content, Mapping) else None
+        nested = list(sections_of(field, below))
+        found = (pair for kind in nested for pair in _quantities(kind, f"{prefix}{name}.", below))
+        if nested:
+            yield from dict(found).items()
+        elif mark := quantity_at(f"{prefix}{name}"):
+            yield f"{prefix}{name}", mark
+
+
+def at(raw: Mapping[str, Any], key: str) -> Any:
+    """What stands under a dotted key; None where nothing does."""
+    value: Any = raw
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, dict) else None
+    return value
+
+
+def si(raw: Mapping[str, Any], key: str) -> float | None:
+    """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
+    mark = quantity_at(key)
+    return None if mark is None else valid(mark, at(raw, key))
+
+
+def valid(mark: Between, value: Any) -> float | None:
+    """SI value of what stands in the file; None where nothing does, or what is itself an error."""
+    try:
+        return None if value is None else mark.validate(value)
+    except PydanticCustomError:
+        return None

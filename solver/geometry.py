@@ -77,6 +77,14 @@ def fill_bird(shape: str, diameter: float, length: float, volume: float, particl
     return best * ((volume / len(best)) ** (1.0 / 3.0) / cut_at)
 
 
+def jittered(points: Array, reach: float, seed: int) -> Array:
+    """Points (n, 3) each shifted by up to `reach` [m] along every axis, drawn from `seed`; their mean stays."""
+    if reach == 0.0:
+        return points
+    shift = np.random.default_rng(seed).uniform(-reach, reach, points.shape)
+    return points + shift - shift.mean(axis=0)
+
+
 def place_bird(points: Array, angle: float, start: float, aim: str, surface: float) -> Array:
     """Bird with its axis along the velocity, `start` [m] of flight before the first particle touches.
 

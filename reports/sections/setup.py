@@ -9,6 +9,7 @@ from reports.figures.setup import SetUp, setup_figure
 from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
+from solver.case_material import BirdMaterial
 
 
 def section(results: Results) -> Section:
@@ -77,13 +78,20 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{material.model.upper()} material, {material.eos.kind.capitalize()} equation of state, "
+            f"{model_of(material)}, "
             f"{bird.particles} {bird.method.upper()} particles asked for on a lattice of kind {bird.lattice}",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
         ("simulated time", quantity(case.time.end, "s")),
     )
+
+
+def model_of(material: BirdMaterial) -> str:
+    """The bird's model in words, with its equation of state where it has one of its own."""
+    name = "NULL" if material.model == "null" else words(material.model).capitalize()
+    law = material.law
+    return f"{name} material" + (f", {words(law.kind).capitalize()} equation of state" if law is not None else "")
 
 
 def _record(results: Results) -> tuple[tuple[str, str], ...]:

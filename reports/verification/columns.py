@@ -6,9 +6,10 @@ import numpy as np
 
 from data.histories import Array
 from solver.bird import Bird, Images, NullMaterial
+from solver.eos import grueneisen
 from solver.geometry import LATTICES, slope_gain
 
-SEED = NullMaterial(938.0, -1e5, 0.0, 0.0, 0.0, 1670.0, 2.48)
+SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 SMOOTHING = 1.2
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.eos import grueneisen_update
+from solver.kernels.eos import GRUNEISEN, eos_update, grueneisen_update
 
 
 @njit(cache=True, parallel=True)
 def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c, active, eroded_now, work):
     """New density by continuity, pressure p >= PC, and the erosion test on the volume after the step.
 
-    eos: (7,) see `grueneisen_terms`; limits: (3,) pressure cutoff [Pa], largest and smallest V/V0 (inf, 0 = off);
+    eos: see `kernels.eos`; limits: (3,) pressure cutoff [Pa], largest and smallest V/V0 (inf, 0 = off);
     drho_dt: (n,) [kg/m^3/s]; heating: (n,) viscous power per reference volume [W/m^3];
     in and out: rho, p, energy [J/m^3], active (and drho_dt of what erodes);
     out: c [m/s], eroded_now, work = p dV per reference volume [J/m^3].
@@ -30,13 +30,16 @@ def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c
         if not after > 0.0:
             continue
         warm = energy[a] + dt * heating[a]
-        pressure, _, c[a] = grueneisen_update(after, before, p_before, warm, eos)
-        volume = eos[0] / after
+        if eos[0] == GRUNEISEN:
+            pressure, _, c[a] = grueneisen_update(after, before, p_before, warm, eos)
+        else:
+            pressure, _, c[a] = eos_update(after, before, p_before, warm, eos)
+        volume = eos[1] / after
         if volume > limits[1] or volume < limits[2]:
             active[a] = False
             eroded_now[a] = True
             pressure = 0.0
             drho_dt[a] = 0.0  # it deforms no more: no viscous power in the step's end either
         p[a] = max(pressure, limits[0])
-        work[a] = 0.5 * (p_before + p[a]) * (eos[0] / before - volume)
+        work[a] = 0.5 * (p_before + p[a]) * (eos[1] / before - volume)
         energy[a] = warm + work[a]

@@ -46,8 +46,8 @@ NAMES = [
 ]
 NOT_YET = [
     ("bird.method", "hexahedra", f"~ = hexahedra {LATER}; available: sph"),
-    ("bird.material.model", "elastic", f"~ = elastic {LATER}; available: null"),
-    ("bird.material.eos.kind", "porous", f"~ = porous {LATER}; available: grueneisen"),
+    ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
+    ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
     ("sensors.gauge.kind", "strain", f"~ = strain {LATER}; available: displacement, contact_force, reaction_force"),
     ("plate.material.rate_c", "9 1/s", f"~ = 9 1/s: rate hardening {LATER}; leave it out"),
     ("impact.friction", "0.2", f"~ = 0.2: friction {LATER}; leave it out"),

@@ -110,7 +110,7 @@ def standing_wave_speed(cells: int) -> float:
     shape = np.sin(k * bird.x[: bird.n, 0])
     bird.v[: bird.n, 0] = 0.5 * shape
     bird.refresh_images()
-    dt = 0.4 * bird.stable_step(SEED.C)
+    dt = 0.4 * bird.stable_step(SEED.eos.sound_speed)
     amplitude = []
     while not amplitude or amplitude[-1] > 0.0:
         advance(bird, dt, first=not amplitude)
@@ -121,7 +121,7 @@ def standing_wave_speed(cells: int) -> float:
 
 def test_sound_wave_converges_to_the_speed_of_sound():
     """Second order in spacing over wavelength: the slope's gain makes the lattice sum itself exact."""
-    coarse, fine = (1.0 - standing_wave_speed(cells) / SEED.C for cells in (12, 24))
+    coarse, fine = (1.0 - standing_wave_speed(cells) / SEED.eos.sound_speed for cells in (12, 24))
     assert 0.0 < fine < 0.006
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.3)
 

@@ -1,0 +1,73 @@
+"""Laying one case's table over another: what replaces what, and what a new choice makes void."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+Raw = dict[str, Any]
+
+CHOICES = {("bird", "material"): "model", ("bird", "material", "eos"): "kind"}
+"""Tables whose keys depend on one of them: where an overlay makes another choice, the base's keys are void."""
+SIZES, FROM_MASS = ("diameter", "length"), ("slenderness", "statistics")
+
+
+def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
+    """`base` with `over` laid on it, table by table; neither is changed."""
+    merged = {key: value for key, value in base.items() if key not in _replaced(base, over, place)}
+    if not place:
+        merged = _without_void_parameters(merged, over)
+    for key, value in over.items():
+        below = merged.get(key)
+        nested = isinstance(value, Mapping) and isinstance(below, dict)
+        merged[key] = overlay(cast(Raw, below), value, (*place, key)) if nested else value
+    return merged
+
+
+def _replaced(base: Raw, over: Mapping[str, Any], place: tuple[str, ...]) -> set[str]:
+    """Keys of the base that `over` makes void."""
+    if place == ("bird",):
+        return _replaced_size(base, over)
+    return set(base) if _chooses_anew(base, over, place) else set()
+
+
+def _chooses_anew(base: Any, over: Any, place: tuple[str, ...]) -> bool:
+    key = CHOICES.get(place, "")
+    return isinstance(base, Mapping) and key in base and over.get(key, base[key]) != base[key]
+
+
+def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
+    """Of a bird: mass and density replace each other unless the size follows from both; so do the two ways of size."""
+    void: set[str] = set()
+    if any(key in over for key in FROM_MASS):
+        void |= set(SIZES)
+    elif any(key in over for key in SIZES):
+        void |= set(FROM_MASS)
+    if over.get("statistics"):
+        void.add("density")
+    by_mass = any(key in over or (key in base and key not in void) for key in FROM_MASS)
+    if not by_mass and ("mass" in over or "density" in over):
+        void |= {"mass", "density"}
+    return void
+
+
+def _without_void_parameters(base: Raw, over: Mapping[str, Any]) -> Raw:
+    """The base without the sought parameters of a material or a law that `over` replaces."""
+    table, other = base, over
+    for depth, name in enumerate(("bird", "material", "eos")):
+        table, other = table.get(name), other.get(name)
+        if not isinstance(table, Mapping) or not isinstance(other, Mapping):
+            return base
+        place = ("bird", "material", "eos")[: depth + 1]
+        if _chooses_anew(table, other, place):
+            return _without(base, ".".join(place) + ".")
+    return base
+
+
+def _without(base: Raw, prefix: str) -> Raw:
+    inversion = base.get("inversion")
+    sought = inversion.get("parameters") if isinstance(inversion, Mapping) else None
+    if not isinstance(inversion, Mapping) or not isinstance(sought, Mapping):
+        return base
+    kept = {key: value for key, value in sought.items() if not key.startswith(prefix)}
+    return base | {"inversion": dict(inversion) | {"parameters": kept}}
