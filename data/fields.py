@@ -1,4 +1,4 @@
-"""Snapshots as VTU files for ParaView: the bird's points and the plate's quadrilaterals."""
+"""Snapshots as VTU files for ParaView: the bird's particles or hexahedra and the plate's quadrilaterals."""
 
 from __future__ import annotations
 
@@ -32,8 +32,9 @@ def _write_bird(path: Path, snapshot: Snapshot) -> Path:
         "eroded": snapshot.eroded.astype(np.int8),
         "time_s": np.full(count, snapshot.time),
     }
-    vertices = np.arange(count).reshape(-1, 1)
-    meshio.Mesh(snapshot.particles, [("vertex", vertices)], point_data=data).write(path)
+    loose = np.flatnonzero(snapshot.eroded) if len(snapshot.cells) else np.arange(count)
+    blocks = [("hexahedron", snapshot.cells), ("vertex", loose.reshape(-1, 1))]
+    meshio.Mesh(snapshot.particles, [block for block in blocks if len(block[1])], point_data=data).write(path)
     return path
 
 

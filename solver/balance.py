@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from data.histories import Array
-from solver.bird import Bird
+from solver.body import BirdBody
 from solver.contact import Contact
 from solver.kernels.sums import column_sums, moment_of
 from solver.plate import Plate
@@ -25,11 +25,12 @@ class Balance:
     """The bodies' accounts [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
 
     Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
+    bird_stress: work of strength; bird_hourglass: of the hexahedra's hourglass control;
     plate_internal: stress work (elastic and plastic); plate_hourglass; contact: in the penalty springs; eroded: what
     the eroded particles held as pressure and in their springs when they eroded; bird_kinetic, plate_kinetic.
     """
 
-    def __init__(self, bird: Bird, bodies: Sequence[Booked], normal_energy: float) -> None:
+    def __init__(self, bird: BirdBody, bodies: Sequence[Booked], normal_energy: float) -> None:
         self.bodies = bodies
         self.worst = 0.0
         self.normal_energy = normal_energy
@@ -49,7 +50,7 @@ class Balance:
         return together
 
     @staticmethod
-    def bird_momenta(bird: Bird) -> tuple[Array, Array]:
+    def bird_momenta(bird: BirdBody) -> tuple[Array, Array]:
         """Linear [N s] and angular momentum about the plate's centre [N m s] of the half-step velocities."""
         linear, angular = np.zeros(3), np.zeros(3)
         momentum = bird.masses[:, None] * bird.v[: bird.n]
@@ -75,12 +76,12 @@ class Balance:
         """
         return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 
-    def momentum_error(self, bird: Bird, plate: Plate) -> float:
+    def momentum_error(self, bird: BirdBody, plate: Plate) -> float:
         """|bird + plate + frame - initial| of the initial momentum."""
         now = self.bird_momenta(bird)[0] + plate.mass @ plate.v + self.frame_impulse
         return float(np.linalg.norm(now - self.momentum) / np.linalg.norm(self.momentum))
 
-    def angular_momentum_error(self, bird: Bird, half_length: float) -> float:
+    def angular_momentum_error(self, bird: BirdBody, half_length: float) -> float:
         """|bird + what contact gave the plate - initial| of momentum times the bird's half length."""
         now = self.bird_momenta(bird)[1] + self.contact_moment
         return float(np.linalg.norm(now - self.angular) / (np.linalg.norm(self.momentum) * half_length))

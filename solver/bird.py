@@ -79,6 +79,26 @@ class Bird:
         """Edge of the cube that a particle stands for [m]."""
         return self.volume ** (1.0 / 3.0)
 
+    @property
+    def skin(self) -> float:
+        """From a particle's centre to the bird's surface [m]."""
+        return 0.5 * self.spacing
+
+    def facts(self) -> dict[str, float]:
+        """What a summary says of the bird."""
+        eroded = int(np.count_nonzero(~self.active[: self.n]))
+        return {
+            "particles": self.n,
+            "neighbours_mean": float(self.list.start[-1] / self.n),
+            "list_rebuilds": self.list.rebuilds,
+            "eroded_particles": eroded,
+            "eroded_mass_fraction": eroded / self.n,
+        }
+
+    def warnings(self, _normal_energy: float) -> list[str]:
+        """Nothing beyond what every bird is told."""
+        return []
+
     def refresh_images(self) -> None:
         """Images follow their parents."""
         if self.images is None:

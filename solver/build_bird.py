@@ -8,6 +8,7 @@ import numpy as np
 
 from data.histories import Array
 from solver.bird import Bird
+from solver.body import BirdBody
 from solver.case import Case
 from solver.case_bird import Bird as BirdSection
 from solver.case_material import (
@@ -19,6 +20,8 @@ from solver.case_material import (
 )
 from solver.elastic_bird import ElasticBird
 from solver.geometry import fill_bird, jittered, place_bird, slope_gain
+from solver.hex_bird import HexBird, HexSettings
+from solver.hex_mesh import HexMesh, bird_mesh
 from solver.materials import NullMaterial as FluidMaterial
 from solver.materials import SolidMaterial, elastic, hardening
 from solver.solid_bird import SolidBird
@@ -26,17 +29,37 @@ from solver.solid_bird import SolidBird
 BODIES: dict[str, type[Bird]] = {"null": Bird, "elastic": ElasticBird}
 
 
-def build_bird(case: Case) -> Bird:
-    """Bird of the case, `standoff` of flight before its first particle touches the plate."""
+def build_bird(case: Case) -> BirdBody:
+    """Bird of the case, `standoff` of flight before its first particle or node touches the plate."""
+    return build_hexahedra(case) if case.bird.method == "hexahedra" else build_particles(case)
+
+
+def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
+    """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points, `skin` [m] below its surface."""
+    angle = case.impact.angle
+    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, 0.5 * case.plate.thickness + skin)
+    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    return x, np.tile(velocity, (len(x), 1))
+
+
+def build_hexahedra(case: Case) -> HexBird:
+    """Lagrangian bird of the case, its hourglass control by springs when it is elastic and by dampers when it flows."""
+    b, s = case.bird, case.solver
+    mesh = bird_mesh(b.shape, b.diameter, b.length, b.volume, b.particles)
+    x, v = in_flight(case, mesh.nodes, 0.0)
+    hourglass = s.hourglass or ("stiffness" if b.material.model == "elastic" else "viscous")
+    settings = HexSettings((s.shock_linear, s.shock_quadratic), hourglass, s.hourglass_coefficient, s.smallest_step)
+    return HexBird(HexMesh(x, mesh.cells), v, bird_material(b.material, b.actual_density), settings)
+
+
+def build_particles(case: Case) -> Bird:
+    """SPH bird of the case."""
     b = case.bird
     points, spacing = bird_lattice(b)
-    surface = 0.5 * case.plate.thickness + 0.5 * spacing
-    angle = case.impact.angle
-    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
-    velocity = case.impact.speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    x, v = in_flight(case, points, 0.5 * spacing)
     material = bird_material(b.material, b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
-    state = (x, np.tile(velocity, (len(x), 1)), b.actual_mass / len(points), case.solver.smoothing * spacing)
+    state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing)
     bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
     bird.stiffen(case.normal_speed)

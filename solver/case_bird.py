@@ -25,6 +25,7 @@ class Bird(Section):
     diameter, length and one of mass [kg] and density [kg/m^3]; or mass, density and slenderness = length/diameter;
     or mass and statistics = true: density and diameter of birds of that mass, the length following from them (or from
     slenderness, the diameter then from the mass). A porous law gives the density where none stands.
+    particles: number of particles or, by method "hexahedra", of elements wanted; the nearest that fits is taken.
     jitter: random shift of each lattice point, share of the spacing, drawn from `seed`.
     """
 
@@ -35,7 +36,7 @@ class Bird(Section):
     density: Annotated[float, DENSITY] | None = None
     slenderness: Annotated[float, SLENDERNESS] | None = None
     statistics: bool = False
-    method: Annotated[str, OneOf(("sph",), ("hexahedra",))] = "sph"
+    method: Annotated[str, OneOf(("sph", "hexahedra"))] = "sph"
     particles: Annotated[int, Count(100, 200_000)] = 4500
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0

@@ -71,6 +71,12 @@ class SolverSettings(Section):
 
     courant: share of the stable step; shock_linear, shock_quadratic: artificial viscosity (on shocks only);
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
+
+    Of a bird of hexahedra: hourglass control by dampers or by springs (absent: springs for an elastic bird, dampers for
+    all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable
+    step falls below this share of the undistorted mesh's smallest is eroded; the strike's step is at most that share,
+    so that a smaller one costs more time and erodes less.
+    shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
 
     courant: Annotated[float, Between(0.05, 1.0)] = 0.9
@@ -78,6 +84,9 @@ class SolverSettings(Section):
     shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
     smoothing: Annotated[float, Between(1.0, 2.5)] = 1.2
     threads: Annotated[int, Count(1, 1024)] | None = None
+    hourglass: Annotated[str, OneOf(("viscous", "stiffness"))] | None = None
+    hourglass_coefficient: Annotated[float, Between(0.0, 0.3)] | None = None
+    smallest_step: Annotated[float, Between(0.02, 0.9)] = 0.25
 
 
 class Inverted(Section):

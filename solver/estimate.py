@@ -32,7 +32,7 @@ def first_period(plate: Plate) -> float | None:
 def estimate(case: Case) -> dict[str, float | None]:
     """Facts derived from a case without running it, SI: what `birdstrike check` prints."""
     strike = Strike(case)
-    particles, shells = strike.bird.n, len(strike.plate.quads)
+    particles, shells = int(strike.bird.facts()["particles"]), len(strike.plate.quads)
     return {
         "mass": case.bird.actual_mass,
         "normal_speed": case.normal_speed,

@@ -86,17 +86,14 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
     """Books, counts and warnings of a finished strike. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = strike.bird, strike.plate, strike.balance
     judge(strike)
-    eroded = int(np.count_nonzero(~bird.active[: bird.n]))
     return {
         "schema_version": 1,
         "solver_version": SOLVER_VERSION,
         "case_hash": case_hash(case),
         "steps": strike.steps,
         "step_s": strike.dt,
-        "particles": bird.n,
         "shells": len(plate.quads),
-        "neighbours_mean": float(bird.list.start[-1] / bird.n),
-        "list_rebuilds": bird.list.rebuilds,
+        **bird.facts(),
         "energy_error": balance.energy_error(),
         "worst_energy_error": balance.worst,
         "momentum_error": balance.momentum_error(bird, plate),
@@ -109,8 +106,6 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
         },
         "shock_equivalent_viscosity_Pa_s": bird.equivalent_viscosity(),
         "deepest_overlap_m": strike.deepest,
-        "eroded_particles": eroded,
-        "eroded_mass_fraction": eroded / bird.n,
         "largest_plastic_strain": float(plate.eps_p.max()),
         "warnings": warnings_of(case, strike),
     }
@@ -133,7 +128,7 @@ def judge(strike: Strike) -> None:
 
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
-    warnings = []
+    warnings = strike.bird.warnings(strike.balance.normal_energy)
     if strike.deepest == 0.0:
         warnings.append(
             "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"

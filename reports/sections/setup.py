@@ -9,6 +9,7 @@ from reports.figures.setup import SetUp, setup_figure
 from reports.record import origin, short_name
 from reports.results import Results
 from solver.case import Case
+from solver.case_bird import Bird
 from solver.case_material import BirdMaterial
 
 
@@ -78,8 +79,7 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{model_of(material)}, "
-            f"{bird.particles} {bird.method.upper()} particles asked for on a lattice of kind {bird.lattice}",
+            f"{model_of(material)}, {_pieces(bird)} asked for",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),
@@ -92,6 +92,13 @@ def model_of(material: BirdMaterial) -> str:
     name = "NULL" if material.model == "null" else words(material.model).capitalize()
     law = material.law
     return f"{name} material" + (f", {words(law.kind).capitalize()} equation of state" if law is not None else "")
+
+
+def _pieces(bird: Bird) -> str:
+    """`4500 SPH particles on a lattice of kind fcc`, `4500 Lagrangian hexahedra`."""
+    if bird.method == "hexahedra":
+        return f"{bird.particles} Lagrangian hexahedra"
+    return f"{bird.particles} SPH particles on a lattice of kind {bird.lattice}"
 
 
 def _record(results: Results) -> tuple[tuple[str, str], ...]:
