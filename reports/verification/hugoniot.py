@@ -9,7 +9,7 @@ from itertools import pairwise
 from scipy.optimize import root_scalar
 
 from data.errors import UserError
-from solver.kernels.eos import grueneisen_terms
+from solver.eos import EquationOfState
 
 Pressure = Callable[[float, float], float]
 """p [Pa] of density [kg/m^3] and internal energy per unit reference volume [J/m^3]."""
@@ -45,11 +45,6 @@ def jump(pressure: Pressure, rho0: float, u: float, most: float = 10.0) -> Jump:
     raise UserError(f"the equation of state has no shock of particle velocity {u} m/s below {most} times its density")
 
 
-def grueneisen_pressure(constants: object) -> Pressure:
-    """Of `solver.kernels.eos`: constants rho0, C, S1, S2, S3, gamma0, a."""
-
-    def pressure(rho: float, energy: float) -> float:
-        cold, _, factor = grueneisen_terms(rho / constants[0] - 1.0, constants)  # type: ignore[index]
-        return cold + factor * energy
-
-    return pressure
+def pressure_of(eos: EquationOfState) -> Pressure:
+    """Of a law of the solver."""
+    return lambda rho, energy: eos.pressure(rho / eos.rho0 - 1.0, energy)

@@ -48,7 +48,7 @@ def planar_impact(
     bird, box = periodic_bird((length, side, side), spacing, (1, 2), material, kind=kind)
     bird.x[:, 0] -= 0.5 * box[0]
     bird.v[:, 0] = np.where(bird.x[:, 0] < 0.0, u, -u)
-    dt = 0.8 * bird.stable_step(material.shocked_sound_speed(u))
+    dt = 0.8 * bird.stable_step(material.fastest_wave(u))
     steps = int(0.65 * 0.5 * box[0] / (shock - u) / dt)
     start, stored = bird.kinetic_energy(), 0.0
     plane, place = planes(np.abs(bird.x[: bird.n, 0]))

@@ -47,7 +47,7 @@ def sound_speed(cells: int) -> float:
     shape = np.sin(k * bird.x[: bird.n, 0])
     bird.v[: bird.n, 0] = 0.05 * shape
     bird.refresh_images()
-    dt = 0.4 * bird.stable_step(SEED.C)
+    dt = 0.4 * bird.stable_step(SEED.eos.sound_speed)
     amplitude: list[float] = []
     while not amplitude or amplitude[-1] > 0.0:
         advance(bird, dt, first=not amplitude)
@@ -86,7 +86,7 @@ def convergence(
 
 def solve_sound(_: Strikes) -> Outcome:
     """Quarter period of a standing wave."""
-    return convergence("sound speed", sound_speed, SEED.C, "m/s", 0.5, "c = C of the equation of state")
+    return convergence("sound speed", sound_speed, SEED.eos.sound_speed, "m/s", 0.5, "c = C of the equation of state")
 
 
 ABOUT = (

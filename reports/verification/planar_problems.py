@@ -2,30 +2,64 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from reports.verification.columns import SEED
 from reports.verification.draw import Curve, Panel, draw
-from reports.verification.hugoniot import Jump, grueneisen_pressure, jump
+from reports.verification.hugoniot import Jump, jump, pressure_of
 from reports.verification.impact import Impact, planar_impact
 from reports.verification.problem import Outcome, Picture, Problem, Strikes
 from reports.verification.rows import Row, matches
+from solver.bird import NullMaterial
+from solver.eos import (
+    grueneisen,
+    linear_polynomial,
+    murnaghan,
+    polynomial_k,
+    porous_density,
+    porous_wood,
+    table,
+)
 
 SOURCE = "Rankine-Hugoniot jump of the equation of state, solved numerically"
 SPEEDS = (45.55, 100.0, 150.0, 200.0, 300.0)
-TOLERANCE = 1.0  # %
+TOLERANCE, POROUS = 1.0, 3.0  # %
 LENGTH = {"fcc": 360, "cubic": 570}  # lattice cells: the same length in metres
+WATER = polynomial_k(1000.0, 1482.9, 2.0)
+COMPRESSIONS = np.linspace(-0.2, 0.6, 161)
+MATERIALS = {  # by the name of the law; the tolerance of its rows
+    "Grueneisen": (SEED, TOLERANCE),
+    "Grueneisen with energy": (NullMaterial(grueneisen(938.0, 1670.0, 2.48, g0=0.8, a=0.3), -1e5), TOLERANCE),
+    "linear polynomial": (
+        NullMaterial(linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0]), -1e5),
+        TOLERANCE,
+    ),
+    "Murnaghan": (NullMaterial(murnaghan(938.0, 9.3e6 * 37.0, 7.14), -1e5), TOLERANCE),
+    "polynomial from k": (NullMaterial(WATER, -1e5), TOLERANCE),
+    "table": (NullMaterial(table(1000.0, COMPRESSIONS, [WATER.pressure(mu) for mu in COMPRESSIONS]), -1e5), TOLERANCE),
+    "porous 10 %": (NullMaterial(porous_wood(porous_density(0.1, 1000.0), 0.1, 1482.9, 2.0, 1000.0), -1e4), POROUS),
+    "porous 30 %": (NullMaterial(porous_wood(porous_density(0.3, 1000.0), 0.3, 1482.9, 2.0, 1000.0), -1e4), POROUS),
+}
+Collision = tuple[float, Jump, Impact]
 
 
-def collide(speeds: tuple[float, ...], kind: str) -> list[tuple[float, Jump, Impact]]:
-    """Theory and column at each speed, the seed's Grueneisen bird."""
-    pressure = grueneisen_pressure(SEED.eos)
-    pairs = ((u, jump(pressure, SEED.rho0, u)) for u in speeds)
+def _file(name: str) -> str:
+    """A law's name as part of a file's."""
+    return name.lower().replace(" %", "").replace(" ", "_")
+
+
+def collide(material: NullMaterial, speeds: tuple[float, ...], kind: str) -> list[Collision]:
+    """Theory and column at each speed."""
+    pressure = pressure_of(material.eos)
+    pairs = ((u, jump(pressure, material.rho0, u)) for u in speeds)
     side = 2 if kind == "fcc" else 3  # the narrowest columns that are wider than a particle's reach
-    return [(u, truth, planar_impact(u, truth.shock, kind=kind, length=LENGTH[kind], side=side)) for u, truth in pairs]
+    columns = {"kind": kind, "length": LENGTH[kind], "side": side}
+    return [(u, truth, planar_impact(u, truth.shock, material, **columns)) for u, truth in pairs]
 
 
-def rows_of(results: list[tuple[float, Jump, Impact]], eos: str, tolerance: float | None, figure: str) -> list[Row]:
+def rows_of(results: list[Collision], eos: str, tolerance: float | None, figure: str) -> list[Row]:
     """Plateau pressure and shock speed at each speed."""
     rows = []
     for u, truth, ours in results:
@@ -36,32 +70,23 @@ def rows_of(results: list[tuple[float, Jump, Impact]], eos: str, tolerance: floa
     return rows
 
 
-def solve_fcc(_: Strikes) -> Outcome:
-    """The lattice that cases use by default."""
-    results = collide(SPEEDS, "fcc")
-    figure = "planar_impact"
-    return Outcome(tuple(rows_of(results, "Grueneisen, FCC", TOLERANCE, figure)), (picture(results, figure, "FCC"),))
+def solve(name: str, kind: str, speeds: tuple[float, ...], _: Strikes) -> Outcome:
+    """One equation of state on one lattice."""
+    material, tolerance = MATERIALS[name]
+    results, figure = collide(material, speeds, kind), f"planar_impact_{_file(name)}_{kind}"
+    rows = rows_of(results, f"{name}, {kind}", tolerance, figure)
+    return Outcome(tuple(rows), (picture(results, material, figure, f"{name}, {kind}"),))
 
 
-def solve_cubic(_: Strikes) -> Outcome:
-    """The other lattice, at the ends of the range."""
-    results = collide((45.55, 200.0), "cubic")
-    figure = "planar_impact_cubic"
-    return Outcome(
-        tuple(rows_of(results, "Grueneisen, cubic", TOLERANCE, figure)), (picture(results, figure, "cubic"),)
-    )
-
-
-def picture(results: list[tuple[float, Jump, Impact]], name: str, lattice: str) -> Picture:
+def picture(results: list[Collision], material: NullMaterial, name: str, lattice: str) -> Picture:
     """Pressure profiles over the distance behind the front, and the Hugoniot curve with our plateaus."""
     profiles = [_profile(u, truth, ours) for u, truth, ours in results]
-    low, high = 0.99, 1.01
-    pressure = grueneisen_pressure(SEED.eos)
+    pressure = pressure_of(material.eos)
     speeds = np.linspace(30.0, 310.0, 57)
-    theory = Curve("theory", speeds, [1e-6 * jump(pressure, SEED.rho0, u).pressure for u in speeds], truth=True)
+    theory = Curve("theory", speeds, [1e-6 * jump(pressure, material.rho0, u).pressure for u in speeds], truth=True)
     ours = Curve("plateau mean", [r[0] for r in results], [1e-6 * r[2].pressure for r in results], dots=True)
     left = Panel(
-        "distance from the plane of impact / front's", "pressure / Hugoniot pressure", profiles, band=(low, high)
+        "distance from the plane of impact / front's", "pressure / Hugoniot pressure", profiles, band=(0.99, 1.01)
     )
     right = Panel("particle velocity u [m/s]", "pressure [MPa]", (theory, ours))
     worst_p = max(abs(r[2].pressure / r[1].pressure - 1.0) for r in results)
@@ -69,7 +94,7 @@ def picture(results: list[tuple[float, Jump, Impact]], name: str, lattice: str) 
     ripple = max(r[2].ripple / r[1].pressure for r in results)
     astray = max(abs(r[2].astray) for r in results)
     caption = (
-        f"Two halves of a laterally periodic {lattice} column meet at ±u. Left: mean pressure of each lattice plane "
+        f"Two halves of a laterally periodic column ({lattice}) meet at ±u. Left: mean pressure of each lattice plane "
         f"at the "
         f"end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). Largest "
         f"miss: "
@@ -96,7 +121,11 @@ ABOUT = (
     "these are "
     "long enough (about 570 spacings) for it to have decayed."
 )
-PROBLEMS = (
-    Problem("planar_impact", "Planar impact", ABOUT, solve_fcc),
-    Problem("planar_impact_cubic", "Planar impact", "", solve_cubic),
+PROBLEMS = tuple(
+    Problem(f"planar_impact_{_file(name)}_{kind}", "Planar impact", about, partial(solve, name, kind, speeds))
+    for name, kind, speeds, about in (
+        ("Grueneisen", "fcc", SPEEDS, ABOUT),
+        ("Grueneisen", "cubic", (45.55, 200.0), ""),
+        *((name, "fcc", (100.0, 300.0), "") for name in list(MATERIALS)[1:]),
+    )
 )

@@ -60,7 +60,7 @@ def decaying_wave(axis: str, cells: int) -> float:
     bird.v[: bird.n, 1] = 0.5 * wave
     bird.refresh_images()
     life = SEED.rho0 / (MU * k**2)
-    steps = int(np.ceil(0.3 * life / min(0.8 * bird.stable_step(SEED.C), life / 200.0)))
+    steps = int(np.ceil(0.3 * life / min(0.8 * bird.stable_step(SEED.eos.sound_speed), life / 200.0)))
     dt = 0.3 * life / steps
     start = float(wave @ bird.v[: bird.n, 1])
     for step in range(steps):

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TypeVar
 
 import numpy as np
+from tests.solver.columns import SMOOTHING
 
 from data.histories import Array
 from solver.bird import Bird
 from solver.geometry import slope_gain
 from solver.materials import SolidMaterial
-from tests.solver.columns import SMOOTHING
 
 SPACING = 5e-3
 Body = TypeVar("Body", bound=Bird)
