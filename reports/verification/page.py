@@ -136,7 +136,7 @@ def error(row: Row) -> str:
     """Signed where there is a truth; nothing for a row that is only shown."""
     if math.isnan(row.error):
         return "" if row.tolerance is None else "not a number"
-    return f"{row.error:{'+' if row.truth is not None else ''}.2g} {row.error_unit}".rstrip()
+    return f"{row.error:{'+' if row.truth is not None else ''}.3g} {row.error_unit}".rstrip()
 
 
 def tolerance(row: Row) -> str:
