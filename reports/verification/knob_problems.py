@@ -78,8 +78,8 @@ def height_at_first_contact(shot: Shot) -> float:
 @dataclass(frozen=True)
 class Turned:
     """A run with one knob turned: against OpenRadioss; what it moved our curve by, in % of the peak, on its own clock
-    and on one that starts at equal heights of the bird's ideal surface; viscosity: of shocks as shear [Pa s]; late: mean difference from
-    OpenRadioss after 2.5 ms, in % of the peak.
+    and on one that starts at equal heights of the bird's ideal surface; viscosity: of shocks as shear [Pa s];
+    late: mean difference from OpenRadioss after 2.5 ms, in % of the peak.
     """
 
     misfit: Misfit
