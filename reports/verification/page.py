@@ -12,6 +12,7 @@ from pathlib import Path
 from data.files import whole_file, write_atomically
 from reports.verification.cache import Drawn, Result
 from reports.verification.problem import Reason
+from reports.verification.registry import problems
 from reports.verification.rows import Row
 from reports.verification.version import code, machine
 
@@ -34,7 +35,7 @@ def page(results: Sequence[Result], wall_s: float) -> str:
     rows = [row for result in results for row in result.rows]
     reasons = {name: reason for result in results for name, reason in result.reasons.items()}
     families = [(name, list(group)) for name, group in groupby(results, lambda result: result.problem.family)]
-    parts = [head(rows, wall_s), contents(families), standing(rows, reasons)]
+    parts = [head(rows, wall_s), contents(families), left_out(results), standing(rows, reasons)]
     parts += [family(name, members) for name, members in families]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -68,6 +69,12 @@ def contents(families: Sequence[tuple[str, Sequence[Result]]]) -> str:
 def anchor(heading: str) -> str:
     """As GitHub names a heading."""
     return "".join(c for c in heading.lower().replace(" ", "-") if c.isalnum() or c in "-_")
+
+
+def left_out(results: Sequence[Result]) -> str:
+    """Names of the problems that this page does not hold, so that no page looks more whole than it is."""
+    missing = [name for name in problems() if name not in {result.problem.name for result in results}]
+    return f"Not solved for this page: {', '.join(missing)}." if missing else ""
 
 
 def standing(rows: Sequence[Row], reasons: dict[str, Reason]) -> str:
@@ -129,7 +136,7 @@ def error(row: Row) -> str:
     """Signed where there is a truth; nothing for a row that is only shown."""
     if math.isnan(row.error):
         return "" if row.tolerance is None else "not a number"
-    return f"{row.error:{'+' if row.truth is not None else ''}.2g} {row.error_unit}".rstrip()
+    return f"{row.error:{'+' if row.truth is not None else ''}.3g} {row.error_unit}".rstrip()
 
 
 def tolerance(row: Row) -> str:

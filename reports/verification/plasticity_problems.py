@@ -116,7 +116,7 @@ def solve_spin(_: Strikes) -> Outcome:
         log=True,
     )
     caption = (
-        f"A plate under 100, -40, 30 MPa turned rigidly: its stress changes by {1e-6 * drifts[-1]:.3g} MPa. {note}."
+        f"A plate under 100, -40, 30 MPa turned rigidly: its stress changes by {1e-6 * drifts[-1]:.3g} MPa {note}."
     )
     text = (
         "Half-step velocities are chords, and the shell takes strains from them on the geometry at the end of the "
