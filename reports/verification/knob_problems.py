@@ -14,7 +14,7 @@ from reports.verification.openradioss import SOURCE, VARIANTS, Misfit, Reference
 from reports.verification.problem import Outcome, Picture, Problem, Reason, Strikes
 from reports.verification.rows import Row, shown
 from reports.verification.shots import Shot
-from solver.geometry import fill_bird
+from solver.build_bird import bird_lattice
 
 CHANNEL = "displacement_centre"
 
@@ -27,6 +27,7 @@ def knobs(base: Shot) -> dict[str, Shot]:
         "lattice turned 30°": replace(base, roll=math.radians(30.0)),
         "lattice turned 45°": replace(base, roll=math.radians(45.0)),
         "cubic lattice": base.with_(bird__lattice="cubic"),
+        "lattice jittered by 5 %": base.with_(bird__jitter="0.05"),
         "2200 particles": base.with_(bird__particles="2200"),
         "9000 particles": base.with_(bird__particles="9000"),
         "contact gap - 1 mm": replace(base, gap=-1e-3),
@@ -68,11 +69,11 @@ def height_at_first_contact(shot: Shot) -> float:
     """
     case = shot.load()
     b, angle = case.bird, case.impact.angle
-    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    points, spacing = bird_lattice(b)
     across = points[:, 2] * math.cos(shot.roll) - points[:, 1] * math.sin(shot.roll)
     lowest = float((-points[:, 0] * math.sin(angle) + across * math.cos(angle)).min())
     ideal = -0.5 * b.diameter - 0.5 * (b.length - b.diameter) * math.sin(angle)
-    return 0.5 * (b.volume / len(points)) ** (1.0 / 3.0) + shot.gap - (lowest - ideal)
+    return 0.5 * spacing + shot.gap - (lowest - ideal)
 
 
 @dataclass(frozen=True)

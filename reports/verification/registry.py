@@ -18,6 +18,7 @@ MODULES = (
     "book_problems",
     "openradioss_problems",
     "knob_problems",
+    "lagrangian_problems",
     "table7_problems",
     "trend_problems",
 )

@@ -9,8 +9,9 @@ import numpy as np
 
 from data.histories import Array, Histories
 from data.store import RunStore, run_key
+from solver.build_bird import bird_lattice
 from solver.case import Case, load_case
-from solver.geometry import fill_bird, place_bird
+from solver.geometry import place_bird
 from solver.sensors import Recorder
 from solver.simulate import run, silent, simulate, summarise
 from solver.strike import Strike
@@ -71,10 +72,10 @@ def fire(shot: Shot) -> Histories:
 
 def vary(strike: Strike, case: Case, shot: Shot) -> None:
     """Turn the bird's lattice, change the contact, and put the bird back to the stand-off of the case."""
-    b, bird = case.bird, strike.bird
+    bird = strike.bird
     strike.contact.gap += shot.gap
     strike.contact.stiffness *= shot.stiffness
-    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    points, _ = bird_lattice(case.bird)
     c, s = math.cos(shot.roll), math.sin(shot.roll)
     points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
     placed = place_bird(points, case.impact.angle, case.impact.standoff, case.impact.aim, strike.contact.gap)
