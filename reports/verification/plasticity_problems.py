@@ -66,8 +66,8 @@ def solve_return(_: Strikes) -> Outcome:
     rows = []
     tension = YIELD + TANGENT * (0.02 - YIELD / YOUNG)
     for beta, kind in ((1.0, "isotropic"), (0.0, "kinematic")):
-        shear, _ = drive(steel(beta), np.array([0.0, 0.0, 1.0]), 50, 0.02 / 50)
-        biaxial, _ = drive(steel(beta), np.array([1.0, 1.0, 0.0]), 50, 0.01 / 50)
+        shear, _eps_p = drive(steel(beta), np.array([0.0, 0.0, 1.0]), 50, 0.02 / 50)
+        biaxial, _eps_p = drive(steel(beta), np.array([1.0, 1.0, 0.0]), 50, 0.01 / 50)
         for name, ours, truth in (
             ("pure shear", float(shear[2]), shear_stress(0.02)),
             ("equal biaxial tension", float(biaxial[0]), biaxial_stress(0.01)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -60,8 +61,8 @@ def fit(run: Histories, group: int) -> Fit:
     starts = np.linspace(-LATEST, LATEST, 33)
     near = starts[np.argmin([misfit(start) for start in starts])]
     step = starts[1] - starts[0]
-    found = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
-    best = float(found["x"])
+    found: Any = minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded")
+    best = float(found.x)
     return Fit(best, time, record, ours(best), 100.0 * misfit(best) / float(record.max()))
 
 
