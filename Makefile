@@ -1,4 +1,4 @@
-# make demo: the whole loop on shipped data; make test: the tests; make check: style, types, import rules.
+# make demo: the whole loop on shipped data; make test: the tests; make verify: VERIFICATION.md; make check: style, types, import rules.
 
 PYTHON ?= python3
 VENV := .venv
@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check bench fuzz clean
+.PHONY: help install demo test check bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the path of a report"
@@ -15,6 +15,7 @@ help:
 	@echo "make check   style, types and import rules"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    500 random cases through the solver (make test runs 25)"
+	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (about 10 minutes on 2 cores)"
 	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
 
 install: $(STAMP)
@@ -47,6 +48,9 @@ bench: install
 fuzz: install
 	BIRDSTRIKE_FUZZ=500 $(BIN)/python -m pytest tests/solver/test_random_cases.py --hypothesis-show-statistics
 
+verify: install
+	$(BIN)/birdstrike verify
+
 clean:
-	rm -rf $(OUT) .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
+	rm -rf $(OUT) .verification .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from birdstrike.loop import close_the_loop
     from inversion.train_and_invert import train_and_invert
     from reports.page import report
+    from reports.verification.verify import verify
     from solver.case import load_case
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -32,9 +33,20 @@ _PUBLIC = {
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
     "report": ("reports.page", "report"),
     "close_the_loop": ("birdstrike.loop", "close_the_loop"),
+    "verify": ("reports.verification.verify", "verify"),
 }
 
-__all__ = ["check", "close_the_loop", "converge", "load_case", "report", "run_doe", "simulate", "train_and_invert"]
+__all__ = [
+    "check",
+    "close_the_loop",
+    "converge",
+    "load_case",
+    "report",
+    "run_doe",
+    "simulate",
+    "train_and_invert",
+    "verify",
+]
 
 
 def _refuse_foreign_companions(root: Path = ROOT) -> None:

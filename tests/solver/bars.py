@@ -7,10 +7,10 @@ from typing import TypeVar
 import numpy as np
 
 from data.histories import Array
+from reports.verification.columns import SMOOTHING
 from solver.bird import Bird
 from solver.geometry import slope_gain
 from solver.materials import SolidMaterial
-from tests.solver.columns import SMOOTHING
 
 SPACING = 5e-3
 Body = TypeVar("Body", bound=Bird)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from data.errors import UserError
+from reports.verification.columns import SEED
 from solver.bird import Bird
 from solver.contact import Contact
 from solver.kernels.contact import foot_on_facet
 from solver.plate import Plate, ShellMaterial
 from solver.shell_mesh import plate_mesh, shell_mesh
-from tests.solver.columns import SEED
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 GAP_PARTICLE = 5e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.solver.columns import SEED, periodic_bird
+from reports.verification.columns import SEED, periodic_bird
 
 
 @pytest.mark.parametrize("kind", ["fcc", "cubic"])

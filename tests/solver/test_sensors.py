@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from reports.verification.columns import SEED
 from reports.verification.target_problems import gauge_under_a_layer
 from solver.bird import Bird
 from solver.case_sensors import Sensor
@@ -18,7 +19,6 @@ from solver.plate import Plate, ShellMaterial
 from solver.rigid_plate import RigidPlate, Target
 from solver.sensors import sample
 from solver.shell_mesh import PlateMesh, plate_mesh, shell_mesh
-from tests.solver.columns import SEED
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
 THICKNESS = 0.01

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reports.verification.columns import SMOOTHING, block, images_of
 from solver.case import load_case
 from solver.eos import linear_polynomial
 from solver.geometry import slope_gain
@@ -15,7 +16,6 @@ from solver.materials import SolidMaterial
 from solver.simulate import simulate
 from solver.solid_bird import SolidBird
 from tests.solver.bars import SPACING, cuboid, free_body, steps
-from tests.solver.columns import SMOOTHING, block, images_of
 
 LAW = linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0])
 ELASTIC = SolidMaterial(LAW, 10.2e6)

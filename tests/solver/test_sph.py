@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reports.verification.columns import SEED, SMOOTHING, advance, block, periodic_bird
 from solver.bird import Bird
 from solver.kernels.sph import shock_share
-from tests.solver.columns import SEED, SMOOTHING, advance, block, periodic_bird
 
 
 def ball(velocity_gradient: np.ndarray, viscosity: float = 0.0, jitter: float = 0.0) -> Bird:

@@ -14,12 +14,12 @@ from scipy.spatial import KDTree
 from data.errors import RunFailed
 from data.histories import Histories
 from data.paths import REFERENCE
+from reports.verification.columns import SEED, block
 from solver.bird import Bird
 from solver.case import Case, load_case
 from solver.estimate import estimate, first_period
 from solver.simulate import simulate
 from solver.strike import Strike
-from tests.solver.columns import SEED, block
 
 SMALL = {
     "bird.particles": "500",

@@ -1,0 +1,144 @@
+"""VERIFICATION.md: a table for each family of problems, the figures with their captions, and the reasons."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from itertools import groupby
+from pathlib import Path
+
+from data.files import whole_file, write_atomically
+from reports.verification.cache import Drawn, Result
+from reports.verification.problem import Reason
+from reports.verification.registry import problems
+from reports.verification.rows import Row
+from reports.verification.version import code, machine
+
+FIGURES = Path("docs/verification")
+most_reasons = 3
+SIGNS = {"within": "within", "beyond": "**beyond**", "shown": "–"}
+
+
+def write_page(out: Path, results: Sequence[Result], wall_s: float) -> None:
+    """The page, and beside it the figures under docs/verification/."""
+    for picture in (picture for result in results for picture in result.pictures):
+        target = out.parent / FIGURES / f"{picture.name}.png"
+        with whole_file(target) as temporary:
+            shutil.copyfile(picture.path, temporary)
+    write_atomically(out, page(results, wall_s))
+
+
+def page(results: Sequence[Result], wall_s: float) -> str:
+    """Markdown of the whole."""
+    rows = [row for result in results for row in result.rows]
+    reasons = {name: reason for result in results for name, reason in result.reasons.items()}
+    families = [(name, list(group)) for name, group in groupby(results, lambda result: result.problem.family)]
+    parts = [head(rows, wall_s), contents(families), left_out(results), standing(rows, reasons)]
+    parts += [family(name, members) for name, members in families]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def head(rows: Sequence[Row], wall_s: float) -> str:
+    """Title, version, and the count of the verdicts."""
+    count = {verdict: sum(row.verdict == verdict for row in rows) for verdict in SIGNS}
+    today = datetime.now(UTC).strftime("%Y-%m-%d")
+    return (
+        "# Verification\n\n"
+        "Each row is a truth, its source, our figure and the tolerance. Made by `birdstrike verify`; do not edit.\n\n"
+        f"- Date: {today}; code: {code()}\n- Machine: {machine()}; this run took {wall_s / 60.0:.1f} min (what an "
+        f"earlier "
+        "run of the same code had solved is kept)\n"
+        f"- **{count['within']} rows within** their tolerance, **{count['beyond']} beyond**; {count['shown']} shown "
+        "without one"
+    )
+
+
+def contents(families: Sequence[tuple[str, Sequence[Result]]]) -> str:
+    """Links to the families with their verdicts."""
+    lines = []
+    for name, members in families:
+        judged = [row for result in members for row in result.rows if row.tolerance is not None]
+        good = sum(row.verdict == "within" for row in judged)
+        tally = f"{good} of {len(judged)} within" if judged else "shown"
+        lines.append(f"- [{name}](#{anchor(name)}): {tally}")
+    return "\n".join(lines)
+
+
+def anchor(heading: str) -> str:
+    """As GitHub names a heading."""
+    return "".join(c for c in heading.lower().replace(" ", "-") if c.isalnum() or c in "-_")
+
+
+def left_out(results: Sequence[Result]) -> str:
+    """Names of the problems that this page does not hold, so that no page looks more whole than it is."""
+    missing = [name for name in problems() if name not in {result.problem.name for result in results}]
+    return f"Not solved for this page: {', '.join(missing)}." if missing else ""
+
+
+def standing(rows: Sequence[Row], reasons: dict[str, Reason]) -> str:
+    """Rows beyond their tolerance, with the experiment that shows why, or the plain statement that none is recorded."""
+    beyond = [row for row in rows if row.verdict == "beyond"]
+    lines = [
+        "## Rows beyond their tolerance",
+        f"A row stands here only with the experiment that shows its reason, and at most {most_reasons} may.",
+    ]
+    if not beyond:
+        return f"{lines[0]}\n\nNone."
+    for row in beyond:
+        reason = reasons.get(row.name)
+        said = f"{row.name}: {error(row)}, tolerance {tolerance(row)}."
+        why = (
+            f"{reason.text} ![{row.name}]({FIGURES.as_posix()}/{reason.figure}.png)"
+            if reason
+            else "No reason recorded."
+        )
+        lines.append(f"- **{said}** {why}")
+    return "\n\n".join(lines[:2]) + "\n\n" + "\n".join(lines[2:])
+
+
+def family(name: str, members: Sequence[Result]) -> str:
+    """What the problems are about, one table, then the figures."""
+    parts = [f"## {name}"]
+    parts += [member.problem.about for member in members if member.problem.about]
+    parts.append(table([row for member in members for row in member.rows]))
+    parts += [shown(picture) for member in members for picture in member.pictures]
+    return "\n\n".join(parts)
+
+
+def table(rows: Sequence[Row]) -> str:
+    """One line a row; sources as they stand in the row, notes behind the name."""
+    sources = list(dict.fromkeys(row.source for row in rows))
+    lines = ["| | truth | ours | error | tolerance | verdict | source |", "|---|---|---|---|---|---|---|"]
+    for row in rows:
+        name = f"[{row.name}]({FIGURES.as_posix()}/{row.figure}.png)" if row.figure else row.name
+        note = f"<br><sub>{row.note}</sub>" if row.note else ""
+        truth = "" if row.truth is None else quantity(row.truth, row.unit)
+        cells = (name + note, truth, quantity(row.ours, row.unit), error(row), tolerance(row), SIGNS[row.verdict])
+        lines.append(f"| {' | '.join((*cells, str(sources.index(row.source) + 1)))} |".replace("<1", "&lt;1"))
+    named = "\n".join(f"{number}. {source}" for number, source in enumerate(sources, 1))
+    return "\n".join(lines) + f"\n\nSources:\n\n{named}"
+
+
+def shown(picture: Drawn) -> str:
+    """The figure with its caption below."""
+    title = picture.name.replace("_", " ")
+    return f"![{title}]({FIGURES.as_posix()}/{picture.name}.png)\n\n*{picture.caption}*"
+
+
+def quantity(value: float, unit: str) -> str:
+    """Five figures, and the unit."""
+    return f"{value:.5g} {unit}".rstrip()
+
+
+def error(row: Row) -> str:
+    """Signed where there is a truth; nothing for a row that is only shown."""
+    if math.isnan(row.error):
+        return "" if row.tolerance is None else "not a number"
+    return f"{row.error:{'+' if row.truth is not None else ''}.3g} {row.error_unit}".rstrip()
+
+
+def tolerance(row: Row) -> str:
+    """As it is judged: in the error's unit."""
+    return "" if row.tolerance is None else f"{row.tolerance:g} {row.error_unit}".rstrip()

@@ -1,0 +1,80 @@
+"""A row of the verification table: a truth, its source, our figure, the error and what it may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison.
+
+    truth: what should come out, None where the figure itself is the error (a residual, an RMS difference); ours: our
+    figure; both in `unit`. error: in `error_unit`; tolerance: its largest magnitude, None for a row that is shown
+    without being judged. figure: file name of the picture that shows it, without its ending.
+    """
+
+    name: str
+    truth: float | None
+    ours: float
+    unit: str
+    error: float
+    error_unit: str
+    tolerance: float | None
+    source: str
+    note: str = ""
+    figure: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """`within`, `beyond` or `shown`; an error that is not a number is beyond any tolerance."""
+        if self.tolerance is None:
+            return "shown"
+        return "within" if abs(self.error) <= self.tolerance else "beyond"
+
+    def as_json(self) -> dict[str, Any]:
+        """The row with its verdict."""
+        return vars(self) | {"verdict": self.verdict}
+
+
+def matches(
+    name: str,
+    ours: float,
+    truth: float,
+    unit: str,
+    tolerance: float | None,
+    source: str,
+    note: str = "",
+    figure: str = "",
+) -> Row:
+    """Our figure against a truth, the error relative to it in %; tolerance in %."""
+    error = 100.0 * (ours / truth - 1.0) if truth else math.nan
+    return Row(name, truth, ours, unit, error, "%", tolerance, source, note, figure)
+
+
+def near(
+    name: str,
+    ours: float,
+    truth: float,
+    unit: str,
+    tolerance: float | None,
+    source: str,
+    note: str = "",
+    figure: str = "",
+) -> Row:
+    """Our figure against a truth, the error being their difference."""
+    return Row(name, truth, ours, unit, ours - truth, unit, tolerance, source, note, figure)
+
+
+def below(
+    name: str, ours: float, ceiling: float | None, unit: str, source: str, note: str = "", figure: str = ""
+) -> Row:
+    """A figure that is itself an error: at most `ceiling` in magnitude."""
+    return Row(name, None, ours, unit, ours, unit, ceiling, source, note, figure)
+
+
+def shown(name: str, ours: float, unit: str, source: str, note: str = "", figure: str = "") -> Row:
+    """A figure without a truth of its own, for the reader."""
+    return Row(name, None, ours, unit, math.nan, unit, None, source, note, figure)

@@ -1,0 +1,90 @@
+"""Strikes of the verification: a shipped case, its changes, and variations of the set-up that no case key names."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.histories import Array, Histories
+from data.store import RunStore, run_key
+from solver.build_bird import bird_lattice
+from solver.case import Case, load_case
+from solver.geometry import place_bird
+from solver.sensors import Recorder
+from solver.simulate import run, silent, simulate, summarise
+from solver.strike import Strike
+from solver.version import SOLVER_VERSION
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One strike. changes: dotted keys and texts, as of `--set`.
+
+    roll: turn of the lattice about the bird's axis [rad]; gap: added to the contact gap [m]; stiffness: factor on the
+    contact's penalty. The first touch stays `impact.standoff` of flight away, whatever these are.
+    """
+
+    case: str
+    changes: tuple[tuple[str, str], ...] = ()
+    roll: float = 0.0
+    gap: float = 0.0
+    stiffness: float = 1.0
+
+    def with_(self, **changes: str) -> Shot:
+        """The shot with further changes, dots written as double underscores."""
+        more = {key.replace("__", "."): value for key, value in changes.items()}
+        return Shot(self.case, tuple((dict(self.changes) | more).items()), self.roll, self.gap, self.stiffness)
+
+    def load(self) -> Case:
+        """Its case."""
+        return load_case(self.case, dict(self.changes))
+
+    def key(self) -> str:
+        """Its name in the run store."""
+        varied = {"roll": self.roll, "gap": self.gap, "stiffness": self.stiffness}
+        return run_key(self.load().canonical() | {"varied": varied}, SOLVER_VERSION)
+
+
+def strike(shot: Shot, store: RunStore) -> Histories:
+    """The shot's histories, from the store where it has been fired before. Raises RunFailed."""
+    kept = store.look_up(shot.key())
+    if kept is None:
+        kept = fire(shot)
+        store.save(shot.key(), kept)
+    return kept
+
+
+def fire(shot: Shot) -> Histories:
+    """Run the strike on one thread."""
+    case = shot.load()
+    if (shot.roll, shot.gap, shot.stiffness) == (0.0, 0.0, 1.0):
+        return simulate(case, threads=1)
+    varied = Strike(case)
+    vary(varied, case, shot)
+    recorder = Recorder(varied, case.sensors, varied.steps)
+    snapshots = run(varied, recorder, case.time.snapshots, silent)
+    clock = case.time.output_interval * np.arange(int(case.time.end / case.time.output_interval * (1.0 + 1e-12)) + 1)
+    units = {name: sensor.unit for name, sensor in case.sensors.items()}
+    return Histories(clock, recorder.sampled(clock), units, summarise(case, varied), snapshots)
+
+
+def vary(strike: Strike, case: Case, shot: Shot) -> None:
+    """Turn the bird's lattice, change the contact, and put the bird back to the stand-off of the case."""
+    bird = strike.bird
+    strike.contact.gap += shot.gap
+    strike.contact.stiffness *= shot.stiffness
+    points, _ = bird_lattice(case.bird)
+    c, s = math.cos(shot.roll), math.sin(shot.roll)
+    points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+    placed = place_bird(points, case.impact.angle, case.impact.standoff, case.impact.aim, strike.contact.gap)
+    bird.x[: bird.n] = placed
+    strike.balance.momentum, strike.balance.angular = strike.balance.bird_momenta(bird)
+
+
+def momentum_given(histories: Histories) -> Array:
+    """J(t) [N s]: momentum normal to the plate that contact took from the bird so far."""
+    force = histories.channels["contact_force"]
+    steps = 0.5 * (force[1:] + force[:-1]) * np.diff(histories.time)
+    return np.concatenate([[0.0], np.cumsum(steps)])

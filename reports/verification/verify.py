@@ -1,0 +1,128 @@
+"""Verify: run the problems that are due in worker processes, collect their rows, write the page."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from data.errors import RunFailed
+from doe.worker import process_pool
+from reports.verification.cache import Cache, Result
+from reports.verification.page import most_reasons, write_page
+from reports.verification.problem import Problem, Reason
+from reports.verification.registry import chosen
+from reports.verification.rows import Row
+from reports.verification.work import fire_one, solve_one
+from solver.version import SOLVER_VERSION
+
+CACHE = ".verification"
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Solved problems in the order of the page; wall_s: of this call, what was kept from before not counted."""
+
+    results: tuple[Result, ...]
+    wall_s: float
+
+    @property
+    def rows(self) -> list[Row]:
+        """All rows."""
+        return [row for result in self.results for row in result.rows]
+
+    @property
+    def reasons(self) -> dict[str, Reason]:
+        """Recorded reasons by the row that they let stand."""
+        return {name: reason for result in self.results for name, reason in result.reasons.items()}
+
+    @property
+    def beyond(self) -> list[Row]:
+        """Rows beyond their tolerance."""
+        return [row for row in self.rows if row.verdict == "beyond"]
+
+    @property
+    def unexplained(self) -> list[Row]:
+        """Rows beyond their tolerance without a recorded reason."""
+        return [row for row in self.beyond if row.name not in self.reasons]
+
+    @property
+    def stands(self) -> bool:
+        """Every row within its tolerance, but for at most three whose reason an experiment shows."""
+        return not self.unexplained and len(self.beyond) <= most_reasons
+
+    def as_json(self) -> dict[str, Any]:
+        """Rows by problem, and whether the whole stands."""
+        rows = [
+            {"problem": r.problem.name, "family": r.problem.family, **row.as_json()}
+            for r in self.results
+            for row in r.rows
+        ]
+        return {"solver_version": SOLVER_VERSION, "stands": self.stands, "wall_s": self.wall_s, "rows": rows}
+
+
+def verify(
+    out: str | Path | None = "VERIFICATION.md",
+    *,
+    only: Iterable[str] = (),
+    workers: int = 2,
+    cache: str | Path = CACHE,
+    progress: Progress | None = None,
+) -> Verification:
+    """Solve the problems whose name or family fits `only` (all without), write the page `out` unless it is None.
+
+    What the cache holds under the present code is not run again, so that an interrupted verification resumes. progress:
+    called with the share of strikes and problems done. Raises RunFailed when a strike or a problem fails, UserError for
+    a pattern that fits nothing.
+    """
+    started = time.perf_counter()
+    kept, wanted = Cache(Path(cache).resolve()), chosen(only)
+    due = [problem for problem in wanted if kept.recall(problem) is None]
+    run_due(kept, due, workers, progress or (lambda _: None))
+    results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
+    verification = Verification(tuple(results), time.perf_counter() - started)
+    if out is not None:
+        write_page(Path(out), verification.results, verification.wall_s)
+    return verification
+
+
+def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> None:
+    """Strikes that are not in the store and problems that need none first, then the problems that compare strikes."""
+    shots = {shot.key(): shot for problem in due for shot in problem.shots}
+    shots = {key: shot for key, shot in shots.items() if not cache.strikes.path(key).exists()}
+    apart = [problem for problem in due if not problem.shots]
+    after = [problem for problem in due if problem.shots]
+    total, done = len(shots) + len(due), 0
+
+    def finish(waiting: dict[Future[None], str]) -> None:
+        nonlocal done
+        for future in as_completed(waiting):
+            raise_named(future, waiting[future])
+            done += 1
+            progress(done / total)
+
+    if not due:
+        return
+    with process_pool(workers) as pool:
+        first = {pool.submit(solve_one, cache.folder, problem.name): problem.name for problem in apart}
+        first |= {pool.submit(fire_one, cache.folder, shot): f"strike {shot}" for shot in shots.values()}
+        finish(first)
+        finish({pool.submit(solve_one, cache.folder, problem.name): problem.name for problem in after})
+
+
+def raise_named(future: Future[None], what: str) -> None:
+    """Let a failure say which problem or strike it was."""
+    try:
+        future.result()
+    except RunFailed as error:
+        raise RunFailed(f"{what}: {error.reason}", error.remedy) from error
+    except BrokenProcessPool as error:
+        raise RunFailed(
+            f"a worker process ended abruptly at {what} (killed, or out of memory)",
+            "run the same command again to resume, with fewer --workers if memory is short",
+        ) from error
