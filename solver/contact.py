@@ -38,6 +38,7 @@ class Contact:
     def __init__(self, bird: BirdBody, plate: Target, friction: float = 0.0) -> None:
         self.spacing = bird.spacing
         self.gap = 0.5 * plate.thickness + bird.skin
+        self.deepest_allowed = 0.5 * (plate.thickness + self.spacing)
         self.stiffness = bird.bulk_modulus * self.spacing
         self.side, self.quads, self.across = seen_from(bird, plate)
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
@@ -97,7 +98,7 @@ class Contact:
         self.touching, self.deepest, self.stored = contact_forces(
             bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
         )
-        if self.deepest > self.gap:
+        if self.deepest > self.deepest_allowed:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )

@@ -54,9 +54,9 @@ def picture(variant: str, truth: Reference, ours: Misfit) -> Picture:
 
 ABOUT = (
     "The same strike in another code: 1.876 kg at 938 kg/m³, 4488 particles, 50 x 40 shells, 91.1 m/s at 30 degrees. "
-    "Every knob is at its default, equal in the three variants and fixed before the comparison; the time origin is "
-    "first "
-    "contact. Viscous: MU 641 Pa s; inviscid: MU 0; touch: viscous, first touch at the plate's centre."
+    "Artificial viscosity is off, as the header of the reference says of its own; every other knob is at its default. "
+    "All are equal in the three variants, and the time origin is first contact. Viscous: MU 641 Pa s; inviscid: MU 0; "
+    "touch: viscous, first touch at the plate's centre."
 )
 PROBLEMS = tuple(
     Problem(
