@@ -25,6 +25,7 @@ __all__ = ["SOLVER_VERSION", "estimate", "simulate"]
 MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
 AUDIT_EVERY = 20  # steps of the bird
 BALANCE_LIMIT, BALANCE_GOAL = 0.02, 0.01  # beyond the limit a run is not believed, beyond the goal it says so
+EROSION_TOLD = 0.05  # share of the bird's mass
 SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
 
 
@@ -120,6 +121,7 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
         },
         "shock_equivalent_viscosity_Pa_s": bird.equivalent_viscosity(),
         "deepest_overlap_m": strike.deepest,
+        "squeezed_through": strike.contact.let_go,
         "eroded_shells": plate.eroded,
         "largest_plastic_strain": float(plate.eps_p.max()),
         "warnings": warnings_of(case, strike),
@@ -158,12 +160,15 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
         )
+    lost = float(strike.bird.facts()["eroded_mass_fraction"])
+    if lost > EROSION_TOLD:
+        warnings.append(f"erosion took {lost:.0%} of the bird's mass, which then pushed nothing: check its limits")
     worst, viscosity = strike.balance.worst, strike.bird.equivalent_viscosity()
     if worst > BALANCE_GOAL:
         warnings.append(f"the energy balance was off by {worst:.1%} of the normal kinetic energy; the goal is 1 %")
     if viscosity > SHOCK_VISCOSITY_LIMIT:
         text = f"the shock viscosity dissipated as much as a shear viscosity of {viscosity:.0f} Pa s would"
-        warnings.append(f"{text}, more than 5 % of the range of MU: refine bird.particles")
+        warnings.append(f"{text}, more than 5 % of the range of a NULL bird's MU: refine bird.particles")
     if (
         not case.plate.rigid
         and case.plate.edges == "free"
@@ -172,6 +177,8 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append("a plate with free edges has no frame: its reaction force is zero")
     if torn := strike.plate.eroded:
         warnings.append(f"the plate tore: {torn} of {len(strike.plate.quads)} shells reached the failure strain")
+    if squeezed := strike.contact.let_go:
+        warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
     hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]
     if hourglass > 0.05 * internal > 0.0:
         warnings.append(

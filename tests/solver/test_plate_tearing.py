@@ -26,9 +26,12 @@ FAST = {
 }
 
 
-@pytest.fixture(scope="module")
-def torn() -> Histories:
-    return simulate(load_case("reference_strike_156mm", FAST))
+FOLDED = {"plate.thickness": "2 mm", "plate.material.failure_strain": "0.2", "bird.particles": "700"}
+
+
+@pytest.fixture(scope="module", params=[{}, FOLDED], ids=["holed", "folded"])
+def torn(request: pytest.FixtureRequest) -> Histories:
+    return simulate(load_case("reference_strike_156mm", FAST | request.param))
 
 
 def test_a_fast_bird_tears_a_thin_plate(torn):
