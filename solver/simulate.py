@@ -160,9 +160,9 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append(
             "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
         )
-    lost = float(strike.bird.facts()["eroded_mass_fraction"])
-    if lost > EROSION_TOLD:
-        warnings.append(f"erosion took {lost:.0%} of the bird's mass, which then pushed nothing: check its limits")
+    if strike.bird.facts()["eroded_mass_fraction"] > EROSION_TOLD:
+        text = f"erosion took more than {EROSION_TOLD:.0%} of the bird's mass, which then pushed nothing"
+        warnings.append(f"{text}: check the bird's limits")
     worst, viscosity = strike.balance.worst, strike.bird.equivalent_viscosity()
     if worst > BALANCE_GOAL:
         warnings.append(f"the energy balance was off by {worst:.1%} of the normal kinetic energy; the goal is 1 %")
