@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data.histories import Histories
 from solver.bird import Bird, NullMaterial
 from solver.body import BirdBody
 from solver.case import Case, load_case
@@ -74,9 +75,20 @@ def stagnation(speed: float = 200.0, spacings: float = 3.0, slenderness: float =
 
     Seen: the peak and its share of the Hugoniot pressure, the particles, and the pressure's scatter about the mean.
     """
+    run = against_rigid(speed, spacings, slenderness)
+    return steady_pressure(run, speed, slenderness)
+
+
+def against_rigid(speed: float, spacings: float, slenderness: float) -> Histories:
+    """The run of `stagnation`, until the steady phase's end at 2 t_D/3."""
     length = slenderness * DIAMETER
-    whole = duration(length, speed)
-    run = simulate(rigid_case(GAUGE * DIAMETER / spacings, length, speed, 2.01 * whole / 3.0))
+    case = rigid_case(GAUGE * DIAMETER / spacings, length, speed, 2.01 * duration(length, speed) / 3.0)
+    return simulate(case, threads=1)
+
+
+def steady_pressure(run: Histories, speed: float, slenderness: float) -> Compared:
+    """What `stagnation` says of its run."""
+    whole = duration(slenderness * DIAMETER, speed)
     curve = run.channels["centre"]
     steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
     top, when = peak(run.time, curve)

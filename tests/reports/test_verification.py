@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 
 from data.errors import RunFailed, UserError
 from reports.verification.cache import Cache, Result, fingerprint
-from reports.verification.clamped_plate import clamped, frequencies
 from reports.verification.columns import SEED
 from reports.verification.hugoniot import jump, pressure_of
 from reports.verification.impact import crossing, planar_impact
@@ -102,10 +101,6 @@ def test_planar_impact_finds_the_hugoniot_on_a_short_column():
     assert ours.pressure == pytest.approx(truth.pressure, rel=0.04)
     assert ours.shock == pytest.approx(truth.shock, rel=0.04)
     assert abs(ours.astray) < 0.01
-
-
-def test_clamped_plate_frequencies_within_one_percent_of_mindlin():
-    assert frequencies(clamped((25, 20))) == pytest.approx([397.7, 708.2, 897.6], rel=0.01)
 
 
 def test_a_varied_strike_keeps_its_books_and_its_stand_off():
