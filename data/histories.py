@@ -19,7 +19,7 @@ class Snapshot:
     time: [s]; particles: (n, 3) positions [m]; pressure: (n,) [Pa]; velocity: (n, 3) [m/s];
     eroded: (n,) bool; bird_stress: (n,) von Mises [Pa];
     cells: (k, 8) node numbers of the bird's hexahedra, none when it is of particles;
-    nodes: (m, 3) current positions of the shell nodes [m]; quads: (e, 4) node numbers;
+    nodes: (m, 3) current positions of the shell nodes [m]; quads: (e, 4) node numbers of those not torn;
     plate_stress: (e,) largest von Mises stress through the thickness [Pa].
     """
 

@@ -131,9 +131,10 @@ class Table(Law):
     def build(self, rho0: float) -> EquationOfState:
         mu = self.mu or tuple(rho / rho0 - 1.0 for rho in self.rho)
         if not mu[0] <= 0.0 <= mu[-1]:
+            low, high = (1.0 + end for end in (mu[0], mu[-1]))
             raise UserError(
-                f"bird.material.eos: the table of densities {self.rho[0]:g} .. {self.rho[-1]:g} kg/m^3 does not hold "
-                f"the bird's own, {rho0:g} kg/m^3; change bird.density or the table"
+                f"bird.material.eos: the table of densities {low * rho0:g} .. {high * rho0:g} kg/m^3 does not hold "
+                f"the bird's own, {rho0:g} kg/m^3 (mu = 0); change bird.density or the table"
             )
         return table(rho0, mu, self.p)
 

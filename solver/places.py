@@ -13,19 +13,19 @@ INSIDE = 1.0 + 1e-9
 
 
 def place_on(mesh: PlateMesh, at: tuple[float, float]) -> tuple[int, float, float]:
-    """Facet, xi and eta of the point that lies at (x, y) [m] in plan on the undeformed shell.
+    """Facet, xi and eta of the point at (x, y) [m] along length and width of the undeformed shell (`mesh.surface`).
 
     Where the shell has several points there, the highest, which is on the impact side; beside the shell, the nearest
     of the nearest facet.
     """
-    corners = mesh.nodes[mesh.quads]
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    corners, heights = mesh.surface[mesh.quads], mesh.nodes[mesh.quads, 2]
+    low, high = corners.min(axis=1), corners.max(axis=1)
     outside = np.maximum(np.maximum(low - at, at - high), 0.0).sum(axis=1)
     near = np.flatnonzero(outside <= outside.min() + 1e-12)
-    plan = np.array([in_plan(corners[element, :, :2], np.array(at)) for element in near])
+    plan = np.array([in_plan(corners[element], np.array(at)) for element in near])
     reach = np.abs(plan).max(axis=1)
     holding = near[reach <= max(INSIDE, float(reach.min()))]
-    element = int(holding[np.argmax(corners[holding, :, 2].max(axis=1))])
+    element = int(holding[np.argmax(heights[holding].max(axis=1))])
     xi, eta = np.clip(plan[near == element][0], -1.0, 1.0)
     return element, float(xi), float(eta)
 

@@ -15,6 +15,7 @@ from solver.case import Case, case_hash
 from solver.estimate import estimate
 from solver.gauges import coarse_gauges
 from solver.instrument import unrecorded_ends
+from solver.places import place_on
 from solver.plate_state import PlateState
 from solver.sensors import Recorder
 from solver.strike import Strike
@@ -25,6 +26,7 @@ __all__ = ["SOLVER_VERSION", "estimate", "simulate"]
 MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
 AUDIT_EVERY = 20  # steps of the bird
 BALANCE_LIMIT, BALANCE_GOAL = 0.02, 0.01  # beyond the limit a run is not believed, beyond the goal it says so
+LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
 EROSION_TOLD = 0.05  # share of the bird's mass
 SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
 
@@ -129,7 +131,7 @@ def summarise(case: Case, strike: Strike) -> dict[str, Any]:
 
 
 def judge(strike: Strike) -> None:
-    """Raise RunFailed on books that cannot be believed: the worst audit of the run, and energy made by contact."""
+    """Raise RunFailed on books that cannot be believed: energy at the worst audit or made by contact, momentum."""
     worst, created = strike.balance.worst, strike.balance.contact_created(strike.contact)
     if worst > BALANCE_LIMIT:
         raise RunFailed(
@@ -141,6 +143,14 @@ def judge(strike: Strike) -> None:
             f"contact made {created:.1%} of the normal kinetic energy out of nothing (limit {BALANCE_LIMIT:.0%})",
             "refine plate.elements or bird.particles; if the bird meets the plate's rim, enlarge the plate",
         )
+    linear = strike.balance.momentum_error(strike.bird, strike.plate)
+    angular = strike.balance.angular_momentum_error(strike.bird, strike.half_length)
+    if linear > LINEAR_LIMIT or angular > ANGULAR_LIMIT:
+        raise RunFailed(
+            f"momentum went astray: {linear:.0e} of the bird's (limit {LINEAR_LIMIT:.0e}), angular {angular:.1%} "
+            f"(limit {ANGULAR_LIMIT:.0%})",
+            "lower solver.courant or refine bird.particles",
+        )
 
 
 def untouched(strike: Strike) -> str:
@@ -148,6 +158,13 @@ def untouched(strike: Strike) -> str:
     if (strike.bird.x[: strike.bird.n, 2] < strike.plate.x[:, 2].min()).all():
         return "the bird flew past the plate: enlarge plate.length or plate.width, or aim elsewhere (impact.aim)"
     return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
+
+
+def torn_sensors(case: Case, strike: Strike) -> list[str]:
+    """Sensors whose shell is gone: their node flies on freely, their strain stands still."""
+    placed = {n: sensor for n, sensor in case.sensors.items() if sensor.kind in ("displacement", "strain")}
+    gone = [n for n, sensor in placed.items() if not strike.plate.alive[place_on(strike.plate.mesh, sensor.at)[0]]]
+    return [f"sensors.{name} lies on a shell that tore: what it reads since then is no measurement" for name in gone]
 
 
 def warnings_of(case: Case, strike: Strike) -> list[str]:
@@ -177,6 +194,7 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         warnings.append("a plate with free edges has no frame: its reaction force is zero")
     if torn := strike.plate.eroded:
         warnings.append(f"the plate tore: {torn} of {len(strike.plate.quads)} shells reached the failure strain")
+        warnings += torn_sensors(case, strike)
     if squeezed := strike.contact.let_go:
         warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
     hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]

@@ -37,7 +37,9 @@ class Steps:
         """
         linear = factor * PLATE_SAFETY * min(self.plate, self.contact)
         coarse = factor * min(courant * self.bird, PLATE_SAFETY * 0.5 * math.pi * self.contact)
-        steps = math.ceil(end / (coarse if subcycled else min(coarse, linear)))
+        if not subcycled:
+            return math.ceil(end / min(coarse, linear)), 1
+        steps = math.ceil(end / coarse)
         return steps, math.ceil(end / steps / linear)
 
 
@@ -162,6 +164,6 @@ class Strike:
             bird.von_mises(),
             bird.cells,
             plate.x.copy(),
-            plate.quads.copy(),
-            plate.von_mises(),
+            plate.quads[plate.alive],
+            plate.von_mises()[plate.alive],
         )

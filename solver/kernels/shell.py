@@ -37,6 +37,7 @@ def shell_strain(v, omega, quads, alive, frame, shape, dt, strain, hourglass_str
     """
     for e in prange(quads.shape[0]):
         if not alive[e]:
+            strain[e, :] = 0.0  # a gauge on it has read its last
             continue
         i, j, k, m = quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3]
         f, s = frame[e], shape[e]
