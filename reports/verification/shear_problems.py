@@ -71,7 +71,7 @@ def solve(_: Strikes) -> Outcome:
     off = ", ".join(f"{100.0 * (found[axis][-1] / MU - 1.0):+.2f} % along <{axis}>" for axis in AXES)
     caption = (
         f"Decay of a shear wave on a periodic FCC lattice, MU {MU:g} Pa s: {off} at {CELLS[-1]} cells a wavelength. "
-        "The viscous stress takes its strain from the corrected gradient, so that no direction of the lattice is preferred."
+        "The viscous stress takes its strain from the corrected gradient: no direction of the lattice is preferred."
     )
     return Outcome(tuple(rows), (Picture(figure, draw(panel), caption),))
 
