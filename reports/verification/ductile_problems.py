@@ -1,4 +1,4 @@
-"""Ductile plates: the return map against closed forms, and impulsively loaded plates against published deflections."""
+"""Ductile plates: a steady rate against its closed form, impulsively loaded plates against published deflections."""
 
 from __future__ import annotations
 
@@ -89,24 +89,3 @@ def shear_stress_at_rate(material: ShellMaterial, rate: float, dt: float, steps:
     if material.rate_c > 0.0:
         factor += (rate / (np.sqrt(3.0) * material.rate_c)) ** (1.0 / material.rate_p)
     return Compared(stress[2:], np.array([factor * material.yield_stress / np.sqrt(3.0)]))
-
-
-def uniaxial_return(material: ShellMaterial, strain: float = 0.02, steps: int = 200) -> Compared:
-    """Stress [Pa] in uniaxial tension with linear hardening against yield + Et (strain - yield/E).
-
-    The lateral strain that leaves no lateral stress is found by bisection at each step.
-    """
-    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
-    young, nu = material.elastic
-    plane, part = young / (1.0 - nu**2), strain / steps
-    for _ in range(steps):
-        low, high = -2.0 * part, 2.0 * part
-        for _ in range(80):
-            lateral = 0.5 * (low + high)
-            s, b = stress.copy(), back.copy()
-            s[:2] += plane * (part + nu * lateral), plane * (lateral + nu * part)
-            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening, (0.0, 1.0))
-            low, high = (lateral, high) if s[1] < 0.0 else (low, lateral)
-        stress, back, eps_p = s, b, after
-    expected = material.yield_stress + material.tangent_modulus * (strain - material.yield_stress / young)
-    return Compared(stress[:1], np.array([expected]))
