@@ -22,7 +22,7 @@ from reports.verification.problem import Outcome, Picture, Problem, Reason
 from reports.verification.registry import chosen, problems
 from reports.verification.rows import Row, below, matches, near, shown
 from reports.verification.shots import Shot, fire, momentum_given
-from reports.verification.verify import Verification, raise_named, verify
+from reports.verification.verify import Verification, result_named, verify
 from solver.eos import grueneisen
 
 SMALL = Shot(
@@ -172,7 +172,7 @@ def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
 
 
 def test_a_failing_strike_is_named():
-    failed: Future[None] = Future()
+    failed: Future[float] = Future()
     failed.set_exception(RunFailed("went unstable", "lower solver.courant"))
     with pytest.raises(RunFailed, match="knobs_viscous: went unstable"):
-        raise_named(failed, "knobs_viscous")
+        result_named(failed, "knobs_viscous")

@@ -1,0 +1,170 @@
+"""Wilbeck's pressures on a rigid plate: Hugoniot peak and stagnation mean, by resolution, speed, shape and porosity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scipy.ndimage import uniform_filter1d
+
+from data.histories import Array, Histories
+from reports.verification.draw import Curve, Panel, draw
+from reports.verification.problem import Outcome, Picture, Problem, Strikes
+from reports.verification.rigid_target import DIAMETER, GAUGE, rigid_shot
+from reports.verification.rows import Row, matches
+from reports.verification.shots import Shot
+from solver.build_bird import bird_material
+from solver.eos import porous_density
+from solver.wilbeck import duration, peak, stagnation_pressure, steady_mean
+
+SPEED, LENGTH = 200.0, 3.0 * DIAMETER  # m/s, m
+TENSION = "-500 MPa"  # beyond Hugoniot's 406 MPa, which the release can at most turn into tension
+CUTOFF = "bird__material__pressure_cutoff"
+SPACINGS = (2.0, 3.0)  # particles along the gauge's radius of 0.1 D; the finest is judged
+COARSE, WIDE = 20e-3 / 3.0, "20 mm"  # m between particles, radius of the gauge: three spacings of 0.2 D
+GATE = 5.0  # %
+STEADY = "rho u0^2/2, mean from t_D/3 to 2 t_D/3: J. S. Wilbeck, AFML-TR-77-134 (1978)"
+HUGONIOT = "p_H = rho0 u_s u0 of the bird's own law: J. S. Wilbeck, AFML-TR-77-134 (1978)"
+SMOOTHED = 1.0 / 6.0  # of t_D: width of the running mean in the picture
+
+
+def shot(spacing: float, speed: float = SPEED, **changes: str) -> Shot:
+    """A run until the steady phase's end at 2 t_D/3; spacing [m], speed [m/s]."""
+    end = 2.01 * duration(LENGTH, speed) / 3.0
+    return rigid_shot(spacing, LENGTH, speed, end, **({CUTOFF: TENSION} | changes))
+
+
+def coarse(speed: float = SPEED, **changes: str) -> Shot:
+    """The cheap resolution."""
+    return shot(COARSE, speed, **({"sensors__centre__radius": WIDE} | changes))
+
+
+def porous(z: float) -> Shot:
+    """Water with a share z of air, by Wood's law; the mixture's own tension ends at -1 atmosphere."""
+    law = {"kind": "porous", "z": f"{z:g}", "mixing": "wood"}
+    changes = {f"bird__material__eos__{key}": text for key, text in law.items()} | {CUTOFF: "-0.1 MPa"}
+    return coarse(SPEED, bird__density=f"{porous_density(z, 1000.0)} kg/m^3", **changes)
+
+
+FINE = {spacings: shot(GAUGE * DIAMETER / spacings) for spacings in SPACINGS}
+CAVITATING = "no tension at all (PC 0)"
+OTHERS = {
+    "the same, coarse": coarse(),
+    CAVITATING: coarse(SPEED, **{CUTOFF: "0 MPa"}),
+    "100 m/s": coarse(100.0),
+    "hemispherical ends": coarse(bird__shape="hemispherical_cylinder"),
+    "10 % porous": porous(0.1),
+    "30 % porous": porous(0.3),
+}
+NOTES = {
+    CAVITATING: "cavitates after the shock's release; its theory is another",
+    "hemispherical ends": "the shock begins at a point: no plane impact",
+}
+
+
+@dataclass(frozen=True)
+class Wilbeck:
+    """Peak and steady mean of the gauge [Pa] with their theories; scatter: standard deviation in the steady phase."""
+
+    peak: float
+    hugoniot: float
+    steady: float
+    stagnation: float
+    scatter: float
+    particles: int
+
+
+def pressures(of: Shot, run: Histories) -> Wilbeck:
+    """What the gauge of a run says."""
+    case, curve = of.load(), run.channels["centre"]
+    speed, density = case.impact.speed, case.bird.actual_density
+    whole = duration(LENGTH, speed)
+    steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
+    return Wilbeck(
+        peak(run.time, curve)[0],
+        bird_material(case.bird.material, density).eos.hugoniot(speed)[0],
+        steady_mean(run.time, curve, 0.0, whole),
+        stagnation_pressure(density, speed),
+        float(curve[steady].std()),
+        int(run.summary["particles"]),
+    )
+
+
+def rows_of(label: str, found: Wilbeck, gate: float | None, note: str, figure: str) -> list[Row]:
+    """Steady mean and peak of one run."""
+    said = f"{found.particles} particles; scatter about the mean {1e-6 * found.scatter:.1f} MPa"
+    said += f"; {note}" if note else ""
+    mean, top = (1e-6 * found.steady, 1e-6 * found.stagnation), (1e-6 * found.peak, 1e-6 * found.hugoniot)
+    return [
+        matches(f"stagnation pressure, {label}", *mean, "MPa", gate, STEADY, said, figure),
+        matches(f"gauge's peak, {label}", *top, "MPa", None, HUGONIOT, note, figure),
+    ]
+
+
+def solve(strikes: Strikes) -> Outcome:
+    """Two resolutions of the flat, dense bird, and the other birds at the cheap one."""
+    figure = "stagnation"
+    rows: list[Row] = []
+    for spacings, one in FINE.items():
+        gate = GATE if spacings == SPACINGS[-1] else None
+        label = f"{spacings:g} spacings in a gauge of 0.1 D"
+        rows += rows_of(label, pressures(one, strikes[one]), gate, "", figure)
+    for label, one in OTHERS.items():
+        rows += rows_of(label, pressures(one, strikes[one]), None, NOTES.get(label, ""), figure)
+    return Outcome(tuple(rows), (picture(figure, strikes, rows),))
+
+
+def picture(name: str, strikes: Strikes, rows: list[Row]) -> Picture:
+    """The shock, the steady phase as a running mean, and both theories over porosity."""
+    lines = {f"{spacings:g} spacings": one for spacings, one in FINE.items()}
+    shock = [early(label, one, strikes[one]) for label, one in lines.items()]
+    shown = lines | {"PC 0, coarse": OTHERS[CAVITATING]}
+    steady = [running(label, one, strikes[one]) for label, one in shown.items()]
+    kept = {0.0: "the same, coarse", 10.0: "10 % porous", 30.0: "30 % porous"}
+    found = [pressures(OTHERS[label], strikes[OTHERS[label]]) for label in kept.values()]
+    panels = (
+        Panel("time [us]", "gauge pressure / Hugoniot's", shock, "shock", band=(0.95, 1.05)),
+        Panel("t / t_D", "running mean / stagnation pressure", steady, "steady phase", band=(0.95, 1.05)),
+        Panel(
+            "porosity [%]",
+            "ours / theory",
+            (
+                Curve("peak", list(kept), [f.peak / f.hugoniot for f in found]),
+                Curve("steady mean", list(kept), [f.steady / f.stagnation for f in found]),
+            ),
+            "porosity, coarse",
+            band=(0.95, 1.05),
+        ),
+    )
+    off = {row.name: row.error for row in rows if row.name.startswith("stagnation")}
+    fine = " and ".join(f"{error:+.1f} %" for error in list(off.values())[: len(FINE)])
+    caption = (
+        f"A flat cylinder, L/D 3, at {SPEED:g} m/s against a rigid plate; mean from t_D/3 to 2 t_D/3 {fine} off "
+        f"rho u²/2 with {' and '.join(f'{s:g}' for s in SPACINGS)} particles a gauge radius of 0.1 D. Running means "
+        f"over t_D/6. A fluid that bears no tension is {off[f'stagnation pressure, {CAVITATING}']:+.1f} % off."
+    )
+    return Picture(name, draw(*panels), caption)
+
+
+def early(label: str, one: Shot, run: Histories) -> Curve:
+    """The first 60 us."""
+    first = run.time <= 60e-6
+    return Curve(label, 1e6 * run.time[first], run.channels["centre"][first] / pressures(one, run).hugoniot)
+
+
+def running(label: str, one: Shot, run: Histories) -> Curve:
+    """Running mean from t_D/4 on, over SMOOTHED t_D."""
+    whole, theory = duration(LENGTH, one.load().impact.speed), pressures(one, run).stagnation
+    width = int(SMOOTHED * whole / (run.time[1] - run.time[0]))
+    mean: Array = uniform_filter1d(run.channels["centre"], width)
+    inside = (run.time > 0.25 * whole) & (run.time < run.time[-1] - 0.5 * SMOOTHED * whole)
+    return Curve(label, run.time[inside] / whole, mean[inside] / theory)
+
+
+ABOUT = (
+    "A flat cylinder of 100 mm end on against a rigid plate, gauge in the middle, no viscosity. The theory's jet is "
+    "incompressible and whole, and so is our bird that bears tension. One that bears none (PC 0) cavitates when the "
+    "shock is released from its edge: its core is flung outward, and what follows must fill the cavity before there "
+    "is a steady jet; the rows of PC 0 show what that costs. The other birds are coarse (three spacings in a gauge of "
+    "0.2 D) and without a gate."
+)
+PROBLEMS = (Problem("stagnation", "Target", ABOUT, solve, (*FINE.values(), *OTHERS.values())),)
