@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
+from data.histories import Histories
 from reports.verification.shots import Shot
+from solver.build_bird import bird_material
+from solver.eos import EquationOfState
+from solver.wilbeck import duration, peak, stagnation_pressure, steady_mean
 
 DENSITY, C, S1 = 938.0, 1670.0, 2.48
 DIAMETER = 0.1  # m
@@ -56,3 +61,44 @@ def rigid_shot(spacing: float, length: float, speed: float, end: float, **change
         "sensors.centre.radius": f"{GAUGE * DIAMETER} m",
     }
     return Shot("reference_strike", tuple(table.items())).with_(**changes)
+
+
+@dataclass(frozen=True)
+class Wilbeck:
+    """Peak and steady mean of the gauge [Pa] with their theories: Hugoniot, incompressible and compressible stagnation.
+
+    scatter: standard deviation in the steady phase.
+    """
+
+    peak: float
+    hugoniot: float
+    steady: float
+    stagnation: float
+    compressible: float
+    scatter: float
+    particles: int
+
+
+def pressures(of: Shot, run: Histories) -> Wilbeck:
+    """What the gauge of a run says."""
+    case, curve = of.load(), run.channels["centre"]
+    speed, density = case.impact.speed, case.bird.actual_density
+    whole = duration(case.bird.length, speed)
+    steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
+    eos = bird_material(case.bird.material, density).eos
+    return Wilbeck(
+        peak(run.time, curve)[0],
+        eos.hugoniot(speed)[0],
+        steady_mean(run.time, curve, 0.0, whole),
+        stagnation_pressure(density, speed),
+        bernoulli(eos, speed),
+        float(curve[steady].std()),
+        int(run.summary["particles"]),
+    )
+
+
+def bernoulli(eos: EquationOfState, speed: float) -> float:
+    """Stagnation pressure [Pa] of a steady compressible stream: the integral of dp/rho from rest to it is u0^2/2."""
+    rho = eos.rho0 * (1.0 + np.linspace(0.0, eos.hugoniot(speed)[2], 2001))
+    p = np.array([eos.pressure(value / eos.rho0 - 1.0) for value in rho]) - eos.pressure_at_rest
+    return float(np.interp(0.5 * speed**2, cumulative_trapezoid(1.0 / rho, p, initial=0.0), p))
