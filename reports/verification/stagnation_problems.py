@@ -98,8 +98,8 @@ def picture(name: str, strikes: Strikes, found: Mapping[str, Wilbeck]) -> Pictur
         Curve("mean / compressible", share, [f.steady / f.compressible for f in mixtures.values()]),
     )
     panels = (
-        Panel("time [us]", "gauge pressure / Hugoniot's", shock, "shock"),
-        Panel("t / t_D", "running mean / stagnation pressure", steady, "steady phase", band=BAND, legend=False),
+        Panel("time [us]", "gauge pressure / Hugoniot's", shock, "shock", legend=False),
+        Panel("t / t_D", "running mean / stagnation pressure", steady, "steady phase", band=BAND),
         Panel("porosity [%]", "ours / theory", ratios, "porosity, coarse", band=BAND),
     )
     off = {label: f"{100.0 * (seen.steady / seen.stagnation - 1.0):+.1f} %" for label, seen in found.items()}
