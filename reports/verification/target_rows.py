@@ -34,8 +34,9 @@ def solve_stop(_: Strikes) -> Outcome:
         seen = found.seen
         label = f"{seen['particles']:.0f} particles"
         rebound = 100.0 * seen["rebound"] / found.reference
+        note = f"until the force has faded, {1e3 * seen['faded']:.1f} ms; {seen['after_it']:.2f} N s after it"
         rows += [
-            matches(f"impulse of a normal stop, {label}", found.computed, found.reference, "N s", 2.0, "m u0"),
+            matches(f"impulse of a normal stop, {label}", found.computed, found.reference, "N s", 2.0, "m u0", note),
             shown(f"momentum that flies back, {label}", rebound, "%", "of the bird's; its excess over m u0"),
             below(f"impulse against the bird's change, {label}", seen["momentum_error"], 1e-10, "", "conservation"),
         ]
