@@ -42,6 +42,8 @@ def command(
     with progress_bar("verify") as progress:
         verification = verify(page, only=only, workers=workers, progress=progress)
     console.print(_table(verification))
+    if verification.spent:
+        console.print(_costs(verification.spent))
     if page is not None:
         say(f"Written to {page}, figures beside it in docs/verification.")
     _judge(verification)
@@ -55,6 +57,14 @@ def _table(verification: Verification) -> Table:
     table = Table("row", "ours", "error", "tolerance", "")
     for row in verification.rows:
         table.add_row(row.name, quantity(row.ours, row.unit), error(row), tolerance(row), row.verdict)
+    return table
+
+
+def _costs(spent: dict[str, float]) -> Table:
+    """CPU time of what was run, the dearest first."""
+    table = Table("problem", "CPU s", title=f"{sum(spent.values()) / 60.0:.1f} CPU minutes")
+    for name, seconds in sorted(spent.items(), key=lambda pair: -pair[1]):
+        table.add_row(name, f"{seconds:.1f}")
     return table
 
 

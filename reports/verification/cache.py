@@ -33,7 +33,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Result:
-    """A solved problem as the page reads it; seconds: of its own solving, its strikes apart."""
+    """A solved problem as the page reads it; seconds: CPU time of its own solving, its strikes apart."""
 
     problem: Problem
     rows: tuple[Row, ...]

@@ -13,13 +13,17 @@ from data.histories import Array
 from reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, WIDE, styled
 
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
+PALE = "#A8A8A8"
 DASHES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 2, 1, 2)), (0, (3, 1)), (0, (8, 3)), (0, (2, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """x, y as they are shown. truth: drawn in black below the others; dots: markers instead of a line."""
+    """x, y as they are shown. truth: below the others, a line broad and pale, so that one on it hides nothing.
+
+    dots: markers instead of a line.
+    """
 
     label: str
     x: Array | Sequence[float]
@@ -67,9 +71,9 @@ def draw(*panels: Panel, height: float = 3.3) -> Figure:
 def _style(curve: Curve, number: int) -> dict[str, Any]:
     """Colour and dash of the curve; a sparse one shows its points."""
     if curve.truth:
-        return {"color": BLACK, "linewidth": 1.2, "zorder": 1.5} | (
-            {"linestyle": "none", "marker": "o", "markerfacecolor": "white"} if curve.dots else {}
-        )
+        if curve.dots:
+            return {"color": BLACK, "zorder": 1.5, "linestyle": "none", "marker": "o", "markerfacecolor": "white"}
+        return {"color": PALE, "linewidth": 4.0, "zorder": 1.5, "solid_capstyle": "butt"}
     number %= len(COLOURS)
     mark = MARKERS[number] if curve.dots or len(np.asarray(curve.x)) < 12 else ""
     line = "none" if curve.dots else DASHES[number]
@@ -79,4 +83,4 @@ def _style(curve: Curve, number: int) -> dict[str, Any]:
 def slope_line(x: Sequence[float], start: float, order: float) -> Curve:
     """y = start (x/x0)^order from the first x: the order that theory promises."""
     at = np.asarray(x, dtype=float)
-    return Curve(f"order {order:g}", at, start * (at / at[0]) ** order, truth=True)
+    return Curve(f"order {abs(order):g}", at, start * (at / at[0]) ** order, truth=True)

@@ -27,6 +27,7 @@ SOURCE = "Rankine-Hugoniot jump of the equation of state, solved numerically"
 SPEEDS = (45.55, 100.0, 150.0, 200.0, 300.0)
 TOLERANCE, POROUS = 1.0, 3.0  # %
 LENGTH = {"fcc": 360, "cubic": 570}  # lattice cells: the same length in metres
+POROUS_LENGTH = 120  # a soft bird's start has rung out sooner; its steps are short and its shock slow
 WATER = polynomial_k(1000.0, 1482.9, 2.0)
 COMPRESSIONS = np.linspace(-0.2, 0.6, 161)
 MATERIALS = {  # by the name of the law; the tolerance of its rows
@@ -51,12 +52,12 @@ def _file(name: str) -> str:
     return name.lower().replace(" %", "").replace(" ", "_")
 
 
-def collide(material: NullMaterial, speeds: tuple[float, ...], kind: str) -> list[Collision]:
-    """Theory and column at each speed."""
+def collide(material: NullMaterial, speeds: tuple[float, ...], kind: str, length: int) -> list[Collision]:
+    """Theory and column of so many lattice cells at each speed."""
     pressure = pressure_of(material.eos)
     pairs = ((u, jump(pressure, material.rho0, u)) for u in speeds)
     side = 2 if kind == "fcc" else 3  # the narrowest columns that are wider than a particle's reach
-    columns = {"kind": kind, "length": LENGTH[kind], "side": side}
+    columns = {"kind": kind, "length": length, "side": side}
     return [(u, truth, planar_impact(u, truth.shock, material, **columns)) for u, truth in pairs]
 
 
@@ -74,7 +75,8 @@ def rows_of(results: list[Collision], eos: str, tolerance: float | None, figure:
 def solve(name: str, kind: str, speeds: tuple[float, ...], _: Strikes) -> Outcome:
     """One equation of state on one lattice."""
     material, tolerance = MATERIALS[name]
-    results, figure = collide(material, speeds, kind), f"planar_impact_{_file(name)}_{kind}"
+    length = POROUS_LENGTH if name.startswith("porous") else LENGTH[kind]
+    results, figure = collide(material, speeds, kind, length), f"planar_impact_{_file(name)}_{kind}"
     rows = rows_of(results, f"{name}, {kind}", tolerance, figure)
     return Outcome(tuple(rows), (picture(results, material, figure, f"{name}, {kind}"),))
 
@@ -120,13 +122,13 @@ ABOUT = (
     "the "
     "equation of state at hand. A column that is short behind the front still carries the ringing of its start; "
     "these are "
-    "long enough (about 570 spacings) for it to have decayed."
+    "long enough (about 570 spacings; 190 for the porous birds) for it to have decayed."
 )
 PROBLEMS = tuple(
     Problem(f"planar_impact_{_file(name)}_{kind}", "Planar impact", about, partial(solve, name, kind, speeds))
     for name, kind, speeds, about in (
         ("Grueneisen", "fcc", SPEEDS, ABOUT),
         ("Grueneisen", "cubic", (45.55, 200.0), ""),
-        *((name, "fcc", (45.55, 300.0) if name.startswith("porous") else (100.0, 300.0), "") for name in LAWS),
+        *((name, "fcc", (45.55, 150.0, 300.0) if name.startswith("porous") else (100.0, 300.0), "") for name in LAWS),
     )
 )

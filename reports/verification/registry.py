@@ -18,6 +18,7 @@ MODULES = (
     "shell_rows",
     "plasticity_problems",
     "ductile_rows",
+    "stagnation_problems",
     "target_rows",
     "book_problems",
     "openradioss_problems",

@@ -1,15 +1,12 @@
-"""Problems of the target: Wilbeck's pressures on a rigid plate, the impulse of a stop, friction, a pressure gauge."""
+"""Problems of the target: the impulse of a stop on a rigid plate, friction, a pressure gauge."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from data.histories import Histories
+from reports.verification.rigid_target import DENSITY, DIAMETER, S1, C, Compared, rigid_shot
 from solver.bird import Bird, NullMaterial
 from solver.body import BirdBody
-from solver.case import Case, load_case
 from solver.case_sensors import Sensor
 from solver.contact import Contact
 from solver.eos import grueneisen
@@ -17,89 +14,10 @@ from solver.gauges import disc
 from solver.kernels.sums import column_sums
 from solver.rigid_plate import RigidPlate
 from solver.shell_mesh import plate_mesh
-from solver.simulate import simulate
 from solver.strike import Strike
-from solver.wilbeck import duration, hugoniot_pressure, peak, stagnation_pressure, steady_mean
+from solver.wilbeck import duration
 
-DENSITY, C, S1 = 938.0, 1670.0, 2.48
-DIAMETER = 0.1  # m
-GAUGE = 0.1  # of the diameter: the gauge's radius
 STILL = 1e-3  # of the peak: the force below which an impact is over
-
-
-@dataclass(frozen=True)
-class Compared:
-    """A computed value and its reference, both SI, and what else was seen."""
-
-    computed: float
-    reference: float
-    unit: str
-    seen: dict[str, float]
-
-    @property
-    def error(self) -> float:
-        """Relative to the reference."""
-        return self.computed / self.reference - 1.0
-
-
-def rigid_case(spacing: float, length: float, speed: float, end: float, **changes: str) -> Case:
-    """A flat cylinder of DIAMETER, particles `spacing` [m] apart, end on against a rigid plate; no cutoff, no MU."""
-    particles = round(0.25 * np.pi * DIAMETER**2 * length / spacing**3)
-    table = {
-        "plate.rigid": "true",
-        "plate.length": "600 mm",
-        "plate.width": "600 mm",
-        "plate.elements": "[30, 30]",
-        "bird.shape": "cylinder",
-        "bird.diameter": f"{DIAMETER} m",
-        "bird.length": f"{length} m",
-        "bird.density": f"{DENSITY} kg/m^3",
-        "bird.particles": f"{particles}",
-        "bird.material.pressure_cutoff": "0 MPa",
-        "bird.material.viscosity": "0 Pa s",
-        "bird.material.compression_erosion": "0.0",
-        "impact.speed": f"{speed} m/s",
-        "impact.angle": "90 deg",
-        "impact.standoff": "0 mm",
-        "time.end": f"{end} s",
-        "time.output_interval": "2 us",
-        "time.snapshots": "[]",
-        "sensors.centre.kind": "pressure",
-        "sensors.centre.radius": f"{GAUGE * DIAMETER} m",
-    }
-    return load_case("reference_strike", table | {key.replace("__", "."): text for key, text in changes.items()})
-
-
-def stagnation(speed: float = 200.0, spacings: float = 3.0, slenderness: float = 3.0) -> Compared:
-    """Mean gauge pressure over t_D/3 .. 2 t_D/3 against rho u0^2/2; the gauge's radius is so many spacings.
-
-    Seen: the peak and its share of the Hugoniot pressure, the particles, and the pressure's scatter about the mean.
-    """
-    run = against_rigid(speed, spacings, slenderness)
-    return steady_pressure(run, speed, slenderness)
-
-
-def against_rigid(speed: float, spacings: float, slenderness: float) -> Histories:
-    """The run of `stagnation`, until the steady phase's end at 2 t_D/3."""
-    length = slenderness * DIAMETER
-    case = rigid_case(GAUGE * DIAMETER / spacings, length, speed, 2.01 * duration(length, speed) / 3.0)
-    return simulate(case, threads=1)
-
-
-def steady_pressure(run: Histories, speed: float, slenderness: float) -> Compared:
-    """What `stagnation` says of its run."""
-    whole = duration(slenderness * DIAMETER, speed)
-    curve = run.channels["centre"]
-    steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
-    top, when = peak(run.time, curve)
-    seen = {
-        "peak": top,
-        "peak_time": when,
-        "peak_over_hugoniot": top / hugoniot_pressure(DENSITY, C, S1, speed),
-        "scatter": float(curve[steady].std()),
-        "particles": float(run.summary["particles"]),
-    }
-    return Compared(steady_mean(run.time, curve, 0.0, whole), stagnation_pressure(DENSITY, speed), "Pa", seen)
 
 
 def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.0, **changes: str) -> Compared:
@@ -113,7 +31,7 @@ def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.
     """
     length = slenderness * DIAMETER
     reference = {"bird__material__viscosity": "641 Pa s", "bird__material__pressure_cutoff": "-0.3705 MPa"}
-    strike = Strike(rigid_case(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)))
+    strike = Strike(rigid_shot(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
     force, before = np.zeros(strike.steps), normal_momentum(strike.bird)
     for step in range(strike.steps):
         strike.advance()

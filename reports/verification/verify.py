@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from reports.verification.page import most_reasons, write_page
 from reports.verification.problem import Problem, Reason
 from reports.verification.registry import chosen
 from reports.verification.rows import Row
+from reports.verification.shots import Shot
 from reports.verification.work import fire_one, solve_one
 from solver.version import SOLVER_VERSION
 
@@ -26,10 +27,13 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Verification:
-    """Solved problems in the order of the page; wall_s: of this call, what was kept from before not counted."""
+    """Solved problems in the order of the page; of this call, what was kept from before not counted: wall_s, and
+    spent, CPU time [s] by problem (a strike that several ask for is the first one's).
+    """
 
     results: tuple[Result, ...]
     wall_s: float
+    spent: dict[str, float] = field(default_factory=dict)
 
     @property
     def rows(self) -> list[Row]:
@@ -63,7 +67,8 @@ class Verification:
             for r in self.results
             for row in r.rows
         ]
-        return {"solver_version": SOLVER_VERSION, "stands": self.stands, "wall_s": self.wall_s, "rows": rows}
+        times = {"wall_s": self.wall_s, "cpu_s": self.spent}
+        return {"solver_version": SOLVER_VERSION, "stands": self.stands, **times, "rows": rows}
 
 
 def verify(
@@ -83,42 +88,51 @@ def verify(
     started = time.perf_counter()
     kept, wanted = Cache(Path(cache).resolve()), chosen(only)
     due = [problem for problem in wanted if kept.recall(problem) is None]
-    run_due(kept, due, workers, progress or (lambda _: None))
+    spent = run_due(kept, due, workers, progress or (lambda _: None))
     results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
-    verification = Verification(tuple(results), time.perf_counter() - started)
+    verification = Verification(tuple(results), time.perf_counter() - started, spent)
     if out is not None:
         write_page(Path(out), verification.results, verification.wall_s)
     return verification
 
 
-def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> None:
-    """Strikes that are not in the store and problems that need none first, then the problems that compare strikes."""
-    shots = {shot.key(): shot for problem in due for shot in problem.shots}
-    shots = {key: shot for key, shot in shots.items() if not cache.strikes.path(key).exists()}
+def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> dict[str, float]:
+    """Strikes that are not in the store and problems that need none first, then the problems that compare strikes.
+
+    CPU time [s] by problem, with the strikes that it was the first to ask for.
+    """
+    asked: dict[str, tuple[Shot, str]] = {}
+    for problem in due:
+        for shot in problem.shots:
+            asked.setdefault(shot.key(), (shot, problem.name))
+    shots = [pair for key, pair in asked.items() if not cache.strikes.path(key).exists()]
     apart = [problem for problem in due if not problem.shots]
     after = [problem for problem in due if problem.shots]
     total, done = len(shots) + len(due), 0
+    spent = dict.fromkeys((problem.name for problem in due), 0.0)
 
-    def finish(waiting: dict[Future[None], str]) -> None:
+    def finish(waiting: dict[Future[float], tuple[str, str]]) -> None:
         nonlocal done
         for future in as_completed(waiting):
-            raise_named(future, waiting[future])
+            what, name = waiting[future]
+            spent[name] += result_named(future, what)
             done += 1
             progress(done / total)
 
     if not due:
-        return
+        return spent
     with process_pool(workers) as pool:
-        first = {pool.submit(solve_one, cache.folder, problem.name): problem.name for problem in apart}
-        first |= {pool.submit(fire_one, cache.folder, shot): f"strike {shot}" for shot in shots.values()}
+        first = {pool.submit(solve_one, cache.folder, p.name): (p.name, p.name) for p in apart}
+        first |= {pool.submit(fire_one, cache.folder, shot): (f"strike {shot}", name) for shot, name in shots}
         finish(first)
-        finish({pool.submit(solve_one, cache.folder, problem.name): problem.name for problem in after})
+        finish({pool.submit(solve_one, cache.folder, p.name): (p.name, p.name) for p in after})
+    return spent
 
 
-def raise_named(future: Future[None], what: str) -> None:
-    """Let a failure say which problem or strike it was."""
+def result_named(future: Future[float], what: str) -> float:
+    """The result; a failure says which problem or strike it was."""
     try:
-        future.result()
+        return future.result()
     except RunFailed as error:
         raise RunFailed(f"{what}: {error.reason}", error.remedy) from error
     except BrokenProcessPool as error:

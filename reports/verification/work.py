@@ -10,14 +10,18 @@ from reports.verification.registry import problems
 from reports.verification.shots import Shot, strike
 
 
-def fire_one(folder: Path, shot: Shot) -> None:
-    """Leave the shot's histories in the store. Raises RunFailed."""
+def fire_one(folder: Path, shot: Shot) -> float:
+    """Leave the shot's histories in the store; CPU time [s]. Raises RunFailed."""
+    started = time.process_time()
     strike(shot, Cache(folder).strikes)
+    return time.process_time() - started
 
 
-def solve_one(folder: Path, name: str) -> None:
-    """Leave the problem's rows and pictures in the cache."""
+def solve_one(folder: Path, name: str) -> float:
+    """Leave the problem's rows and pictures in the cache; CPU time [s]."""
     cache, problem = Cache(folder), problems()[name]
-    started = time.perf_counter()
+    started = time.process_time()
     outcome = problem.solve({shot: strike(shot, cache.strikes) for shot in problem.shots})
-    cache.keep(problem, outcome, time.perf_counter() - started)
+    spent = time.process_time() - started
+    cache.keep(problem, outcome, spent)
+    return spent

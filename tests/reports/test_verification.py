@@ -20,10 +20,11 @@ from reports.verification.impact import crossing, planar_impact
 from reports.verification.page import page
 from reports.verification.problem import Outcome, Picture, Problem, Reason
 from reports.verification.registry import chosen, problems
+from reports.verification.rigid_target import bernoulli
 from reports.verification.rows import Row, below, matches, near, shown
 from reports.verification.shots import Shot, fire, momentum_given
-from reports.verification.verify import Verification, raise_named, verify
-from solver.eos import grueneisen
+from reports.verification.verify import Verification, result_named, verify
+from solver.eos import grueneisen, murnaghan
 
 SMALL = Shot(
     "reference_strike_156mm",
@@ -89,6 +90,14 @@ def test_no_shock_is_an_error():
         jump(lambda _rho, _energy: 0.0, 1000.0, 100.0)
 
 
+def test_stagnation_pressure_of_a_compressible_stream():
+    """Murnaghan: the integral of dp/rho is B g/(rho0 (g - 1)) [(rho/rho0)^(g - 1) - 1]; of a stiff law rho u^2/2."""
+    B, g, u = 9.3e6, 7.14, 100.0
+    ratio = (1.0 + 0.5 * u * u * 938.0 * (g - 1.0) / (B * g)) ** (1.0 / (g - 1.0))
+    assert bernoulli(murnaghan(938.0, B, g), u) == pytest.approx(B * (ratio**g - 1.0), rel=1e-6)
+    assert bernoulli(murnaghan(938.0, 1e4 * B, g), u) == pytest.approx(0.5 * 938.0 * u * u, rel=1e-4)
+
+
 def test_a_front_is_found_between_the_planes():
     assert crossing(np.array([0.0, 1.0, 2.0]), np.array([10.0, 8.0, 2.0]), 5.0) == pytest.approx(1.5)
     assert crossing(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 5.0) == 0.0
@@ -145,7 +154,10 @@ def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.Monkey
         raise AssertionError("nothing is due")
 
     monkeypatch.setattr("reports.verification.verify.process_pool", refuse)
-    assert verify(None, only=["return_mapping"], workers=1, cache=tmp_path).rows == first.rows
+    second = verify(None, only=["return_mapping"], workers=1, cache=tmp_path)
+    assert second.rows == first.rows
+    assert first.spent["return_mapping"] > 0.0
+    assert second.spent == {}
 
 
 def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
@@ -172,7 +184,7 @@ def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
 
 
 def test_a_failing_strike_is_named():
-    failed: Future[None] = Future()
+    failed: Future[float] = Future()
     failed.set_exception(RunFailed("went unstable", "lower solver.courant"))
     with pytest.raises(RunFailed, match="knobs_viscous: went unstable"):
-        raise_named(failed, "knobs_viscous")
+        result_named(failed, "knobs_viscous")
