@@ -84,12 +84,15 @@ def shown(value: float, unit: str) -> str:
 
 def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     """What the user should know of a valid case."""
+    from solver.case_remarks import remarks as remarks_on
+
     acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
     material = case.bird.material
     remarks = [
         f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): nothing erodes by it"
         for name in facts["inactive"]
     ]
+    remarks += remarks_on(case)
     if case.first_contact >= case.time.end:
         remarks.append(
             "The bird does not reach the plate before time.end: shorten impact.standoff or lengthen time.end."

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solver.case import Case, load_case
-from solver.simulate import simulate, untouched
+from solver.judgement import untouched
+from solver.simulate import simulate
 from solver.strike import Strike
 
 SMALL = {
