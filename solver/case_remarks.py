@@ -1,8 +1,13 @@
-"""What the user should know of a valid case before it is run."""
+"""What the user should know of a valid case before it is run, and a parameter that it could be asked for."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import reduce
+
 from solver.case import Case
+from solver.case_fields import Between
+from solver.case_sections import quantities
 
 REST = 1e-6  # of the bulk modulus: a pressure at rest below it is rounding
 SAME_DENSITY = 1e-3
@@ -44,3 +49,24 @@ def _other_density(case: Case) -> list[str]:
         f"the bird's density is {density:.4g} kg/m^3, that of its porous mixture {own:.4g} kg/m^3: its sound speed and "
         "shock are not that mixture's; leave bird.density or bird.mass out, or change bird.material.eos.z"
     ]
+
+
+def example_parameter(case: Case) -> str:
+    """Lines of a case file that seek a constant of this bird's own model, from half of its value to twice that."""
+    found = list(_constants(case))
+    key, mark, value = next((entry for entry in found if entry[0].endswith(".viscosity")), found[0])
+    low, high = mark.bounds
+    ends = sorted(min(max(factor * value, low), high) for factor in (0.5, 2.0))
+    quote = '"' if mark.unit else ""
+    span = ", ".join(f"{quote}{mark.display(end)}{quote}" for end in ends)
+    return f'[inversion.parameters."{key}"] range = [{span}]'
+
+
+def _constants(case: Case) -> Iterator[tuple[str, Between, float]]:
+    """Key, mark and value of the material's constants that are not 0; every material has some."""
+    material = case.bird.material.model_dump()
+    for key, mark in quantities({"bird": {"material": material | {"model": case.bird.material.model}}}):
+        if key.startswith("bird.material."):
+            value = reduce(lambda table, part: table.get(part) or {}, key.split(".")[2:], material)
+            if isinstance(value, float) and value:
+                yield key, mark, value
