@@ -14,7 +14,7 @@ def idle_rules(raw: Raw) -> Iterator[str]:
     if at(raw, "plate.rigid") is True:
         for key in IDLE_FOR_RIGID:
             yield from _idle(raw, key, "a rigid plate", "or leave plate.rigid out")
-    method = at(raw, "bird.method") or METHOD
+    method = str(at(raw, "bird.method") or METHOD)
     for other, keys in ONLY_FOR.items():
         if method in ONLY_FOR and other != method:
             for key in keys:

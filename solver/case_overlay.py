@@ -80,8 +80,8 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     void: tuple[str, ...] = ()
     if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
         void += IDLE_FOR_RIGID
-    before = at(base, "bird.method") or METHOD
-    if at(over, "bird.method") in ONLY_FOR.keys() - {before}:
+    before, after = (str(at(raw, "bird.method") or METHOD) for raw in (base, over))
+    if at(over, "bird.method") is not None and after in ONLY_FOR and after != before:
         void += ONLY_FOR.get(before, ())
     for key in void:
         base = _without(_without_key(base, key.split(".")), key)

@@ -47,7 +47,8 @@ def _other_density(case: Case) -> list[str]:
         return []
     return [
         f"the bird's density is {density:.4g} kg/m^3, that of its porous mixture {own:.4g} kg/m^3: its sound speed and "
-        "shock are not that mixture's; leave bird.density or bird.mass out, or change bird.material.eos.z"
+        "shock are not that mixture's; leave bird.density (or the mass or statistics that give it) out, or change "
+        "bird.material.eos.z"
     ]
 
 

@@ -44,6 +44,11 @@ def test_a_key_that_would_do_nothing_is_refused(choice: dict[str, str], key: str
     assert f"does nothing to {whom}; leave it out, or " in line
 
 
+@pytest.mark.parametrize("method", ['["sph"]', "{a = 1}", "3"])
+def test_a_method_that_is_no_word_is_an_error_of_its_own(method: str) -> None:
+    assert any(line.startswith("bird.method") for line in errors_with({"bird.method": method, "bird.jitter": "0.1"}))
+
+
 def test_a_parameter_that_would_do_nothing_is_refused() -> None:
     sought = {'inversion.parameters."plate.damping".range': '["0 1/s", "9 1/s"]'}
     assert errors_with(RIGID | sought) == [
