@@ -6,20 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
 from solver.case import Case, load_case
 from solver.case_remarks import example_parameter, remarks
+from tests.solver.wrong_cases import errors_with, written
 
 OF_HEXAHEDRA = {"bird.method": "hexahedra"}
 RIGID = {"plate.rigid": "true"}
 LIGHT = ["bird.material.eos", '{kind="porous", z=0.1, mixing="wood"}']
 POROUS = {LIGHT[0]: LIGHT[1]}
-
-
-def errors_with(settings: dict[str, str]) -> list[str]:
-    with pytest.raises(CaseError) as caught:
-        load_case("reference_strike", settings)
-    return caught.value.errors
 
 
 @pytest.mark.parametrize(
@@ -54,12 +48,6 @@ def test_a_parameter_that_would_do_nothing_is_refused() -> None:
     assert errors_with(RIGID | sought) == [
         'inversion.parameters."plate.damping" does nothing to a rigid plate; leave it out, or leave plate.rigid out'
     ]
-
-
-def written(folder: Path, name: str, text: str) -> Path:
-    path = folder / f"{name}.toml"
-    path.write_text(text)
-    return path
 
 
 def test_what_is_inherited_is_void_with_its_parameters(tmp_path: Path) -> None:

@@ -8,18 +8,7 @@ import pytest
 
 from data.errors import CaseError
 from solver.case import load_case
-
-
-def errors_with(settings: dict[str, str]) -> list[str]:
-    with pytest.raises(CaseError) as caught:
-        load_case("reference_strike", settings)
-    return caught.value.errors
-
-
-def written(folder: Path, name: str, text: str) -> Path:
-    path = folder / f"{name}.toml"
-    path.write_text(text)
-    return path
+from tests.solver.wrong_cases import errors_with, written
 
 
 @pytest.mark.parametrize(
