@@ -101,7 +101,7 @@ def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progre
     from doe.designs import make_design
     from doe.space import ParameterSpace
 
-    planned = make_design(design, ParameterSpace.of(case.parameters()), runs, seed, progress)
+    planned = make_design(design, ParameterSpace.of_case(case), runs, seed, progress)
     quality = planned.quality()
     if quality.deficient:
         raise UserError(quality.sentence)

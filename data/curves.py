@@ -117,6 +117,9 @@ def write_measured(path: str | Path, measured: Measured) -> None:
 
 
 def _cell(value: float, unit: str) -> str:
+    """Shortest decimal that reads back to the same double; empty for a gap."""
+    if value == 0.0:
+        return "0"
     return "" if np.isnan(value) else str(in_unit(value, DISPLAY.get(unit, unit)))
 
 

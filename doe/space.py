@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from data.errors import UserError
 from data.histories import Array
-
-if TYPE_CHECKING:
-    from solver.case import Parameter
+from solver.case import Case, Parameter
+from solver.case_remarks import example_parameter
 
 
 @dataclass(frozen=True)
@@ -25,13 +23,13 @@ class ParameterSpace:
     highs: Array
 
     @classmethod
-    def of(cls, parameters: Iterable[Parameter]) -> ParameterSpace:
-        """The box of `case.parameters()`; UserError when the case names none."""
+    def of(cls, parameters: Iterable[Parameter], example: str = "") -> ParameterSpace:
+        """The box of `case.parameters()`; UserError when the case names none, with an `example` of one."""
         listed = tuple(parameters)
         if not listed:
             raise UserError(
-                "inversion.parameters is empty: a campaign needs at least one parameter with a range; "
-                'add e.g. [inversion.parameters."bird.material.viscosity"] range = ["0 Pa s", "1500 Pa s"]'
+                "inversion.parameters is empty: a campaign needs at least one parameter with a range"
+                + (f"; add e.g. {example}" if example else "")
             )
         return cls(
             tuple(p.name for p in listed),
@@ -39,6 +37,11 @@ class ParameterSpace:
             np.array([p.low for p in listed], dtype=float),
             np.array([p.high for p in listed], dtype=float),
         )
+
+    @classmethod
+    def of_case(cls, case: Case) -> ParameterSpace:
+        """The box that a case names; UserError when it names none, with an example of its own model."""
+        return cls.of(case.parameters(), example_parameter(case))
 
     def to_physical(self, unit: Array) -> Array:
         """(n, k) fractions of the ranges -> (n, k) SI values."""

@@ -17,7 +17,7 @@ from data.units import quantity_text
 from solver.case_bird import Bird
 from solver.case_fields import Later, Section
 from solver.case_files import override_table, read_case
-from solver.case_messages import error_line
+from solver.case_messages import error_lines
 from solver.case_overlay import Raw, overlay
 from solver.case_plate import Plate
 from solver.case_rules import broken_rules
@@ -113,13 +113,12 @@ def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> C
 
 def case_from_table(table: Raw, name: str = "case") -> Case:
     """Case from a table as TOML gives it; raises CaseError with all errors."""
-    errors: list[str] = []
+    errors = [*broken_rules(table), *broken_sensor_rules(table)]
     case = None
     try:
         case = Case.model_validate(table)
     except ValidationError as error:
-        errors = [error_line(Case, entry, table) for entry in error.errors()]
-    errors += [*broken_rules(table), *broken_sensor_rules(table)]
+        errors = error_lines(Case, error.errors(), errors, table)
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     case._raw, case._name = table, name

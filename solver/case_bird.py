@@ -12,7 +12,7 @@ from data.units import quantity_text
 from solver.bird_shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
 from solver.case_choice import Choice
 from solver.case_eos import LAWS
-from solver.case_fields import Between, Count, OneOf, Section
+from solver.case_fields import Between, Count, OneOf, Section, Switch
 from solver.case_material import MATERIALS
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
@@ -35,7 +35,7 @@ class Bird(Section):
     mass: Annotated[float, MASS] | None = None
     density: Annotated[float, DENSITY] | None = None
     slenderness: Annotated[float, SLENDERNESS] | None = None
-    statistics: bool = False
+    statistics: Annotated[bool, Switch()] = False
     method: Annotated[str, OneOf(("sph", "hexahedra"))] = "sph"
     particles: Annotated[int, Count(100, 200_000)] = 4500
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from solver.case_bird import derived, porous_density_of
-from solver.case_overlay import FROM_MASS, SIZES, Raw
-from solver.case_sections import at, quantities, quantity_at, si
+from solver.case_bird import derived
+from solver.case_overlay import FROM_MASS, SIZES, Raw, at
+from solver.case_sections import quantities, quantity_at, si
 
 
 def bird_rules(raw: Raw) -> Iterator[str]:
@@ -35,7 +35,7 @@ def _size(raw: Raw) -> Iterator[str]:
 
 def _density(raw: Raw) -> Iterator[str]:
     mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
-    known = _given(raw, ("statistics",)) or porous_density_of(raw["bird"]) is not None
+    known = _given(raw, ("statistics",)) or at(raw, "bird.material.eos.kind") == "porous"
     if _given(raw, FROM_MASS):
         if density is not None and _given(raw, ("statistics",)):
             yield f"bird.density = {density} and bird.statistics are both given; the statistics give the density"

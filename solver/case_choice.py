@@ -27,10 +27,11 @@ class Choice:
             return value
         if not isinstance(value, Mapping):
             raise complaint("must be a table of keys")
+        choices = OneOf(tuple(self.tables))
         if self.key not in value:
-            raise _error("missing", self.key, dict(value))
+            raise _error(complaint(f"is missing; {choices.here}"), self.key, dict(value))
         try:
-            chosen = OneOf(tuple(self.tables)).validate(value[self.key])
+            chosen = choices.validate(value[self.key])
         except PydanticCustomError as error:
             raise _error(error, self.key, value[self.key]) from error
         return self.tables[chosen].model_validate(value)
@@ -39,7 +40,7 @@ class Choice:
         return checked(self.validate)
 
 
-def _error(kind: str | PydanticCustomError, key: str, value: Any) -> ValidationError:
+def _error(kind: PydanticCustomError, key: str, value: Any) -> ValidationError:
     return ValidationError.from_exception_data("case", [InitErrorDetails(type=kind, loc=(key,), input=value)])
 
 

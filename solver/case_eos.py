@@ -124,8 +124,10 @@ class Table(Law):
     @field_validator("rho", "mu", "p")
     @classmethod
     def _rises(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if any(later <= earlier for earlier, later in pairwise(value)):
-            raise complaint("must rise from point to point: a pressure that falls in compression is unstable")
+        falls = next((row for row, (one, after) in enumerate(pairwise(value), start=2) if after <= one), None)
+        if falls is not None:
+            text = f"does not rise at point {falls} of {len(value)}"
+            raise complaint(f"{text}: a pressure that falls in compression is unstable; correct it or leave it out")
         return value
 
     def build(self, rho0: float) -> EquationOfState:

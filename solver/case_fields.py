@@ -158,15 +158,19 @@ class OneOf:
     available: tuple[str, ...]
     planned: tuple[str, ...] = ()
 
+    @property
+    def here(self) -> str:
+        """What can be chosen."""
+        return f"available: {', '.join(self.available)}"
+
     def validate(self, value: Any) -> str:
         """The choice itself; raises PydanticCustomError."""
         if value in self.available:
             return value
-        here = f"available: {', '.join(self.available)}"
         if value in self.planned:
-            raise complaint(f"is not available in this version; {here}")
+            raise complaint(f"is not available in this version; {self.here}")
         close = difflib.get_close_matches(str(value), self.available, n=1)
-        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {here}")
+        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {self.here}")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)

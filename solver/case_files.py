@@ -9,7 +9,7 @@ from pathlib import Path
 
 from data.errors import CaseError, UserError
 from data.paths import resolve_case
-from solver.case_overlay import FROM_MASS, Raw, overlay
+from solver.case_overlay import CHOOSING, Raw, overlay
 from solver.case_table import with_table
 
 
@@ -52,7 +52,7 @@ def _parse(path: Path) -> Raw:
 def override_table(overrides: Mapping[str, str]) -> Raw:
     """Table of dotted keys and texts as `--set` gives them: {"plate.thickness": "8 mm"}; raises CaseError."""
     table: Raw = {}
-    first = sorted(overrides, key=lambda key: key.removeprefix("bird.") not in FROM_MASS)  # they say what replaces what
+    first = sorted(overrides, key=lambda key: not key.startswith(CHOOSING))  # they say what replaces what
     single = {key: _one_override(key, overrides[key]) for key in first}
     for one in single.values():
         table = overlay(table, one)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -11,10 +11,25 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from solver.case_choice import sections_of
-from solver.case_fields import Between
+from solver.case_fields import Between, OneOf
+from solver.case_overlay import FROM_MASS, SIZES, at
 from solver.case_sections import metadata_of
 
+LONG = 4  # of a list: beyond it the message must say which entry it means
 Place = tuple[str | int, ...]
+
+
+def error_lines(
+    case: type[BaseModel], errors: Sequence[ErrorDetails], broken: list[str], table: Mapping[str, Any]
+) -> list[str]:
+    """One line for each of pydantic's errors, then the `broken` rules between fields.
+
+    A bird's size that would follow from its mass is not called missing: another line says why it does not follow.
+    """
+    by_mass = any(at(table, f"bird.{key}") not in (None, False) for key in FROM_MASS)
+    follows = {("bird", key) for key in SIZES} if by_mass else set()
+    told = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
+    return [error_line(case, error, table) for error in (told if told or broken else errors)] + broken
 
 
 def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, Any]) -> str:
@@ -30,7 +45,8 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
         return f"{key} = {value} must be a table of keys"
     if kind == "tuple_type":
         return f"{key} = {value} must be a list in brackets"
-    return f"{key} = {value} {message}" if not isinstance(value, dict) else f"{key} {message}"
+    shown = not isinstance(value, dict) and not (isinstance(value, list | tuple) and len(value) > LONG)
+    return f"{key} = {value} {message}" if shown else f"{key} {message}"
 
 
 def _did_you_mean(known: list[str], key: str) -> str:
@@ -42,7 +58,12 @@ def _did_you_mean(known: list[str], key: str) -> str:
 def _expected(field: FieldInfo | None) -> str:
     """What a missing field would hold."""
     marks = metadata_of(field) if field is not None else []
-    return next((f"; give a value in {mark.low} .. {mark.high}" for mark in marks if isinstance(mark, Between)), "")
+    for mark in marks:
+        if isinstance(mark, Between):
+            return f"; give a value in {mark.low} .. {mark.high}"
+        if isinstance(mark, OneOf):
+            return f"; {mark.here}"
+    return ""
 
 
 def _fields(case: type[BaseModel], loc: Place, table: Any) -> Mapping[str, FieldInfo]:

@@ -10,10 +10,29 @@ Raw = dict[str, Any]
 CHOICES = {("bird", "material"): "model", ("bird", "material", "eos"): "kind"}
 """Tables whose keys depend on one of them: where an overlay makes another choice, the base's keys are void."""
 SIZES, FROM_MASS = ("diameter", "length"), ("slenderness", "statistics")
+IDLE_FOR_RIGID = ("plate.edges", "plate.damping", "plate.preload", "plate.material.failure_strain")
+"""What a rigid plate has no use for; its other keys are tolerated, because a case is often made rigid for a trial."""
+ONLY_FOR = {
+    "sph": ("bird.lattice", "bird.jitter", "bird.seed", "solver.smoothing"),
+    "hexahedra": ("solver.hourglass", "solver.hourglass_coefficient", "solver.smallest_step"),
+}
+"""What only one of the bird's methods has a use for."""
+METHOD = "sph"  # where none stands
+CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "plate.rigid")
+"""Keys whose value makes others void: of several overrides these come first."""
+
+
+def at(raw: Any, key: str) -> Any:
+    """What stands under a dotted key; None where nothing does."""
+    value: Any = raw
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
     """`base` with `over` laid on it, table by table; neither is changed."""
+    base = base if place else _without_idle(base, over)
     merged = {key: value for key, value in base.items() if key not in _replaced(base, over, place)}
     if not place:
         merged = _without_void_parameters(merged, over)
@@ -43,12 +62,39 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
         void |= set(SIZES)
     elif any(key in over for key in SIZES):
         void |= set(FROM_MASS)
-    if over.get("statistics"):
+    if over.get("statistics") or (_is_porous(over) and not _is_porous(base)):
         void.add("density")
     by_mass = any(key in over or (key in base and key not in void) for key in FROM_MASS)
     if not by_mass and ("mass" in over or "density" in over):
         void |= {"mass", "density"}
     return void
+
+
+def _is_porous(bird: Mapping[str, Any]) -> bool:
+    """Whether the bird's law is one that fixes its density."""
+    return at(bird, "material.eos.kind") == "porous"
+
+
+def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
+    """The base without what a plate made rigid, or a bird of another method, has no use for."""
+    void: tuple[str, ...] = ()
+    if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
+        void += IDLE_FOR_RIGID
+    before, after = (str(at(raw, "bird.method") or METHOD) for raw in (base, over))
+    if at(over, "bird.method") is not None and after in ONLY_FOR and after != before:
+        void += ONLY_FOR.get(before, ())
+    for key in void:
+        base = _without(_without_key(base, key.split(".")), key)
+    return base
+
+
+def _without_key(table: Any, parts: list[str]) -> Any:
+    """The table without what stands under a dotted key, given in parts."""
+    first, *rest = parts
+    if not isinstance(table, Mapping) or first not in table:
+        return table
+    left = {key: value for key, value in table.items() if key != first}
+    return left | {first: _without_key(table[first], rest)} if rest else left
 
 
 def _without_void_parameters(base: Raw, over: Mapping[str, Any]) -> Raw:

@@ -7,14 +7,15 @@ from collections.abc import Iterator
 
 from solver.case_bird_rules import bird_rules
 from solver.case_fields import Between
-from solver.case_overlay import Raw
+from solver.case_idle_rules import idle_rules
+from solver.case_overlay import Raw, at
 from solver.case_plate import STRESS
-from solver.case_sections import at, si, valid
+from solver.case_sections import si, valid
 
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (bird_rules, _hardening, _panel, _preload, _times):
+    for rule in (bird_rules, idle_rules, _hardening, _panel, _preload, _times):
         yield from rule(raw)
 
 

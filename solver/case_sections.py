@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from decimal import Decimal
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -11,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from solver.case_bird import Bird
 from solver.case_choice import sections_of
 from solver.case_fields import Between, OneOf, Section
+from solver.case_overlay import at
 from solver.case_plate import Plate
 
 
@@ -30,6 +32,12 @@ class Time(Section):
     end: Annotated[float, Between("0.001 ms", "100 ms")]
     output_interval: Annotated[float, Between("0.01 us", "1000 us")] = 5e-6
     snapshots: tuple[Annotated[float, Between("0 ms", "100 ms")], ...] = ()
+
+    @property
+    def instants(self) -> tuple[float, ...]:
+        """Multiples of the output interval up to the end [s], each the double nearest to its decimal."""
+        interval = Decimal(repr(self.output_interval))
+        return tuple(float(k * interval) for k in range(int(self.end / self.output_interval * (1.0 + 1e-12)) + 1))
 
 
 STRIKE: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
@@ -76,14 +84,6 @@ def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[t
             yield from dict(found).items()
         elif mark := quantity_at(f"{prefix}{name}"):
             yield f"{prefix}{name}", mark
-
-
-def at(raw: Mapping[str, Any], key: str) -> Any:
-    """What stands under a dotted key; None where nothing does."""
-    value: Any = raw
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
 
 
 def si(raw: Mapping[str, Any], key: str) -> float | None:

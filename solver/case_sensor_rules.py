@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 
 from data.units import ACCEPTED
-from solver.case_overlay import Raw
-from solver.case_sections import at, si, valid
-from solver.case_sensors import DEFAULT_SENSORS, DRIFT, OF_KIND, OFFSET, PLACED
+from solver.case_overlay import Raw, at
+from solver.case_sections import si, valid
+from solver.case_sensors import DEFAULT_SENSORS, DIRECTION, DRIFT, LENGTH, OF_KIND, OFFSET, PLACED
 
 
 def broken_sensor_rules(raw: Raw) -> Iterator[str]:
@@ -21,6 +22,7 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
             yield from _unit_in_name(name, sensor)
             yield from _fields_of_its_kind(name, sensor)
             yield from _place(raw, name, sensor)
+            yield from _ends(raw, name, sensor)
             yield from _on_rigid(raw, name, sensor)
     yield from _instruments(raw)
 
@@ -49,6 +51,26 @@ def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
         offset, size = valid(OFFSET, text), si(raw, key)
         if offset is not None and size is not None and abs(offset) > 0.5 * size:
             yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'
+
+
+def _ends(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
+    """Both ends of a strain gauge lie on the plate, as its middle does."""
+    length, turned = valid(LENGTH, sensor.get("length")), valid(DIRECTION, sensor.get("direction", "0 deg"))
+    place = sensor.get("at", ["0 mm", "0 mm"])
+    if sensor.get("kind") != "strain" or length is None or turned is None or not isinstance(place, list):
+        return
+    for text, key, reach in zip(
+        place, ("plate.length", "plate.width"), (math.cos(turned), math.sin(turned)), strict=False
+    ):
+        offset, size = valid(OFFSET, text), si(raw, key)
+        if offset is None or size is None or abs(offset) > 0.5 * size:
+            continue
+        beyond = abs(offset) + 0.5 * length * abs(reach) - 0.5 * size
+        if beyond > 1e-9 * size:
+            yield (
+                f"sensors.{name}.length = {sensor['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
+                f"plate ({key} = {at(raw, key)}); a shorter gauge, or another place or direction?"
+            )
 
 
 def _on_rigid(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:

@@ -33,6 +33,7 @@ OF_KIND = {"direction": "strain", "side": "strain", "length": "strain", "radius"
 """Fields that only one kind of sensor has."""
 
 OFFSET = Between("-2500 mm", "2500 mm")
+DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
 
 class Sensor(Section):
@@ -46,10 +47,10 @@ class Sensor(Section):
     kind: Annotated[str, OneOf(tuple(NOISE))]
     at: tuple[Annotated[float, OFFSET], Annotated[float, OFFSET]] = (0.0, 0.0)
     noise: float | None = None
-    direction: Annotated[float, Between("-360 deg", "360 deg")] = 0.0
+    direction: Annotated[float, DIRECTION] = 0.0
     side: Annotated[str, OneOf(("impact", "back"))] = "back"
-    length: Annotated[float, Between("0.1 mm", "1000 mm")] | None = None
-    radius: Annotated[float, Between("0.1 mm", "1000 mm")] = 0.01
+    length: Annotated[float, LENGTH] | None = None
+    radius: Annotated[float, LENGTH] = 0.01
 
     @field_validator("noise", mode="before")
     @classmethod

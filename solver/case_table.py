@@ -34,6 +34,11 @@ def read_points(folder: Path, name: Any) -> dict[str, list[str] | list[float]]:
     """Columns of the CSV as the case's own lists of texts and numbers."""
     if not isinstance(name, str):
         raise CaseError(f"bird.material.eos.file = {name} must be the name of a CSV file; {COLUMNS}")
+    if not (folder / Path(name).expanduser()).is_file():
+        raise CaseError(
+            f'bird.material.eos.file = {name}: no such file in "{folder}"; a path is relative to the folder of the '
+            "case file that names it, with --set to the one you are in"
+        )
     try:
         table = read_table(folder / Path(name).expanduser())
     except MeasuredError as error:

@@ -57,19 +57,24 @@ def command(
     loaded = load_case(case, overrides(settings))
     with console.status("working out the time step"):
         facts = check(loaded)
-    console.print(_table(loaded.name, facts))
+    console.print(_table(loaded, facts))
     for line in _remarks(loaded, facts):
         say(line)
     say(f"No errors. Next: birdstrike simulate {case} --out strike")
     return facts
 
 
-def _table(name: str, facts: dict[str, Any]) -> Table:
-    table = Table(title=name, show_header=False, title_justify="left")
+def _table(case: Case, facts: dict[str, Any]) -> Table:
+    table = Table(title=case.name, show_header=False, title_justify="left")
     for key, (label, unit) in FACTS.items():
         if facts.get(key) is not None:
-            table.add_row(label, shown(facts[key], unit))
+            table.add_row(pieces(case) if key == "particles" else label, shown(facts[key], unit))
     return table
+
+
+def pieces(case: Case) -> str:
+    """What the bird is made of."""
+    return "elements" if case.bird.method == "hexahedra" else "particles"
 
 
 def shown(value: float, unit: str) -> str:
@@ -84,12 +89,15 @@ def shown(value: float, unit: str) -> str:
 
 def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     """What the user should know of a valid case."""
+    from solver.case_remarks import remarks as remarks_on
+
     acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
     material = case.bird.material
     remarks = [
         f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): nothing erodes by it"
         for name in facts["inactive"]
     ]
+    remarks += remarks_on(case)
     if case.first_contact >= case.time.end:
         remarks.append(
             "The bird does not reach the plate before time.end: shorten impact.standoff or lengthen time.end."

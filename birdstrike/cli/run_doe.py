@@ -46,7 +46,7 @@ def run_doe(
     from solver.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
-    planned = make_design(design, ParameterSpace.of(loaded.parameters()), runs, seed)
+    planned = make_design(design, ParameterSpace.of_case(loaded), runs, seed)
     return run_campaign(loaded, planned, out, workers=workers, progress=progress, say=say)
 
 
@@ -84,7 +84,7 @@ def _plan(case: Case, design: str, runs: int, seed: int) -> Design:
     from doe.space import ParameterSpace
 
     with progress_bar("design") as progress:
-        return make_design(design, ParameterSpace.of(case.parameters()), runs, seed, progress)
+        return make_design(design, ParameterSpace.of_case(case), runs, seed, progress)
 
 
 def quality_table(design: Design, quality: Quality) -> Table:

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
 from data.errors import UserError
 
@@ -67,8 +68,17 @@ def command(
         say(f"warning: {line}")
     more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
     say(f"Written to {out}: histories.csv, summary.json{more}.")
-    say(f"Next: birdstrike run-doe {case} --out campaign --design uniform --runs 25")
+    say(_next(case, loaded))
     return {"out": str(out), **histories.summary}
+
+
+def _next(name: str, case: Case) -> str:
+    """What can be done with this case now."""
+    from solver.case_remarks import example_parameter
+
+    if case.inversion.parameters:
+        return f"Next: birdstrike run-doe {name} --out campaign --design uniform --runs 25"
+    return f"To invert this case, give it parameters, e.g. {example_parameter(case)}"
 
 
 def _run(case: Case, threads: int | None) -> Histories:
@@ -116,9 +126,8 @@ def _table(case: Case, histories: Histories) -> Table:
     for name, values in histories.channels.items():
         table.add_row(f"largest {name}", _peak(histories, name, values))
     summary = histories.summary
-    counts = [
-        f"{summary[key]:,} {key}" for key in ("particles", "shells", "steps") if isinstance(summary.get(key), int)
-    ]
+    called = {"particles": pieces(case), "shells": "shells", "steps": "steps"}
+    counts = [f"{summary[key]:,} {name}" for key, name in called.items() if isinstance(summary.get(key), int)]
     table.add_row("size", ", ".join(counts))
     for key, label in (("energy_error", "energy off by"), ("momentum_error", "momentum off by")):
         if isinstance(value := summary.get(key), float):

@@ -7,7 +7,7 @@ from reports.figures.quantities import significant
 from reports.findings import percent, worst_book
 from reports.results import Books, Results
 
-LIMIT_ENERGY = 0.02  # of the initial normal kinetic energy
+LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 
 
 def section(results: Results) -> Section:

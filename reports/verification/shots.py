@@ -65,7 +65,7 @@ def fire(shot: Shot) -> Histories:
     vary(varied, case, shot)
     recorder = Recorder(varied, case.sensors, varied.steps)
     snapshots = run(varied, recorder, case.time.snapshots, silent)
-    clock = case.time.output_interval * np.arange(int(case.time.end / case.time.output_interval * (1.0 + 1e-12)) + 1)
+    clock = np.array(case.time.instants)
     units = {name: sensor.unit for name, sensor in case.sensors.items()}
     return Histories(clock, recorder.sampled(clock), units, summarise(case, varied), snapshots)
 

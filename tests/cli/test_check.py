@@ -71,3 +71,16 @@ def test_facts_are_shown_in_engineers_units() -> None:
     assert shown(1.2e-6, "s") == "1.2 us"
     assert shown(2591, "") == "2,591"
     assert shown(900.0, "kg/m^3") == "900 kg/m^3"
+
+
+def test_a_bird_of_hexahedra_has_elements() -> None:
+    result = CliRunner().invoke(app, ["check", "reference_strike", "--set", "bird.method=hexahedra", *SMALL])
+    assert result.exit_code == 0, result.output
+    assert "│ elements" in result.stdout
+    assert "particles" not in result.stdout
+
+
+def test_a_bird_under_pressure_in_flight_is_told() -> None:
+    law = 'bird.material.eos={kind="murnaghan", B="9.3 MPa", g=7.14, p0="0.1 MPa"}'
+    result = CliRunner().invoke(app, ["check", "reference_strike", "--set", law, *SMALL])
+    assert "set bird.material.eos.p0 to 0" in result.stdout

@@ -129,3 +129,23 @@ def test_a_failed_or_interrupted_run_leaves_no_histories(tmp_path: Path, monkeyp
     result = strike(tmp_path / "out")
     assert result.exit_code == code
     assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_the_hint_at_the_end_is_of_the_cases_own_model(tmp_path) -> None:
+    """A case that seeks nothing is not sent to run-doe; the example names a constant that its bird has."""
+    asked = tmp_path / "elastic.toml"
+    asked.write_text(
+        '[plate]\nrigid = true\nlength = "0.3 m"\nwidth = "0.3 m"\nelements = [4, 4]\n'
+        '[bird]\nshape = "sphere"\ndiameter = "80 mm"\ndensity = "938 kg/m^3"\nmethod = "hexahedra"\nparticles = 100\n'
+        'material = {model = "elastic", young = "68.9 MPa", poisson = 0.49}\n'
+        '[impact]\nspeed = "50 m/s"\nangle = "90 deg"\n[time]\nend = "0.02 ms"\noutput_interval = "1 us"\n'
+    )
+    result = CliRunner().invoke(app, ["simulate", str(asked), "--out", str(tmp_path / "out"), "--threads", "1"])
+    assert result.exit_code == 0, result.output
+    assert "run-doe" not in result.stdout
+    assert 'e.g. [inversion.parameters."bird.material.young"] range = ["34.45 MPa", "137.8 MPa"]' in result.stdout
+    assert re.search(r"\d+ elements, 16 shells", result.stdout)
+
+
+def test_a_case_with_parameters_is_sent_on_to_run_doe(twice) -> None:
+    assert "Next: birdstrike run-doe reference_strike_156mm --out campaign" in twice[2]

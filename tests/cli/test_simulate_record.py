@@ -30,6 +30,9 @@ def test_a_noisy_record_stands_beside_clean_histories(tmp_path):
     assert record.units["strain_1"] == ""
     assert record.units["gauge"] == "Pa"
     assert set(record.sigma) == {"displacement_centre", "strain_1"}
+    instants = [line.split(",")[0] for line in (tmp_path / "record.csv").read_text().splitlines()[3:]]
+    assert instants[:4] == ["0", "0.005", "0.01", "0.015"]
+    assert max(map(len, instants)) == len("0.005")
     noise = record.channels["strain_1"] - histories.channels["strain_1"]
     assert 3e-6 < np.std(noise) < 7e-6
     assert np.allclose(record.channels["gauge"], histories.channels["gauge"], rtol=1e-9)

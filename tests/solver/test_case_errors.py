@@ -10,13 +10,7 @@ from data.errors import CaseError
 from solver.case import load_case
 from solver.case_fields import Between
 from solver.case_sections import quantities
-
-
-def errors_with(settings: dict[str, str]) -> list[str]:
-    with pytest.raises(CaseError) as caught:
-        load_case("reference_strike", settings)
-    return caught.value.errors
-
+from tests.solver.wrong_cases import errors_with
 
 LATER = "is not available in this version"
 

@@ -14,8 +14,10 @@ from data.errors import RunFailed, UserError
 from data.histories import Histories
 from solver.case import case_from_table
 from solver.case_sections import quantity_at
-from solver.simulate import BALANCE_LIMIT, simulate
-from tests.solver.random_cases import Table, tables
+from solver.judgement import BALANCE_LIMIT
+from solver.simulate import simulate
+from tests.solver.random_cases import tables
+from tests.solver.random_fields import Table
 
 EXAMPLES = int(os.environ.get("BIRDSTRIKE_FUZZ", "25"))
 SETTINGS = ("solver.courant", "bird.particles", "plate.elements", "time.end")

@@ -9,6 +9,7 @@ import pytest
 
 from data.errors import CaseError, RunFailed
 from solver.case import Case, load_case
+from solver.judgement import BALANCE_LIMIT, judge
 from solver.plate_state import PlateState
 from solver.simulate import simulate
 from solver.strike import Strike
@@ -62,6 +63,24 @@ def test_an_exploding_contact_names_its_remedy():
         RunFailed, match=r"energy balance is off by .*lower solver\.courant \(or refine bird\.particles\)"
     ):
         go_on(strike, 100)
+
+
+def test_a_force_that_appears_at_depth_is_energy_out_of_nothing():
+    """Particles set into the plate, not flown into it: their springs' k/2 d^2 is in no book but that of contact."""
+    strike = in_contact()
+    go_on(strike, 1)
+    contact, balance = strike.contact, strike.balance
+    assert balance.contact_created(contact) < 1e-3
+    strike.bird.x[: strike.bird.n, 2] -= 0.1 * contact.spacing
+    contact.update_forces(strike.bird, strike.plate)
+    depth = np.maximum(contact.gap - contact.foot[contact.watched, 2], 0.0)
+    springs = 0.5 * contact.stiffness * float((depth**2).sum())
+    created = (springs - contact.accounts["contact"]) / balance.normal_energy
+    assert balance.contact_created(contact) == pytest.approx(created, rel=1e-9)
+    assert created > BALANCE_LIMIT
+    assert balance.worst < BALANCE_LIMIT, "the energy balance alone has not seen it"
+    with pytest.raises(RunFailed, match=r"contact made .* out of nothing .*refine plate\.elements"):
+        judge(strike)
 
 
 def test_energy_out_of_contact_is_not_believed(monkeypatch: pytest.MonkeyPatch):

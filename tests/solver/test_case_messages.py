@@ -1,0 +1,75 @@
+"""What a wrong case is answered with, further: gauges beyond the plate, choices, rows of a table, sizes given twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data.errors import CaseError
+from solver.case import load_case
+from tests.solver.wrong_cases import errors_with, written
+
+
+@pytest.mark.parametrize(
+    ("settings", "beyond"),
+    [
+        ({"direction": "90 deg", "length": "500 mm"}, "35 mm beyond the plate (plate.width = 430 mm)"),
+        ({"at": '["-250 mm", "0 mm"]', "length": "50 mm"}, "12.5 mm beyond the plate (plate.length = 525 mm)"),
+    ],
+)
+def test_both_ends_of_a_strain_gauge_lie_on_the_plate(settings: dict[str, str], beyond: str) -> None:
+    gauge = {"sensors.s.kind": "strain"} | {f"sensors.s.{key}": text for key, text in settings.items()}
+    (line,) = errors_with(gauge)
+    assert line.startswith(f"sensors.s.length = {settings['length']}: an end of the gauge is {beyond}")
+    fitting = gauge | {"sensors.s.length": "25 mm"}
+    assert load_case("reference_strike", fitting).sensors["s"].length == 0.025
+
+
+LAWLESS = '{kind="porous", z=0.1}'
+FALLING = '{kind="table", mu=[0, 0.1, 0.3, 0.2, 1], p=["0 Pa", "1 Pa", "2 Pa", "3 Pa", "4 Pa"]}'
+MESSAGES = [
+    (LAWLESS, "bird.material.eos.mixing is missing; available: wood, linear"),
+    (
+        FALLING,
+        "bird.material.eos.mu does not rise at point 4 of 5: a pressure that falls in compression is unstable; "
+        "correct it or leave it out",
+    ),
+]
+
+
+@pytest.mark.parametrize(("law", "expected"), MESSAGES)
+def test_a_message_names_the_choices_and_the_row(law: str, expected: str) -> None:
+    assert errors_with({"bird.material.eos": law}) == [expected]
+
+
+def test_a_missing_kind_lists_the_laws(tmp_path: Path) -> None:
+    text = 'extends = "reference_strike_elastic"\n[bird.material]\nmodel = "null"\npressure_cutoff = "0 MPa"\n'
+    path = written(tmp_path, "lawless", text + 'viscosity = "0 Pa s"\neos = {z = 0.1}\n')
+    with pytest.raises(CaseError, match=r"eos\.kind is missing; available: grueneisen, .*porous, table"):
+        load_case(path)
+
+
+def test_a_size_given_twice_is_not_called_missing(tmp_path: Path) -> None:
+    """length and slenderness: the contradiction comes first, and no diameter is asked for."""
+    text = """[plate]
+rigid = true
+length = "0.3 m"
+width = "0.3 m"
+elements = [10, 10]
+[bird]
+shape = "cylinder"
+length = "262 mm"
+mass = "1 kg"
+density = "900 kg/m^3"
+slenderness = 2.0
+material = {model = "elastic", young = "68.9 MPa", poisson = 0.49}
+[impact]
+speed = "91 m/s"
+angle = "90 deg"
+[time]
+end = "1 ms"
+"""
+    with pytest.raises(CaseError) as caught:
+        load_case(written(tmp_path, "twice", text))
+    assert caught.value.errors == ["bird.length and bird.slenderness are both given; keep one, the other follows"]
