@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from data.errors import RunFailed
 from data.histories import Array
+from solver.aligned import aligned_zeros
+from solver.kernels.columns import ROW, WIDTH
 from solver.kernels.neighbours import (
     REACH,
     count_neighbours,
@@ -28,8 +31,14 @@ class VerletList:
         self.cutoff = (1.0 + SKIN) * support
         self.start = np.zeros(n + 1, np.int64)
         self.neighbour: NDArray[np.uint32] = np.empty(0, np.uint32)
+        self.columns: Array = np.empty((0, ROW, 0))
         self.built_at: Array = np.full((n, 3), np.inf)
         self.drift, self.rebuilds = np.zeros(3), 0
+
+    @property
+    def rows(self) -> tuple[NDArray[np.int64], NDArray[np.uint32], Array]:
+        """start, neighbour, and the scratch (threads, ROW, length) that holds one row's neighbours, see `turn_rows`."""
+        return self.start, self.neighbour, self.columns
 
     def refresh(self, x: Array, active: NDArray[np.bool_]) -> None:
         """Rebuild if the list may have become incomplete; the bird's mean motion, common to all, does not count."""
@@ -52,6 +61,10 @@ class VerletList:
         sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x)
         cells = (self.n, x, active, self.cutoff, edge, lower, shape, cell_start, sorted_x)
         count_neighbours(*cells, self.start)
+        longest = int(self.start.max())
+        if longest > self.columns.shape[2]:
+            lines = (longest // WIDTH + 2) | 1  # odd, so that the columns lie in different sets of the cache
+            self.columns = aligned_zeros(numba.config.NUMBA_NUM_THREADS, ROW, lines * WIDTH)
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
             self.neighbour = np.empty(int(1.3 * self.start[-1]) + 1, np.uint32)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from solver.kernels.columns import WIDTH
+
 REACH = 1  # cells to either side that the cut-off may touch; 2 was tried and is no faster
 COLUMNS = (2 * REACH + 1) ** 2
-WIDTH = 8  # doubles in the widest vector: rows are multiples of it
 
 
 @njit(cache=True, inline="always")

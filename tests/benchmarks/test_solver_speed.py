@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from solver.case import load_case
-from solver.kernels.sph import pair_forces, rate_of_deformation
+from solver.kernels.sph import pair_forces
+from solver.kernels.velocity_gradient import rate_of_deformation
 from solver.simulate import simulate
 from tests.benchmarks.parts import (
     COLUMNS,
@@ -99,7 +100,7 @@ def test_roofline(capsys):
         f"one thread: {1e-9 * limit['flops']:.1f} Gflop/s, {1e-9 * limit['stream']:.1f} GB/s streamed, "
         f"{1e-9 * limit['loads']:.2f} G indexed loads/s from the bird's rows",
     )
-    rows = (bird.list.start, bird.list.neighbour)
+    rows = bird.list.rows
     head = (bird.n, bird.row, bird.mass, bird.h, bird.slope)
     kernels = {
         "rate_of_deformation": lambda: rate_of_deformation(*head, *rows, bird.drho_dt, bird.deformation),
