@@ -100,7 +100,7 @@ class Bird:
         eroded = int(np.count_nonzero(~self.active[: self.n]))
         return {
             "particles": self.n,
-            "neighbours_mean": float(self.list.start[-1] / self.n),
+            "neighbours_mean": self.list.mean_length,
             "list_rebuilds": self.list.rebuilds,
             "eroded_particles": eroded,
             "eroded_mass_fraction": eroded / self.n,

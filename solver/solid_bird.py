@@ -93,7 +93,7 @@ class SolidBird(Bird):
         shock = (self.row, self.mass, self.h, self.slope, 0.0, self.shock)
         pair_forces(self.n, *shock, *rows, self.acceleration, self.dissipation)
         solid = (self.stress_row, self.mass, self.h, self.slope, self.repulsion)
-        add_stress_forces(self.n, *solid, *rows[:2], self.acceleration, self.repelled)
+        add_stress_forces(self.n, *solid, *rows[:3], self.acceleration, self.repelled)
         self.heating[: self.n] = self.dissipation[: self.n, 1] / self.volume
 
     def keep_books(self, dt: float) -> None:

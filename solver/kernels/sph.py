@@ -60,7 +60,9 @@ def pack_state(n, x, v, push, last, last_but_one, rho, p, c, deformation, dt, ro
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)
-def pair_forces(n, row, mass, h, constant, viscosity, shock, start, neighbour, columns, acceleration, dissipation):
+def pair_forces(
+    n, row, mass, h, constant, viscosity, shock, start, stop, neighbour, columns, acceleration, dissipation
+):
     """Accelerations from pressure, Newtonian viscosity and shock viscosity; dissipated power per particle.
 
     viscosity: MU [Pa s]; shock: (2,) linear and quadratic coefficients; out: acceleration (N, 3) [m/s^2],
@@ -86,9 +88,9 @@ def pair_forces(n, row, mass, h, constant, viscosity, shock, start, neighbour, c
         ax = ay = az = 0.0
         unit_power = shock_power = 0.0
         column = columns[get_thread_id()]
-        for m in range(start[a], start[a + 1], WIDTH):
+        for m in range(start[a], stop[a], WIDTH):
             turn_rows(row, neighbour, m, column, m - start[a], 16)
-        for m in range(np.uint64(start[a + 1] - start[a])):
+        for m in range(np.uint64(stop[a] - start[a])):
             x, y, z = xa - column[0, m], ya - column[1, m], za - column[2, m]
             r2 = x * x + y * y + z * z
             f = slope(math.sqrt(r2) * inverse_h, constant)

@@ -37,7 +37,7 @@ def pack_stress(n, x, v, push, last, last_but_one, dt, mass, rho, stress, correc
 
 
 @njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
-def add_stress_forces(n, row, mass, h, constant, repulsion, start, neighbour, acceleration, power):
+def add_stress_forces(n, row, mass, h, constant, repulsion, start, stop, neighbour, acceleration, power):
     """Divergence of the deviator joins the accelerations, and a spring between particles that clump.
 
     In tension SPH particles attract each other in pairs (J. W. Swegle, D. L. Hicks & S. W. Attaway, J. Comput. Phys.
@@ -50,7 +50,7 @@ def add_stress_forces(n, row, mass, h, constant, repulsion, start, neighbour, ac
     stiffness, shortest = repulsion[0], repulsion[1]
     for a in prange(n):
         ax = ay = az = taken = 0.0
-        for m in range(start[a], start[a + 1]):
+        for m in range(start[a], stop[a]):
             b = neighbour[m]
             x, y, z = row[a, 0] - row[b, 0], row[a, 1] - row[b, 1], row[a, 2] - row[b, 2]
             distance = math.sqrt(x * x + y * y + z * z)

@@ -39,19 +39,19 @@ def inverse_symmetric(xx, yy, zz, xy, yz, zx, smallest):
 
 
 @njit(cache=True, fastmath=PAIR_MATH)
-def gradient_sums(a, row, mass, inverse_h, constant, start, neighbour, column):
+def gradient_sums(a, row, mass, inverse_h, constant, start, stop, neighbour, column):
     """drho/dt of particle a by continuity, sum m (v_a - v_b).grad W; the nine of its velocity gradient; the six of B.
 
     row: see `kernels.sph`; column: (ROW, length) scratch. Order: xx xy xz yx .. zz, and xx yy zz xy yz zx.
     """
     xa, ya, za = row[a, 0], row[a, 1], row[a, 2]
     ua, va, wa = row[a, 3], row[a, 4], row[a, 5]
-    for m in range(start[a], start[a + 1], WIDTH):
+    for m in range(start[a], stop[a], WIDTH):
         turn_rows(row, neighbour, m, column, m - start[a], 8)
     rate = 0.0
     gxx = gxy = gxz = gyx = gyy = gyz = gzx = gzy = gzz = 0.0
     mxx = myy = mzz = mxy = myz = mzx = 0.0
-    for m in range(np.uint64(start[a + 1] - start[a])):
+    for m in range(np.uint64(stop[a] - start[a])):
         x, y, z = xa - column[0, m], ya - column[1, m], za - column[2, m]
         u, v, w = ua - column[3, m], va - column[4, m], wa - column[5, m]
         f = slope(math.sqrt(x * x + y * y + z * z) * inverse_h, constant)
@@ -95,7 +95,7 @@ def gradient_sums(a, row, mass, inverse_h, constant, start, neighbour, column):
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)
-def rate_of_deformation(n, row, mass, h, constant, start, neighbour, columns, drho_dt, deformation):
+def rate_of_deformation(n, row, mass, h, constant, start, stop, neighbour, columns, drho_dt, deformation):
     """Continuity and D = sym(grad v); lonely particles get D = 0.
 
     row: (N, ROW); mass [kg]; h [m]; constant: of `slope` [1/m^5]; columns: (threads, ROW, length) scratch;
@@ -103,18 +103,18 @@ def rate_of_deformation(n, row, mass, h, constant, start, neighbour, columns, dr
     """
     for a in prange(n):
         scratch = columns[get_thread_id()]
-        drho_dt[a], g, _ = gradient_sums(a, row, mass, 1.0 / h, constant, start, neighbour, scratch)
+        drho_dt[a], g, _ = gradient_sums(a, row, mass, 1.0 / h, constant, start, stop, neighbour, scratch)
         d = deformation[a]
         d[0], d[1], d[2] = g[0], g[4], g[8]
         d[3], d[4], d[5] = 0.5 * (g[1] + g[3]), 0.5 * (g[5] + g[7]), 0.5 * (g[6] + g[2])
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)
-def velocity_gradient(n, row, mass, h, constant, start, neighbour, columns, drho_dt, rates, correction):
+def velocity_gradient(n, row, mass, h, constant, start, stop, neighbour, columns, drho_dt, rates, correction):
     """As `rate_of_deformation`; out: rates (N, 9): D, spin x y z [1/s]; correction (N, 6): B."""
     for a in prange(n):
         scratch = columns[get_thread_id()]
-        drho_dt[a], g, b = gradient_sums(a, row, mass, 1.0 / h, constant, start, neighbour, scratch)
+        drho_dt[a], g, b = gradient_sums(a, row, mass, 1.0 / h, constant, start, stop, neighbour, scratch)
         d = rates[a]
         d[0], d[1], d[2] = g[0], g[4], g[8]
         d[3], d[4], d[5] = 0.5 * (g[1] + g[3]), 0.5 * (g[5] + g[7]), 0.5 * (g[6] + g[2])
