@@ -20,7 +20,7 @@ from solver.kernels.neighbours import (
     sort_into_cells,
 )
 
-SKIN = 0.24  # of the support, of the rows; they are complete until two particles may have closed that much
+SKIN = 0.18  # of the support, of the rows; they are complete until two particles may have closed that much
 NEAR = 0.05  # of the support, of their near part, which is sorted out anew the more often
 
 
@@ -96,7 +96,7 @@ class VerletList:
             self.far = np.zeros((numba.config.NUMBA_NUM_THREADS, lines * WIDTH), np.uint32)
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
-            self.neighbour = np.empty(int(1.15 * self.start[-1]) + 1, np.uint32)
+            self.neighbour = np.empty(int(1.05 * self.start[-1]) + 1, np.uint32)
         list_neighbours(*cells, members, self.start, self.neighbour)
         self.built_at[:] = x[: self.n]
         self.rebuilds += 1
