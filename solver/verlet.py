@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+from numba.core import config
 from numpy.typing import NDArray
 
 from data.errors import RunFailed
@@ -21,6 +21,7 @@ from solver.kernels.neighbours import (
 )
 
 SKIN = 0.18  # of the support, of the rows; they are complete until two particles may have closed that much
+MOST_THREADS: int = config.NUMBA_NUM_THREADS  # pyright: ignore[reportAttributeAccessIssue]
 NEAR = 0.05  # of the support, of their near part, which is sorted out anew the more often
 
 
@@ -92,8 +93,8 @@ class VerletList:
         longest = int(self.start.max())
         if longest > self.columns.shape[2]:
             lines = (longest // WIDTH + 2) | 1  # odd, so that the columns lie in different sets of the cache
-            self.columns = aligned_zeros(numba.config.NUMBA_NUM_THREADS, ROW, lines * WIDTH)
-            self.far = np.zeros((numba.config.NUMBA_NUM_THREADS, lines * WIDTH), np.uint32)
+            self.columns = aligned_zeros(MOST_THREADS, ROW, lines * WIDTH)
+            self.far = np.zeros((MOST_THREADS, lines * WIDTH), np.uint32)
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
             self.neighbour = np.empty(int(1.05 * self.start[-1]) + 1, np.uint32)

@@ -33,7 +33,7 @@ def turned(builder: Any, quarters: list[Any]) -> list[Any]:
     r = [shuffled(builder, quarters[i], quarters[i + 4], tuple(range(8))) for i in range(4)]
     even = [shuffled(builder, r[i], r[i + 1], EVEN) for i in (0, 2)]
     odd = [shuffled(builder, r[i], r[i + 1], ODD) for i in (0, 2)]
-    return [shuffled(builder, *pair, half) for half in (LOWER, UPPER) for pair in (even, odd)]
+    return [shuffled(builder, a, b, half) for half in (LOWER, UPPER) for a, b in (even, odd)]
 
 
 @intrinsic(prefer_literal=True)
