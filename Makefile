@@ -42,7 +42,9 @@ check: install
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 
+# The peer is optional: where it does not install, its comparison is skipped.
 bench: install
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bench]"
 	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
 
 fuzz: install

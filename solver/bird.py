@@ -8,11 +8,14 @@ import numpy as np
 
 from data.errors import RunFailed
 from data.histories import Array
+from solver.aligned import aligned_zeros
+from solver.kernels.columns import ROW
 from solver.kernels.motion import drift_particles, kick_particles
 from solver.kernels.null_material import update_null_material
 from solver.kernels.smoothing import slope_constant
-from solver.kernels.sph import ROW, pack_midpoint, pack_state, pair_forces, rate_of_deformation
+from solver.kernels.sph import pack_state, pair_forces
 from solver.kernels.sums import total, weighted_square
+from solver.kernels.velocity_gradient import pack_midpoint, rate_of_deformation
 from solver.materials import NullMaterial, SolidMaterial
 from solver.verlet import VerletList
 
@@ -69,7 +72,7 @@ class Bird:
         self.drho_dt, self.deformation = np.zeros(rows), np.zeros((rows, 6))
         self.acceleration, self.acceleration_before = np.zeros((rows, 3)), np.zeros((rows, 3))
         self.dissipation = np.zeros((rows, 2))
-        self.row = np.zeros((rows, ROW))
+        self.row = aligned_zeros(rows, ROW)
         self.masses = np.full(self.n, mass)
         self.cells = np.empty((0, 8), np.int64)
         self.accounts: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
@@ -97,7 +100,7 @@ class Bird:
         eroded = int(np.count_nonzero(~self.active[: self.n]))
         return {
             "particles": self.n,
-            "neighbours_mean": float(self.list.start[-1] / self.n),
+            "neighbours_mean": self.list.mean_length,
             "list_rebuilds": self.list.rebuilds,
             "eroded_particles": eroded,
             "eroded_mass_fraction": eroded / self.n,
@@ -120,7 +123,7 @@ class Bird:
     def update_density(self, dt: float) -> None:
         """Density over the step that ended, pressure, erosion. Raises RunFailed on a density that is not positive."""
         self.list.refresh(self.x, self.active)
-        rows = (self.list.start, self.list.neighbour)
+        rows = self.list.rows
         pack_midpoint(len(self.x), self.x, self.v, self.lag, self.rho, dt, self.row)
         rate_of_deformation(self.n, self.row, self.mass, self.h, self.slope, *rows, self.drho_dt, self.deformation)
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
@@ -136,7 +139,7 @@ class Bird:
     def update_forces(self, dt: float) -> None:
         """Accelerations and dissipated powers at the whole step."""
         mu = self.material.viscosity
-        rows = (self.list.start, self.list.neighbour)
+        rows = self.list.rows
         state = (self.rho, self.p, self.c, self.deformation)
         motion = (self.x, self.v, self.push, self.acceleration, self.acceleration_before)
         pack_state(len(self.x), *motion, *state, dt, self.row)

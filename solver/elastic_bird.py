@@ -13,6 +13,7 @@ from solver.kernels.neo_hookean import neo_hookean_stress, unit_shear_power
 from solver.kernels.sums import total, work_of_forces
 from solver.kernels.total_lagrangian import ROW, deformation_gradient, elastic_forces, reference_correction
 from solver.materials import SolidMaterial
+from solver.verlet import VerletList
 
 HOURGLASS = 5.0  # hourglass modulus over Young's
 BULK_SHARE = (0.3, 0.5)  # what the pair viscosity's coefficients amount to in plane compression
@@ -31,6 +32,7 @@ class ElasticBird(Bird):
     def __init__(self, *state: Any, **more: Any) -> None:
         super().__init__(*state, **more)
         n, m = self.n, self.material
+        self.list = VerletList(n, 2.0 * self.h, skin=0.0)
         self.list.build(self.x, self.active)
         self.kernel = (self.volume, self.h, self.slope, self.list.start, self.list.neighbour)
         self.correction, self.lattice_row = np.zeros((n, 6)), np.zeros((n, ROW))

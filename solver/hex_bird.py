@@ -12,6 +12,7 @@ from solver.hex_mesh import HexMesh
 from solver.kernels.hexahedra import gather_accelerations
 from solver.kernels.motion import drift_particles, kick_particles
 from solver.kernels.sums import total, weighted_square
+from solver.node_rows import node_rows
 
 ACCOUNTS = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
 DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # shares of mass and of normal kinetic energy that are told
@@ -170,10 +171,3 @@ class HexBird(HexElements):
             text = f"the bird's hourglass control took {share:.0%} of the normal kinetic energy"
             found.append(f"{text}: its mesh is too coarse for the flow; refine bird.particles, or bird.method = sph")
         return found
-
-
-def node_rows(cells: NDArray[np.int64], nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """For every node its (8 element + corner) numbers, in compressed rows."""
-    flat = cells.ravel()
-    start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=nodes))])
-    return start.astype(np.int64), np.argsort(flat, kind="stable").astype(np.int64)

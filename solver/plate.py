@@ -17,6 +17,7 @@ from solver.kernels.shell_erosion import erode_shells
 from solver.kernels.shell_geometry import shell_geometry
 from solver.kernels.shell_stress import update_shell_stress
 from solver.kernels.sums import total, weighted_square
+from solver.node_rows import node_rows
 from solver.plate_edges import DISPLACEMENTS, NAMED, ROTATIONS, Edges, EdgeStiffness
 from solver.shell_material import LAYERS, ShellMaterial, through_thickness
 from solver.shell_mesh import PlateMesh
@@ -25,13 +26,6 @@ __all__ = ["Plate", "ShellMaterial"]
 
 HOURGLASS_COEFFICIENT = 0.05
 BOOKS = ("plate_internal", "plate_hourglass", "plate_edges", "plate_damping", "plate_eroded")
-
-
-def node_rows(quads: NDArray[np.int64], nodes: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """For every node its (4 element + corner) numbers, in compressed rows."""
-    flat = quads.ravel()
-    start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=nodes))])
-    return start.astype(np.int64), np.argsort(flat, kind="stable").astype(np.int64)
 
 
 class Plate:

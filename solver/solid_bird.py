@@ -9,10 +9,12 @@ import numpy as np
 from data.errors import RunFailed
 from data.histories import Array
 from solver.bird import Bird
+from solver.kernels.columns import ROW
 from solver.kernels.solid_material import update_solid_material
-from solver.kernels.sph import pack_midpoint, pack_state, pair_forces
-from solver.kernels.sph_strength import ROW, add_stress_forces, pack_stress, velocity_gradient
+from solver.kernels.sph import pack_state, pair_forces
+from solver.kernels.sph_strength import add_stress_forces, pack_stress
 from solver.kernels.sums import total
+from solver.kernels.velocity_gradient import pack_midpoint, velocity_gradient
 from solver.materials import SolidMaterial
 
 REPULSION = (0.3, 0.7)  # stiffness over bulk modulus times spacing, and the distance below which it acts over spacing
@@ -41,7 +43,7 @@ class SolidBird(Bird):
     def update_density(self, dt: float) -> None:
         """Density, deviator and pressure over the step that ended, erosion. Raises RunFailed on a lost density."""
         self.list.refresh(self.x, self.active)
-        rows = (self.list.start, self.list.neighbour)
+        rows = self.list.rows
         pack_midpoint(len(self.x), self.x, self.v, self.lag, self.rho, dt, self.row)
         kernel = (self.row, self.mass, self.h, self.slope, *rows)
         velocity_gradient(self.n, *kernel, self.drho_dt, self.rates, self.correction)
@@ -70,7 +72,7 @@ class SolidBird(Bird):
 
     def update_forces(self, dt: float) -> None:
         """Accelerations and dissipated powers at the whole step."""
-        rows = (self.list.start, self.list.neighbour)
+        rows = self.list.rows
         state = (self.rho, self.stress, self.correction)
         pack_stress(
             len(self.x),
@@ -91,7 +93,7 @@ class SolidBird(Bird):
         shock = (self.row, self.mass, self.h, self.slope, 0.0, self.shock)
         pair_forces(self.n, *shock, *rows, self.acceleration, self.dissipation)
         solid = (self.stress_row, self.mass, self.h, self.slope, self.repulsion)
-        add_stress_forces(self.n, *solid, *rows, self.acceleration, self.repelled)
+        add_stress_forces(self.n, *solid, *rows[:3], self.acceleration, self.repelled)
         self.heating[: self.n] = self.dissipation[: self.n, 1] / self.volume
 
     def keep_books(self, dt: float) -> None:

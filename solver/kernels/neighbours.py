@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import get_thread_id, njit, prange
+
+from solver.kernels.columns import WIDTH
 
 REACH = 1  # cells to either side that the cut-off may touch; 2 was tried and is no faster
 COLUMNS = (2 * REACH + 1) ** 2
-WIDTH = 8  # doubles in the widest vector: rows are multiples of it
 
 
 @njit(cache=True, inline="always")
@@ -98,6 +99,31 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
                 place += np.uint64(dx * dx + dy * dy + dz * dz < cutoff * cutoff) & np.uint64(b != a)
         for rest in range(np.int64(place), start[a + 1]):
             neighbour[rest] = a
+
+
+@njit(cache=True, parallel=True)
+def bring_near_forward(n, x, limit, start, neighbour, far, stop):
+    """Neighbours within `limit` [m] to the front of their row, the others behind, both in the order they had.
+
+    stop[a]: end of the near ones, to a whole vector; what fills it up are others of the row. far: (threads, length)
+    scratch for one row. Nothing is lost, so that the rows can be sorted again as the particles move.
+    """
+    for a in prange(n):
+        behind = far[get_thread_id()]
+        xa, ya, za = x[a, 0], x[a, 1], x[a, 2]
+        place, left = np.uint64(start[a]), np.uint64(0)
+        for m in range(np.uint64(start[a]), np.uint64(start[a + 1])):
+            b = neighbour[m]
+            dx, dy, dz = xa - x[b, 0], ya - x[b, 1], za - x[b, 2]
+            near = np.uint64(dx * dx + dy * dy + dz * dz < limit * limit) & np.uint64(b != a)
+            neighbour[place] = b
+            behind[left] = b
+            place += near
+            left += np.uint64(1) - near
+        for m in range(left):
+            neighbour[place + m] = behind[m]
+        found = np.int64(place) - start[a]
+        stop[a] = start[a] + (found + WIDTH - 1) // WIDTH * WIDTH
 
 
 @njit(cache=True)

@@ -10,6 +10,15 @@ import math
 from numba import njit, prange
 
 
+@njit(cache=True)
+def cofactors(f11, f12, f13, f21, f22, f23, f31, f32, f33):
+    """Cofactor matrix of F, J F^-T, row by row."""
+    c11, c12, c13 = f22 * f33 - f23 * f32, f23 * f31 - f21 * f33, f21 * f32 - f22 * f31
+    c21, c22, c23 = f13 * f32 - f12 * f33, f11 * f33 - f13 * f31, f12 * f31 - f11 * f32
+    c31, c32, c33 = f12 * f23 - f13 * f22, f13 * f21 - f11 * f23, f11 * f22 - f12 * f21
+    return c11, c12, c13, c21, c22, c23, c31, c32, c33
+
+
 @njit(cache=True, parallel=True)
 def neo_hookean_stress(n, dt, rho0, moduli, bulk_viscosity, correction, row, jacobian, q_stress, stress, energy, work):
     """First Piola-Kirchhoff stress with the shock's bulk viscosity, times B, into row[15:24].
@@ -25,9 +34,7 @@ def neo_hookean_stress(n, dt, rho0, moduli, bulk_viscosity, correction, row, jac
         f11, f12, f13 = row[a, 6], row[a, 7], row[a, 8]
         f21, f22, f23 = row[a, 9], row[a, 10], row[a, 11]
         f31, f32, f33 = row[a, 12], row[a, 13], row[a, 14]
-        c11, c12, c13 = f22 * f33 - f23 * f32, f23 * f31 - f21 * f33, f21 * f32 - f22 * f31
-        c21, c22, c23 = f13 * f32 - f12 * f33, f11 * f33 - f13 * f31, f12 * f31 - f11 * f32
-        c31, c32, c33 = f12 * f23 - f13 * f22, f13 * f21 - f11 * f23, f11 * f22 - f12 * f21
+        c11, c12, c13, c21, c22, c23, c31, c32, c33 = cofactors(f11, f12, f13, f21, f22, f23, f31, f32, f33)
         j = f11 * c11 + f12 * c12 + f13 * c13
         before = jacobian[a]
         jacobian[a] = j
@@ -85,9 +92,7 @@ def unit_shear_power(n, dt, row, before, power):
         f11, f12, f13 = row[a, 6], row[a, 7], row[a, 8]
         f21, f22, f23 = row[a, 9], row[a, 10], row[a, 11]
         f31, f32, f33 = row[a, 12], row[a, 13], row[a, 14]
-        c11, c12, c13 = f22 * f33 - f23 * f32, f23 * f31 - f21 * f33, f21 * f32 - f22 * f31
-        c21, c22, c23 = f13 * f32 - f12 * f33, f11 * f33 - f13 * f31, f12 * f31 - f11 * f32
-        c31, c32, c33 = f12 * f23 - f13 * f22, f13 * f21 - f11 * f23, f11 * f22 - f12 * f21
+        c11, c12, c13, c21, c22, c23, c31, c32, c33 = cofactors(f11, f12, f13, f21, f22, f23, f31, f32, f33)
         j = f11 * c11 + f12 * c12 + f13 * c13
         scale = 1.0 / (j * dt) if dt > 0.0 else 0.0
         r11, r12, r13 = f11 - before[a, 0], f12 - before[a, 1], f13 - before[a, 2]

@@ -20,7 +20,11 @@ def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, r
     for e in range(eps_p.shape[0]):
         if not alive[e]:
             continue
-        failed = eps_p[e].min() >= failure_strain
+        failed = True
+        for k in range(eps_p.shape[1]):  # in a sound element the first layer already answers
+            if eps_p[e, k] < failure_strain:
+                failed = False
+                break
         if failed:
             for i in range(8):
                 work[0, e] -= 0.5 * area[e] * resultant[e, i] * strain[e, i]

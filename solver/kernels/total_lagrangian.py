@@ -13,7 +13,7 @@ import math
 from numba import njit, prange
 
 from solver.kernels.smoothing import slope, wendland
-from solver.kernels.sph_strength import invert_symmetric
+from solver.kernels.velocity_gradient import inverse_symmetric
 
 ROW = 24
 """0-2 position [m], 3-5 reference position [m], 6-14 F, 15-23 P B [Pa]."""
@@ -41,7 +41,7 @@ def reference_correction(n, reference, volume, h, constant, start, neighbour, co
             m[3] += f * x * y
             m[4] += f * y * z
             m[5] += f * z * x
-        invert_symmetric((m[0], m[1], m[2], m[3], m[4], m[5]), SMALLEST_MOMENT, m)
+        m[0], m[1], m[2], m[3], m[4], m[5] = inverse_symmetric(m[0], m[1], m[2], m[3], m[4], m[5], SMALLEST_MOMENT)
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)

@@ -17,9 +17,12 @@ from solver.eos import grueneisen
 from solver.geometry import fill_bird, slope_gain
 
 MATERIAL = NullMaterial(grueneisen(900.0, 1670.0, 2.48), -0.37e6, 641.0)
-# Flops and bytes of one pair, counted in solver/kernels/sph.py: a square root or a division counts as one flop.
-FLOPS = {"rate_of_deformation": 12 + 5 + 6 + 1 + 6 + 30, "pair_forces": 12 + 5 + 6 + 1 + 4 + 30 + 10 + 12 + 4 + 11}
-COLUMNS = {"rate_of_deformation": 7, "pair_forces": 15}  # of the neighbour's row, 8 bytes each, and 4 of its number
+# Flops and bytes of one pair, counted in its kernels: a square root or a division counts as one flop.
+FLOPS = {"rate_of_deformation": 12 + 5 + 6 + 1 + 6 + 30, "pair_forces": 12 + 5 + 6 + 1 + 4 + 30 + 10 + 12 + 6 + 11}
+COLUMNS = {
+    "rate_of_deformation": 8,
+    "pair_forces": 16,
+}  # of the neighbour's row, 8 bytes each; 4 for its number
 
 
 def swirling_bird(particles: int) -> Bird:

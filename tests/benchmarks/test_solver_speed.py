@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 
 import numba
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from solver.case import load_case
-from solver.kernels.sph import pair_forces, rate_of_deformation
+from solver.kernels.sph import pair_forces
+from solver.kernels.velocity_gradient import rate_of_deformation
 from solver.simulate import simulate
 from tests.benchmarks.parts import (
     COLUMNS,
@@ -25,6 +29,9 @@ from tests.benchmarks.parts import (
     rate_together,
     swirling_bird,
 )
+
+SIZES = ((1_000, 200), (10_000, 30), (100_000, 12), (1_000_000, 6))  # particles, steps
+MILLION = os.environ.get("BIRDSTRIKE_BENCH_MILLION", "1") != "0"  # the largest takes a minute and 1 GB
 
 
 def say(capsys: pytest.CaptureFixture[str], text: str) -> None:
@@ -59,9 +66,37 @@ def test_cost_of_a_particle_step(capsys):
     say(capsys, f"bird alone, {bird.n} particles, one thread, float64: {text}")
 
 
+def test_against_taichi(capsys):
+    ti = pytest.importorskip("taichi", reason="the peer comes with the extra `bench`")
+    ti.init(arch=ti.cpu, cpu_max_num_threads=1, default_fp=ti.f64, fast_math=True, log_level=ti.ERROR)
+    from tests.benchmarks.peer_taichi import Wcsph
+
+    def seconds(run: Callable[[], object]) -> float:
+        start = time.process_time()
+        for _ in range(40):
+            run()
+        return (time.process_time() - start) / (40 * bird.n)
+
+    bird = swirling_bird(4500)
+    peer = Wcsph(bird, 0.1 * bird.step_at_impact(45.55))
+    peer.search()
+    peer.step()
+    exact = [len(row) for row in KDTree(bird.x).query_ball_point(bird.x, 2.0 * bird.h)]
+    assert np.array_equal(peer.count.to_numpy(), np.array(exact) - 1), "the peer must sum over the same pairs"
+    rounds = np.array([(seconds(peer.search), seconds(peer.step), cost(bird, 40)) for _ in range(5)])
+    search, loops, ours = 1e6 * np.median(rounds, axis=0)
+    say(
+        capsys,
+        f"plain WCSPH in taichi, same pairs, one thread, float64: {search + loops:.2f} us per particle-step with a "
+        f"search at every step, {loops:.2f} us without any; ours {ours:.2f} us: {(search + loops) / ours:.1f} x and "
+        f"{loops / ours:.1f} x (medians of 5 rounds in turn)",
+    )
+    assert np.isfinite(peer.x.to_numpy()).all()
+
+
 def test_cost_grows_linearly(capsys):
     sizes, costs = [], []
-    for particles, steps in ((1_000, 200), (10_000, 30), (100_000, 12), (1_000_000, 6)):
+    for particles, steps in SIZES if MILLION else SIZES[:-1]:
         bird = swirling_bird(particles)
         sizes.append(bird.n)
         costs.append(cost(bird, steps))
@@ -99,14 +134,14 @@ def test_roofline(capsys):
         f"one thread: {1e-9 * limit['flops']:.1f} Gflop/s, {1e-9 * limit['stream']:.1f} GB/s streamed, "
         f"{1e-9 * limit['loads']:.2f} G indexed loads/s from the bird's rows",
     )
-    rows = (bird.list.start, bird.list.neighbour)
+    rows = bird.list.rows
     head = (bird.n, bird.row, bird.mass, bird.h, bird.slope)
     kernels = {
         "rate_of_deformation": lambda: rate_of_deformation(*head, *rows, bird.drho_dt, bird.deformation),
         "pair_forces": lambda: pair_forces(*head, 641.0, bird.shock, *rows, bird.acceleration, bird.dissipation),
     }
     for name, run in kernels.items():
-        pairs = bird.list.start[-1] / quickest(run, 30)
+        pairs = bird.list.mean_length * bird.n / quickest(run, 30)
         bytes_moved = 8 * COLUMNS[name] + 4
         say(
             capsys,

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.kernels.neighbours import WIDTH
-from solver.verlet import SKIN, VerletList
+from solver.verlet import NEAR, SKIN, VerletList
 
 
 def rows(verlet: VerletList) -> list[list[int]]:
@@ -42,12 +42,13 @@ def test_list_stays_complete_until_it_is_rebuilt():
     verlet = VerletList(len(x), 0.2)
     verlet.build(x, active)
     common_flight = np.array([5.0, 0.0, 0.0])
-    x = x + common_flight + rng.uniform(-1.0, 1.0, x.shape) * 0.49 * SKIN * 0.2 / np.sqrt(3.0)
+    x = x + common_flight + rng.uniform(-1.0, 1.0, x.shape) * 0.49 * (SKIN - NEAR) * 0.2 / np.sqrt(3.0)
     verlet.refresh(x, active)
     assert verlet.rebuilds == 1, "a common motion alone must not cost a rebuild"
-    listed = rows(verlet)
+    near = [set(verlet.neighbour[first:stop]) for first, stop in zip(verlet.start, verlet.stop, strict=False)]
     pairs = KDTree(x).query_pairs(0.2)
-    assert all(b in listed[a] and a in listed[b] for a, b in pairs)
+    assert all(b in near[a] and a in near[b] for a, b in pairs)
+    assert verlet.mean_length < 0.9 * verlet.start[-1] / verlet.n
     x[0] += SKIN * 0.2
     verlet.refresh(x, active)
     assert verlet.rebuilds == 2

@@ -1,0 +1,71 @@
+"""Rows of neighbours, read whole and turned into columns in registers, so that a pair loop reads contiguous memory.
+
+Left to itself the compiler gathers a pair loop's operands one column at a time, eight indexed loads each; a row that is
+read whole costs two loads of four doubles per half cache line, and shuffles that turn eight rows into eight columns.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+
+ROW = 16  # doubles in a packed row: two cache lines
+WIDTH = 8  # doubles in the widest vector, and rows that are turned at once
+COUNT, INDEX = ir.IntType(32), ir.IntType(64)
+QUARTER, VECTOR = ir.VectorType(ir.DoubleType(), 4), ir.VectorType(ir.DoubleType(), WIDTH)
+EVEN, ODD = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
+LOWER, UPPER = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
+
+
+def shuffled(builder: Any, a: Any, b: Any, places: tuple[int, ...]) -> Any:
+    """The vector of these entries of a followed by b."""
+    mask = ir.Constant(ir.VectorType(COUNT, len(places)), [ir.Constant(COUNT, i) for i in places])
+    return builder.shuffle_vector(a, b, mask)
+
+
+def turned(builder: Any, quarters: list[Any]) -> list[Any]:
+    """Four columns of eight from eight rows of four: rows i and i + 4 side by side, then 2 x 2 blocks, then 4 x 4."""
+    r = [shuffled(builder, quarters[i], quarters[i + 4], tuple(range(8))) for i in range(4)]
+    even = [shuffled(builder, r[i], r[i + 1], EVEN) for i in (0, 2)]
+    odd = [shuffled(builder, r[i], r[i + 1], ODD) for i in (0, 2)]
+    return [shuffled(builder, a, b, half) for half in (LOWER, UPPER) for a, b in (even, odd)]
+
+
+@intrinsic(prefer_literal=True)
+def turn_rows(_context, table, numbers, _first, columns, _place, used):
+    """columns[c, place + i] = table[numbers[first + i], c] for i < 8 and c < used, 8 or 16 (a literal).
+
+    table: (N, ROW) float64; numbers: (M,) uint32, with M >= first + 8; columns: (ROW, length) float64 with
+    length >= place + 8; all contiguous, bounds are the caller's.
+    """
+    row_major = [t for t in (table, columns) if isinstance(t, types.Array) and t.layout == "C" and t.ndim == 2]
+    if len(row_major) < 2 or {t.dtype for t in row_major} != {types.float64} or numbers.dtype != types.uint32:
+        raise TypingError("turn_rows takes contiguous (N, ROW) float64 rows, uint32 numbers and float64 columns")
+    if not isinstance(used, types.IntegerLiteral) or used.literal_value not in (WIDTH, ROW):
+        raise TypingError(f"turn_rows turns {WIDTH} or {ROW} columns, given as a literal")
+    signature = types.void(table, numbers, types.int64, columns, types.int64, used)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        rows, listed, target = (context.make_array(signature.args[i])(context, builder, args[i]) for i in (0, 1, 3))
+        length = cgutils.unpack_tuple(builder, target.shape, 2)[1]
+        starts = []
+        for i in range(WIDTH):
+            number = builder.load(builder.gep(listed.data, [builder.add(args[2], INDEX(i))]))
+            starts.append(builder.mul(builder.zext(number, INDEX), INDEX(ROW)))
+        result = []
+        for column in range(0, signature.args[5].literal_value, 4):
+            places = [builder.gep(rows.data, [builder.add(start, INDEX(column))]) for start in starts]
+            quarters = [builder.load(builder.bitcast(at, QUARTER.as_pointer()), align=8) for at in places]
+            result += turned(builder, quarters)
+        for column, values in enumerate(result):
+            at = builder.add(builder.mul(INDEX(column), length), args[4])
+            to = builder.gep(target.data, [at])
+            builder.store(values, builder.bitcast(to, VECTOR.as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    return signature, generate
