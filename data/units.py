@@ -33,6 +33,8 @@ ACCEPTED = {
     "N m/rad/m": "N*m/rad/m, kN*m/rad/m, N/rad",
     "N s": "N s, kN ms",
     "J": "J, kJ",
+    "rad/N": "rad/N, mrad/kN",
+    "m^2/N": "m^2/N, mm^2/kN",
     "": "a bare number (in a record also um/m or microstrain)",
 }
 """SI units the project uses -> what a user may write instead."""

@@ -40,6 +40,7 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
     """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points, `skin` [m] below its surface."""
     angle, surface = case.impact.angle, 0.5 * case.plate.thickness + skin
     x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
+    x[:, :2] += case.impact.offset
     direction = np.array([math.cos(angle), 0.0, -math.sin(angle)])
     x += (flight_to_panel(x, direction, case.plate, surface) - case.impact.standoff) * direction
     return x, np.tile(case.impact.speed * direction, (len(x), 1))

@@ -8,14 +8,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from data.errors import CaseError
 from data.units import quantity_text
 from solver.case_bird import Bird
-from solver.case_fields import Later, Section
+from solver.case_effects import Effects, magnitude_text, with_effects
+from solver.case_fields import Section
 from solver.case_files import override_table, read_case
 from solver.case_messages import error_lines
 from solver.case_overlay import Raw, overlay
@@ -26,6 +27,7 @@ from solver.case_sensor_rules import broken_sensor_rules
 from solver.case_sensors import DEFAULT_SENSORS, Instrument, Sensor
 from solver.case_settings import InversionSettings, SolverSettings
 from solver.case_table import with_table
+from solver.effects import effects
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Case(Section):
     sensors: dict[str, Sensor] = DEFAULT_SENSORS
     solver: SolverSettings = SolverSettings()
     inversion: InversionSettings = InversionSettings()
-    effects: Annotated[None, Later("leave the section out")] = None
+    effects: Effects = Field(default_factory=dict)
     instrument: dict[str, Instrument] = Field(default_factory=dict)
 
     _raw: Raw = PrivateAttr(default_factory=dict)
@@ -86,6 +88,20 @@ class Case(Section):
             raise CaseError(unknown)
         return case_from_table(overlay(self._raw, _table(values)), self._name)
 
+    def with_effects(self, magnitudes: Mapping[str, float]) -> Case:
+        """The case with these magnitudes (SI) under `effects`, in place of those it states; raises CaseError."""
+        known = effects()
+        stated = {name: magnitude_text(known[name], value) for name, value in magnitudes.items()}
+        return case_from_table(self._raw | {"effects": stated}, self._name)
+
+    def resolved(self) -> Case:
+        """The case with its effects written into the keys that they change, and no section `effects`."""
+        if not self.effects:
+            return self
+        bare = case_from_table({key: value for key, value in self._raw.items() if key != "effects"}, self._name)
+        table = with_effects(bare.model_copy(update={"effects": self.effects}), bare._raw, case_from_table)
+        return case_from_table(table, self._name)
+
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
         """The case with another bird and plate mesh, validated anew; raises CaseError."""
         mesh = {"bird": {"particles": particles}, "plate": {"elements": list(elements)}}
@@ -100,6 +116,8 @@ class Case(Section):
         tree["bird"]["density"] = self.bird.actual_density
         if not self.plate.rigid:
             del tree["plate"]["rigid"]
+        if not any(self.impact.offset):
+            del tree["impact"]["offset"]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
         return tree | ({"instrument": acting} if acting else {})
@@ -121,8 +139,17 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         errors = error_lines(Case, error.errors(), errors, table)
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
+    if case.effects:
+        case = _acted_upon(case, table)
     case._raw, case._name = table, name
     return case
+
+
+def _acted_upon(case: Case, table: Raw) -> Case:
+    """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
+    acted = case_from_table(with_effects(case, table, case_from_table))
+    sections = {name: getattr(acted, name) for name in ("plate", "bird", "impact", "instrument")}
+    return case.model_copy(update=sections)
 
 
 def case_hash(case: Case) -> str:

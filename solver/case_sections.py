@@ -16,13 +16,20 @@ from solver.case_overlay import at
 from solver.case_plate import Plate
 
 
+ASIDE = Between("-2500 mm", "2500 mm")
+
+
 class Impact(Section):
-    """angle [rad] from the plate's surface; standoff [m]: way flown before the first touch, so that it sets t = 0."""
+    """angle [rad] from the plate's surface; standoff [m]: way flown before the first touch, so that it sets t = 0.
+
+    offset [m]: along length and width, from the plate's centre to the point of aim.
+    """
 
     speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
     angle: Annotated[float, Between("1 deg", "90 deg")]
     aim: Annotated[str, OneOf(("axis", "first_touch"))] = "axis"
     standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
+    offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
     friction: Annotated[float, Between(0.0, 2.0)] = 0.0
 
 

@@ -1,0 +1,109 @@
+"""The case's section `effects`: physical magnitudes of effects, and the case with them put in place."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from data.errors import CaseError
+from data.units import ACCEPTED, UnitError, from_si, quantity_text, to_si
+from solver.case_fields import checked, complaint, each_of
+from solver.case_overlay import Raw, overlay
+from solver.effects import Effect, effects
+
+if TYPE_CHECKING:
+    from solver.case import Case
+
+SHOWN = {"m": "mm", "s": "ms", "Pa": "MPa", "rad": "deg", "kg": "kg", "m/s": "m/s", "1/s": "1/s", "": ""}
+SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
+"""SI unit of a magnitude -> the unit in which engineers write it."""
+
+
+class Magnitudes:
+    """Schema of the section: name -> magnitude in SI; zeros are absent effects and are left out."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(_section)
+
+
+Effects = Annotated[dict[str, float], Magnitudes()]
+
+
+def _section(value: Any) -> dict[str, float]:
+    if not isinstance(value, Mapping):
+        raise complaint('must be a table such as { plate_thickness = "0.2 mm" }')
+    found = each_of(value, magnitude)
+    return {name: size for name, size in found.items() if size}
+
+
+def magnitude(name: str, value: Any) -> float:
+    """SI magnitude of an effect as a case states it; raises PydanticCustomError."""
+    known = effects()
+    if name not in known:
+        close = difflib.get_close_matches(name, known, n=1)
+        raise complaint(f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}")
+    unit = known[name].unit
+    if not unit:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise complaint("is dimensionless: write a bare number")
+        return float(value)
+    if not isinstance(value, str):
+        raise complaint(f'has no unit; write text such as "1 {SHOWN.get(unit, unit)}"')
+    return _in_unit(name, value, unit)
+
+
+def _in_unit(name: str, text: str, unit: str) -> float:
+    """The text in SI; the low-pass may also be given by its bandwidth."""
+    try:
+        return to_si(text, unit)
+    except UnitError as error:
+        if name == "sensor_bandwidth":
+            try:
+                return 1.0 / (2.0 * math.pi * to_si(text, "1/s"))
+            except (UnitError, ZeroDivisionError):
+                pass
+        raise complaint(f"is not understood: {error}; accepted units: {ACCEPTED.get(unit, unit)}") from error
+
+
+def magnitude_text(effect: Effect, value: float) -> str | float:
+    """A magnitude as a case file states it."""
+    return quantity_text(value, effect.unit) if effect.unit else float(value)
+
+
+def shown(effect: Effect, value: float, digits: int = 3) -> str:
+    """A magnitude in the engineers' unit: "+0.2 mm"."""
+    unit = SHOWN.get(effect.unit, effect.unit)
+    return f"{from_si(value, unit) if unit else value:+.{digits}g} {unit}".strip()
+
+
+def with_effects(case: Case, raw: Raw, rebuild: Any) -> Raw:
+    """The case's table with every effect put in place and the section gone; rebuild: from a table to its case.
+
+    Effects act one after the other, in the order of the library. Raises CaseError for one that the case cannot carry.
+    """
+    table = {key: value for key, value in raw.items() if key != "effects"}
+    stated = case.effects
+    for effect in (effect for name, effect in effects().items() if name in stated):
+        below = rebuild(table)
+        errors = _refusals(effect, below, stated[effect.name])
+        if errors:
+            raise CaseError(errors)
+        table = overlay(table, effect.change(below, stated[effect.name]))
+    return table
+
+
+def _refusals(effect: Effect, case: Case, value: float) -> list[str]:
+    if reason := effect.refuses(case):
+        return [f"effects.{effect.name}: {reason}"]
+    if value < effect.least(case):
+        least = shown(effect, effect.least(case))
+        return [f"effects.{effect.name} = {shown(effect, value)} is below {least}, the least that means anything here"]
+    return []
+
+
+__all__ = ["Effects", "PydanticCustomError", "magnitude", "magnitude_text", "shown", "with_effects"]
