@@ -15,7 +15,6 @@ from solver.case_fields import Between, OneOf, Section
 from solver.case_overlay import at
 from solver.case_plate import Plate
 
-
 ASIDE = Between("-2500 mm", "2500 mm")
 
 

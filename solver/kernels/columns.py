@@ -36,8 +36,7 @@ def turned(builder: Any, quarters: list[Any]) -> list[Any]:
     return [shuffled(builder, a, b, half) for half in (LOWER, UPPER) for a, b in (even, odd)]
 
 
-@intrinsic(prefer_literal=True)
-def turn_rows(_context, table, numbers, _first, columns, _place, used):
+def _turn_rows(_context, table, numbers, _first, columns, _place, used):
     """columns[c, place + i] = table[numbers[first + i], c] for i < 8 and c < used, 8 or 16 (a literal).
 
     table: (N, ROW) float64; numbers: (M,) uint32, with M >= first + 8; columns: (ROW, length) float64 with
@@ -69,3 +68,6 @@ def turn_rows(_context, table, numbers, _first, columns, _place, used):
         return context.get_dummy_value()
 
     return signature, generate
+
+
+turn_rows: Any = intrinsic(prefer_literal=True)(_turn_rows)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import get_thread_id, njit, prange
+from numba import njit, prange
+from numba.np.ufunc import get_thread_id
 
 from solver.kernels.columns import WIDTH, turn_rows
 from solver.kernels.smoothing import slope
