@@ -12,9 +12,10 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 
 from reports import case_meanings as say
-from solver.case import Case
+from solver.case import Case, load_case
 from solver.case_bird import Bird
 from solver.case_choice import sections_of
+from solver.case_effects import SHOWN, shown
 from solver.case_eos import LAWS
 from solver.case_fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 from solver.case_material import MATERIALS
@@ -22,6 +23,7 @@ from solver.case_plate import EdgeSprings, Plate, PlateMaterial
 from solver.case_sections import Impact, Time, is_list
 from solver.case_sensors import DRIFT, NOISE, Instrument, Sensor
 from solver.case_settings import NUISANCE, SolverSettings
+from solver.effects import effects
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "cases.md"
 INTRODUCTION = """# The keys of a case
@@ -62,6 +64,7 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Sensors", list(rows(Sensor, "sensors.<name>", say.SENSORS))
     yield "Instruments", list(rows(Instrument, "instrument.<sensor>", say.SENSORS))
     yield "Solver", list(rows(SolverSettings, "solver", say.SETTINGS))
+    yield "Effects", list(of_effects())
     yield "Inversion", list(inversion())
     later = [name for name, field in Case.model_fields.items() if any(isinstance(m, Later) for m in field.metadata)]
     if later:
@@ -78,6 +81,16 @@ def rows(section: type[Section], prefix: str, meanings: dict[str, str]) -> Itera
         unit, span = of_kind(key) or described(field)
         meaning = meanings.get(key) or meanings.get(name, "")
         yield f"`{key}`", unit, span, default(field), meaning
+
+
+def of_effects() -> Iterator[Row]:
+    """What a case may lack, by the registry; 0 is absent, sizes are those of the reference strike."""
+    case = load_case("reference_strike")
+    for name, effect in effects().items():
+        signs = "above 0" if effect.one_sided(case) else "both signs"
+        size = f"{signs}; a plausible size is {shown(effect, effect.size(case)).lstrip('+')}"
+        meaning = effect.meaning[0].upper() + effect.meaning[1:] + "."
+        yield f"`effects.{name}`", SHOWN.get(effect.unit, effect.unit) or "number", size, "0", meaning
 
 
 def inversion() -> Iterator[Row]:

@@ -89,6 +89,7 @@ STRIKE = {
     "impact.angle": "Between its velocity and the plate's surface; 90 deg is normal.",
     "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
     "impact.standoff": "Way flown before the first touch: it sets t = 0.",
+    "impact.offset": "From the plate's centre to the point of aim, along length and width.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",
     "time.output_interval": "Between two outputs of the sensors.",
@@ -118,4 +119,8 @@ SETTINGS = {
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
+    "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
+    "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
+    "inversion.nuisance.thickness": "Of the plate's thickness, one standard deviation.",
+    "inversion.nuisance.angle": "Of the impact's angle, one standard deviation.",
 }
