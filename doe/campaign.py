@@ -19,6 +19,7 @@ from doe.designs import Design
 from doe.folder import CampaignFolder
 from doe.record import load_dataset, running, settled
 from doe.runner import Progress, Runner
+from doe.solvers import solver_for
 from doe.strike import Failed, Finished, plan
 from doe.worker import process_pool
 from solver.case import Case
@@ -50,17 +51,19 @@ def run_campaign(
     begins with the held rows (sobol of the same seed, a file with rows appended) extends the campaign.
     """
     count = _workers(workers)
-    simulate, version = _solver(simulate, solver_version)
-    strikes = plan(case, design, version)
+    solver = solver_for(case, simulate)
+    if solver_version is not None:
+        solver = solver._replace(version=solver_version)
+    strikes = plan(case, design, solver)
     folder = CampaignFolder(Path(out))
     folder.claim(case, design)
-    _announce(design, folder, version, say)
-    summary = running(folder, case, design, version)
+    _announce(design, folder, solver.version, say)
+    summary = running(folder, case, design, solver.version)
     runner = Runner(RunStore(folder.runs), strikes, progress)
     if runner.due:
         pool = _pool(executor, min(count, len(runner.due)))
         with pool as ready:
-            runner.run(ready, simulate, case, count)
+            runner.run(ready, solver.simulate, case, count)
     return _finish(folder, summary, runner, say)
 
 
@@ -68,19 +71,6 @@ def _workers(workers: int | None) -> int:
     if workers is not None and workers < 1:
         raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
     return workers or os.cpu_count() or 1
-
-
-def _solver(simulate: Simulate | None, version: str | None) -> tuple[Simulate, str]:
-    """The embedded solver by default, loaded late: it brings the compiled kernels."""
-    if simulate is None:
-        from solver.simulate import simulate as embedded
-
-        simulate = embedded
-    if version is None:
-        from solver.version import SOLVER_VERSION
-
-        version = SOLVER_VERSION
-    return simulate, version
 
 
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
@@ -106,10 +96,10 @@ def _announce(design: Design, folder: CampaignFolder, version: str, say: Callabl
 
 def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
     outcomes = dict(sorted(runner.outcomes.items()))
-    finished = {number: outcome.histories for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
+    finished = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
     failed = {number: outcome.reason for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
     if finished:
-        write_curves(folder.curves, finished)
+        write_curves(folder.curves, ((number, run.store.curves(run.key)) for number, run in finished.items()))
     settled(folder, summary, outcomes)
     if not finished:
         number, reason = next(iter(failed.items()))

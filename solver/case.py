@@ -59,6 +59,11 @@ class Case(Section):
     def _no_sensors_mean_the_default_three(cls, value: dict[str, Sensor]) -> dict[str, Sensor]:
         return value or DEFAULT_SENSORS
 
+    @field_validator("solver", mode="before")
+    @classmethod
+    def _a_word_names_the_solver(cls, value: Any) -> Any:
+        return {"name": value} if isinstance(value, str) else value
+
     @property
     def name(self) -> str:
         """Name of the file that the case was read from, without its ending."""
@@ -95,6 +100,8 @@ class Case(Section):
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""
         tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
         del tree["solver"]["threads"]
+        if self.solver.name == "embedded":
+            del tree["solver"]["name"]
         for key in ("mass", "slenderness", "statistics"):
             del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density

@@ -18,6 +18,7 @@ NOT_SOUGHT = {}
 class SolverSettings(Section):
     """Numerical choices.
 
+    name: the embedded solver, or the external one of the case's section `external` (`solver = "external"` for short);
     courant: share of the stable step; shock_linear, shock_quadratic: artificial viscosity (on shocks only);
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
 
@@ -28,6 +29,7 @@ class SolverSettings(Section):
     shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
 
+    name: Annotated[str, OneOf(("embedded", "external"))] = "embedded"
     courant: Annotated[float, Between(0.05, 1.0)] = 0.9
     shock_linear: Annotated[float, Between(0.0, 5.0)] = 1.0
     shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
