@@ -15,6 +15,7 @@ from pydantic import Field, PrivateAttr, ValidationError, field_validator
 from data.errors import CaseError
 from data.units import quantity_text
 from solver.case_bird import Bird
+from solver.case_external import External, broken_external_rules, with_deck
 from solver.case_fields import Later, Section
 from solver.case_files import override_table, read_case
 from solver.case_messages import error_line
@@ -47,6 +48,7 @@ class Case(Section):
     time: Time
     sensors: dict[str, Sensor] = DEFAULT_SENSORS
     solver: SolverSettings = SolverSettings()
+    external: External | None = None
     inversion: InversionSettings = InversionSettings()
     effects: Annotated[None, Later("leave the section out")] = None
     instrument: dict[str, Instrument] = Field(default_factory=dict)
@@ -109,13 +111,15 @@ class Case(Section):
             del tree["plate"]["rigid"]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
+        if self.solver.name == "external" and self.external is not None:
+            tree["external"] = self.external.canonical()
         return tree | ({"instrument": acting} if acting else {})
 
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
     table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
-    return case_from_table(table, Path(path).stem)
+    return case_from_table(with_deck(table, Path.cwd()), Path(path).stem)
 
 
 def case_from_table(table: Raw, name: str = "case") -> Case:
@@ -126,7 +130,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         case = Case.model_validate(table)
     except ValidationError as error:
         errors = [error_line(Case, entry, table) for entry in error.errors()]
-    errors += [*broken_rules(table), *broken_sensor_rules(table)]
+    errors += [*broken_rules(table), *broken_sensor_rules(table), *broken_external_rules(table)]
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     case._raw, case._name = table, name
