@@ -44,6 +44,10 @@ class RunStore:
         """File of a finished run."""
         return self.folder / f"{key}.h5"
 
+    def failure_path(self, key: str) -> Path:
+        """File of a failed run."""
+        return self.folder / f"{key}{FAILED}"
+
     def save(self, key: str, histories: Histories, meta: Mapping[str, Any] | None = None) -> None:
         """Write a run whole or not at all; meta: whatever else should travel with it."""
         now = time.monotonic()
@@ -70,28 +74,28 @@ class RunStore:
 
     def save_failure(self, key: str, reason: str, meta: Mapping[str, Any] | None = None) -> None:
         """Record why a run failed."""
-        write_json(self._failure_path(key), {"reason": reason, **(meta or {})})
+        write_json(self.failure_path(key), {"reason": reason, **(meta or {})})
 
     def failure(self, key: str) -> str | None:
         """Why a run failed, or None when no failure is on record; a record that is damaged is set aside."""
-        found = self.failure_record(key)
+        try:
+            found = self.failure_record(key)
+        except (ValueError, KeyError, TypeError) as error:
+            warnings.warn(self._set_aside(self.failure_path(key), error), stacklevel=2)
+            return None
         return None if found is None else found["reason"]
 
     def failure_record(self, key: str) -> dict[str, Any] | None:
-        """The reason and what was saved beside it, or None."""
-        path = self._failure_path(key)
-        try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-            return found | {"reason": str(found["reason"])}
-        except FileNotFoundError:
+        """The reason and what was saved beside it, or None; a damaged one raises ValueError, KeyError or TypeError."""
+        path = self.failure_path(key)
+        if not path.exists():
             return None
-        except (ValueError, KeyError, TypeError) as error:
-            warnings.warn(self._set_aside(path, error), stacklevel=3)
-            return None
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return {**found, "reason": str(found["reason"])}
 
     def forget_failure(self, key: str) -> None:
         """Let a run that failed be tried again."""
-        self._failure_path(key).unlink(missing_ok=True)
+        self.failure_path(key).unlink(missing_ok=True)
 
     def keys(self) -> list[str]:
         """Names of all finished runs."""
@@ -118,6 +122,3 @@ class RunStore:
         with suppress(FileNotFoundError):  # another process on the same folder has done it
             path.replace(aside)
         return f"{path} is damaged ({error}); it is set aside as {aside.name} and the run will be repeated"
-
-    def _failure_path(self, key: str) -> Path:
-        return self.folder / f"{key}{FAILED}"

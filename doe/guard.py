@@ -4,6 +4,7 @@ A program of its own, without imports of ours: it outlives a worker that is kill
 Its standard input is the lifeline. Exit code: the command's own, TIME_IS_UP, or NOT_FOUND.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -16,10 +17,8 @@ TIME_IS_UP, NOT_FOUND = 124, 127
 def end(process: "subprocess.Popen[bytes]") -> None:
     """Kill the command and all that it has started."""
     if hasattr(os, "killpg"):
-        try:
+        with contextlib.suppress(OSError):  # all of them have ended
             os.killpg(process.pid, signal.SIGKILL)
-        except OSError:
-            pass
     else:
         process.kill()
 

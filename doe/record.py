@@ -15,7 +15,7 @@ from data.histories import Array
 from doe.activity import inactive_runs
 from doe.curves_file import read_curves
 from doe.designs import Design
-from doe.folder import CampaignFolder
+from doe.folder import CampaignFolder, design_text, rows_digest, space_json
 from doe.strike import Failed, Finished
 from solver.case import Case, case_hash
 
@@ -25,7 +25,6 @@ SMOOTH_LIMIT = 0.05
 
 def running(folder: CampaignFolder, case: Case, design: Design, version: str) -> dict[str, Any]:
     """Write the summary of a campaign that has not finished, and return it."""
-    space = design.space
     summary: dict[str, Any] = {
         "state": "running",
         "case_name": case.name,
@@ -36,9 +35,10 @@ def running(folder: CampaignFolder, case: Case, design: Design, version: str) ->
             "seed": design.seed,
             "source": design.source,
             "runs": len(design.numbers),
+            "digest": rows_digest(design_text(design).splitlines()),
             **design.quality().as_json(),
         },
-        "space": {"names": space.names, "units": space.units, "lows": space.lows, "highs": space.highs},
+        "space": space_json(design.space),
         "inactive_runs": inactive_runs(design),
         "runs": [{"run": int(number), "status": "pending"} for number in design.numbers],
         "failed": [],

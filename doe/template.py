@@ -137,7 +137,7 @@ def _dotted(node: nodes.Node) -> str:
 
 
 def _line(error: Exception) -> str:
-    """", line 12" of the template in which an error arose: jinja names the template's own lines in the traceback."""
+    """ ", line 12" of the template in which an error arose: jinja names the template's own lines in the traceback."""
     trace, line = error.__traceback__, ""
     while trace is not None:
         if trace.tb_frame.f_code.co_name in ("root", "top-level template code"):

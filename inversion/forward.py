@@ -10,7 +10,7 @@ from data.histories import Histories
 from data.store import RunStore
 from doe.attempt import attempt
 from doe.solvers import solver_for
-from doe.strike import Failed, Strike, consult, record
+from doe.strike import Failed, Finished, Strike, consult, record
 from solver.case import Case
 from solver.simulate import simulate
 
@@ -36,7 +36,7 @@ class StoredSolver:
         stores = (self.store, *self.read)
         strike = Strike.of(0, theta, self.case.with_values(theta), solver)
         state = consult(stores, strike)
-        while isinstance(state, float):
+        while not isinstance(state, Finished | Failed):
             result = attempt(solver.simulate, self.case, theta, state, progress=self.progress)
             state = record(stores, strike, state, result)
         if isinstance(state, Failed):

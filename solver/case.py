@@ -31,12 +31,13 @@ from solver.case_table import with_table
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit."""
+    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit, scale of its designs."""
 
     name: str
     low: float
     high: float
     unit: str
+    scale: str = "linear"
 
 
 class Case(Section):
@@ -83,8 +84,8 @@ class Case(Section):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """What an inversion seeks, in the order of the file."""
-        entries = ((name, entry.range, quantity_at(name)) for name, entry in self.inversion.parameters.items())
-        return tuple(Parameter(name, *span, mark.unit) for name, span, mark in entries if mark is not None)
+        entries = ((name, entry, quantity_at(name)) for name, entry in self.inversion.parameters.items())
+        return tuple(Parameter(name, *e.range, mark.unit, e.scale) for name, e, mark in entries if mark is not None)
 
     def with_values(self, values: Mapping[str, float]) -> Case:
         """The case with SI values under dotted keys, validated anew; raises CaseError."""

@@ -41,10 +41,14 @@ class SolverSettings(Section):
 
 
 class Inverted(Section):
-    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search."""
+    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search.
+
+    scale: in which a design spreads its runs over the range; logarithmic for one that spans decades.
+    """
 
     key: str
     range: tuple[float, float]
+    scale: Annotated[str, OneOf(("linear", "logarithmic"))] = "linear"
     prior: Annotated[None, Later("the range alone bounds a parameter")] = None
 
     @field_validator("range", mode="before")
@@ -61,6 +65,14 @@ class Inverted(Section):
         if not low < high:
             raise complaint("must rise: the lower limit first")
         return low, high
+
+    @field_validator("scale", mode="after")
+    @classmethod
+    def _logarithms_of_one_sign(cls, value: str, info: ValidationInfo) -> str:
+        low, high = info.data.get("range", (1.0, 1.0))
+        if value == "logarithmic" and low * high <= 0.0:
+            raise complaint("needs a range on one side of 0, such as from a thousandth of its upper limit")
+        return value
 
 
 def _not_sought(key: str) -> str:
@@ -89,7 +101,7 @@ class InversionSettings(Section):
         if not isinstance(value, dict):
             return value
         if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
-            raise complaint('has an entry with a key named "key"; known here: range')
+            raise complaint('has an entry with a key named "key"; known here: range, scale')
         return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
 
     @field_validator("nuisance", mode="before")

@@ -1,4 +1,4 @@
-"""A case whose solver is the oscillator, with the template of its deck: what an analyst would write for his own code."""
+"""A case whose solver is the oscillator, with the template of its deck: what an analyst writes for his own code."""
 
 from __future__ import annotations
 
@@ -27,7 +27,13 @@ width = "200 mm"
 thickness = "10 mm"
 elements = [10, 8]
 edges = "clamped"
-material = {young = "70 GPa", poisson = 0.3, density = "2700 kg/m^3", yield_stress = "300 MPa", tangent_modulus = "0 MPa"}
+
+[plate.material]
+young = "70 GPa"
+poisson = 0.3
+density = "2700 kg/m^3"
+yield_stress = "300 MPa"
+tangent_modulus = "0 MPa"
 
 [bird]
 shape = "cylinder"
@@ -68,8 +74,9 @@ keep = "none"
 {READING}
 """
 
-NODOUT = 'format = "nodout"\nfile = "nodout"\nnode = 4711\ncomponent = "z-disp"\nunit = "mm"\ntime_unit = "ms"\nfactor = -1'
-CSV = 'format = "csv"\nfile = "sensors.csv"\ncolumn = "z_disp"\nunit = "mm"\ntime_unit = "ms"\nfactor = -1'
+UNITS = 'unit = "mm"\ntime_unit = "ms"\nfactor = -1'
+NODOUT = f'format = "nodout"\nfile = "nodout"\nnode = 4711\ncomponent = "z-disp"\n{UNITS}'
+CSV = f'format = "csv"\nfile = "sensors.csv"\ncolumn = "z_disp"\n{UNITS}'
 
 SOUGHT = """
 [inversion.parameters."bird.material.viscosity"]
