@@ -1,6 +1,7 @@
 """A campaign's folder: whose it is, and what stands in it while the campaign runs.
 
-case.toml (the resolved case, with deck/ where an external solver needs it), case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
+case.toml (the resolved case, with deck/ where an external solver needs it),
+case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
 """
 
 from __future__ import annotations

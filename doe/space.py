@@ -66,7 +66,7 @@ class ParameterSpace:
         if not self.logarithmic.any():
             return linear
         low, high = self._logarithms(self.lows), self._logarithms(self.highs)
-        logarithmic = (self._logarithms(values) - low) / (high - low)
+        logarithmic = (self._logarithms(values) - low) / np.where(self.logarithmic, high - low, 1.0)
         return np.where(self.logarithmic, logarithmic, linear)
 
     def _logarithms(self, values: Array) -> Array:

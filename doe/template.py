@@ -27,12 +27,12 @@ class Quantity(float):
         return quantity
 
     def __mul__(self, other: float) -> float:
-        return float(self) * other if isinstance(other, Quantity) else Quantity(float(self) * other, self.unit)
+        return float(self) * float(other) if isinstance(other, Quantity) else Quantity(float(self) * other, self.unit)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: float) -> float:
-        return float(self) / other if isinstance(other, Quantity) else Quantity(float(self) / other, self.unit)
+        return float(self) / float(other) if isinstance(other, Quantity) else Quantity(float(self) / other, self.unit)
 
     def __neg__(self) -> Quantity:
         return Quantity(-float(self), self.unit)
