@@ -29,15 +29,15 @@ class Entry(NamedTuple):
 
 def write_run(path: Path, histories: Histories, meta: Mapping[str, Any]) -> None:
     """Write a run; snapshots are pictures and go in single precision, compressed."""
-    path.write_bytes(_image(histories, meta))
+    path.write_bytes(_image(path.name, histories, meta))
 
 
-def _image(histories: Histories, meta: Mapping[str, Any]) -> bytes:
-    """The file's bytes, made in memory: HDF5 itself does not survive a full disk."""
+def _image(name: str, histories: Histories, meta: Mapping[str, Any]) -> bytes:
+    """The file's bytes, made in memory: HDF5 itself does not survive a full disk; name: no other thread's at once."""
     entries = dict(_entries(histories, meta))
-    with h5py.File("run.h5", "w", driver="core", backing_store=False) as file:
-        for name, entry in entries.items():
-            item = _create(file, name, entry.value)
+    with h5py.File(name, "w", driver="core", backing_store=False) as file:
+        for place, entry in entries.items():
+            item = _create(file, place, entry.value)
             for key, value in entry.attributes.items():
                 item.attrs[key] = value
         file.attrs["checksum"] = _checksum(entries)

@@ -133,7 +133,7 @@ def test_a_killed_worker_takes_the_solver_with_it(tmp_path: Path) -> None:
 
 def test_a_program_that_is_not_there_is_the_user_s_error_and_no_failed_run(tmp_path: Path) -> None:
     case = changed(tmp_path / "case", sys.executable, "/no/such/solver")
-    with pytest.raises(FileNotFoundError, match="external.command names no program"):
+    with pytest.raises(FileNotFoundError, match=r"external\.command names no program"):
         campaign(case, tmp_path / "out")
     assert RunStore(tmp_path / "out" / "runs").failed_keys() == []
 
@@ -181,7 +181,7 @@ def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
         (
             "external.sensors.displacement_centre",
             "external.sensors.other",
-            ["displacement_centre is missing", "other is"],
+            ["displacement_centre is missing"],
         ),
         ('format = "nodout"', 'format = "noduot"', ['did you mean "nodout"']),
         ("node = 4711", "", ["external.sensors.displacement_centre.node is missing"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import multiprocessing.context
 import sys
 import time
 import warnings
@@ -41,24 +42,56 @@ def whole_runs(out: Path) -> set[str]:
     store = RunStore(out / "runs")
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # a damaged file would warn
-        return {key for key in store.keys() if store.load(key) is not None}
+        keys = store.keys()
+        return {key for key in keys if store.load(key) is not None}
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="a fork server is needed: a fresh interpreter per life is too slow")
-def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_strikes_in_flight(tmp_path: Path) -> None:
-    out, diary, undisturbed = tmp_path / "out", tmp_path / "diary", tmp_path / "undisturbed"
-    life(undisturbed)
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """curves.csv of the campaign that nobody stops."""
+    out = tmp_path_factory.mktemp("undisturbed")
+    life(out)
+    return (out / "curves.csv").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def processes() -> multiprocessing.context.ForkServerContext:
+    """Processes that have loaded everything: a fresh interpreter for each life would be too slow."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["tests.doe.test_killed"])
+    return context
+
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no fork server")
+
+
+def test_two_processes_on_one_folder_end_alike_and_share_the_strikes(
+    tmp_path: Path, undisturbed: bytes, processes: multiprocessing.context.ForkServerContext
+) -> None:
+    out, diary = tmp_path / "out", tmp_path / "diary"
+    both = [processes.Process(target=life, args=(out, diary, seconds)) for seconds in (0.02, 0.01)]
+    for process in both:
+        process.start()
+    for process in both:
+        process.join()
+    assert [process.exitcode for process in both] == [0, 0]
+    assert (out / "curves.csv").read_bytes() == undisturbed
+    assert len(whole_runs(out)) == RUNS
+    assert len(attempts(diary)) < 2 * RUNS  # what one has ended the other does not begin
+
+
+def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_strikes_in_flight(
+    tmp_path: Path, undisturbed: bytes, processes: multiprocessing.context.ForkServerContext
+) -> None:
+    out, diary = tmp_path / "out", tmp_path / "diary"
     began = time.monotonic()
-    first = context.Process(target=life, args=(tmp_path / "timed", None, 0.01))
+    first = processes.Process(target=life, args=(tmp_path / "timed", None, 0.01))
     first.start()
     first.join()
-    span = time.monotonic() - began  # with the start of the fork server: longer than any later life
-    moments = np.random.default_rng().uniform(0.0, min(span, 1.0) / 3.0, KILLS)
+    longest = min(time.monotonic() - began, 1.0) / 3.0
     kept: set[str] = set()
-    for moment in moments:
-        process = context.Process(target=life, args=(out, diary, 0.01))
+    for moment in np.random.default_rng().uniform(0.0, longest, KILLS):
+        process = processes.Process(target=life, args=(out, diary, 0.01))
         process.start()
         time.sleep(float(moment))
         process.kill()
@@ -67,6 +100,6 @@ def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_strikes_in_
         assert kept <= survived  # what was written stays written
         kept = survived
     life(out, diary)
-    assert (out / "curves.csv").read_bytes() == (undisturbed / "curves.csv").read_bytes()
+    assert (out / "curves.csv").read_bytes() == undisturbed
     assert len(attempts(diary)) <= RUNS + KILLS * IN_FLIGHT
     assert len(whole_runs(out)) == RUNS
