@@ -27,7 +27,7 @@ SYNC_EVERY_S = 1.0
 def run_key(canonical: Mapping[str, Any], solver_version: str, step_factor: float = 1.0) -> str:
     """Name of a run: 32 hex digits of SHA-256 over the canonical case, the solver's version and the step factor."""
     identity = {"case": canonical, "solver": solver_version, "step_factor": float(step_factor)}
-    text = json.dumps(plain(identity), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(identity, sort_keys=True, separators=(",", ":"), allow_nan=False, default=plain)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
