@@ -73,7 +73,7 @@ def close_the_loop(
     """
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured)
-        planned = planned_strikes(loaded, design, runs, seed, progress, Path(out) / "doe")
+        planned = planned_strikes(loaded, design, runs, seed, progress)
     plan = Plan(loaded, record, Path(out), planned, seed, workers, trainer, say)
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
     run_stages(stages(plan), plan.ledger, display)
@@ -98,10 +98,10 @@ def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
 
 def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress, out: Path) -> Design:
     """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
-    from doe.planned import planned_design
+    from doe.designs import make_design
     from doe.space import ParameterSpace
 
-    planned = planned_design(design, ParameterSpace.of(case.parameters()), runs, seed, out, progress)
+    planned = make_design(design, ParameterSpace.of(case.parameters()), runs, seed, progress)
     quality = planned.quality()
     if quality.deficient:
         raise UserError(quality.sentence)

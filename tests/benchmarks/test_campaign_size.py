@@ -1,6 +1,6 @@
 """10 000 runs of a cheap stand-in: bookkeeping per run, memory, and how fast pandas reads the curves. `make bench`.
 
-The bound on bookkeeping is one of processor time: the wall's, which is shown beside it, is that of an idle machine only.
+The bound on bookkeeping is one of processor time; the wall, shown beside it, means something on an idle machine only.
 """
 
 from __future__ import annotations
