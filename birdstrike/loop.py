@@ -96,7 +96,7 @@ def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
     return loaded, record
 
 
-def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress, out: Path) -> Design:
+def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
     """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
     from doe.designs import make_design
     from doe.space import ParameterSpace

@@ -34,21 +34,21 @@ def scipy_random_cd(seed: int) -> np.ndarray:
 
 def pydoe_hypercube(seed: int) -> np.ndarray:
     """pyDOE's centred hypercube of the largest smallest distance."""
-    import pydoe
+    import pydoe  # pyright: ignore[reportMissingImports] (an extra)
 
     return pydoe.lhs(FACTORS, RUNS, criterion="centermaximin", seed=seed)
 
 
 def smt_ese(seed: int) -> np.ndarray:
     """SMT's enhanced stochastic evolutionary search, which minimises PhiP."""
-    from smt.sampling_methods import LHS
+    from smt.sampling_methods import LHS  # pyright: ignore[reportMissingImports] (an extra)
 
     return LHS(xlimits=np.array([[0.0, 1.0]] * FACTORS), criterion="ese", seed=seed)(RUNS)
 
 
 def openturns_annealing(seed: int) -> np.ndarray:
     """OpenTURNS' simulated annealing on the centred discrepancy."""
-    import openturns as ot
+    import openturns as ot  # pyright: ignore[reportMissingImports] (an extra)
 
     ot.RandomGenerator.SetSeed(seed)
     box = ot.JointDistribution([ot.Uniform(0.0, 1.0)] * FACTORS)
