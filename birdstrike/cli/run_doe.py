@@ -94,10 +94,12 @@ def command(
 ) -> dict[str, Any]:
     """Run the strikes of a design: the data from which the bird's parameters are learnt.
 
-    The case says what is varied and how far (inversion.parameters). Whatever stops the campaign, the same command
-    resumes it and loses at most the strikes that were running; a strike that fails is tried once more with half the
-    time step, then left out by number. The folder gets design.csv, projections.svg, curves.csv, summary.json and runs/,
-    one file a strike; it can be moved, and the runs/ of two campaigns merged, by copying. What it holds:
+    The case says what is varied and how far (inversion.parameters). Whatever
+    stops the campaign, the same command resumes it and loses at most the
+    strikes in flight. A strike that fails is tried once more with half the
+    step, then left out by number. The folder gets design.csv, curves.csv,
+    projections.svg, summary.json and runs/, one file a strike. It can be
+    moved, and the runs/ of two campaigns merged, by copying; what it holds:
     birdstrike check FOLDER.
 
     Example: birdstrike run-doe reference_strike --out campaign --design uniform --runs 25 --seed 0

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from data.curves import Measured
 from data.errors import CaseError, RunFailed, UserError
 from data.histories import Array
 from data.store import RunStore
@@ -23,6 +24,7 @@ from doe.designs import make_design
 from doe.external import external_solver, strike_external
 from doe.space import ParameterSpace
 from inversion.forward import StoredSolver
+from inversion.train_and_invert import train_and_invert
 from solver.case import Case, case_hash, load_case
 from tests.doe.external_case import CSV, DECK, NODOUT, PROGRAM, UNITS, oscillator, written
 from tests.doe.test_interruption import gone, until
@@ -163,6 +165,27 @@ def test_a_campaign_moves_with_its_deck_and_serves_an_inversion(tmp_path: Path) 
         return float(np.sum(forward({"bird.material.viscosity": viscosity}).channels["displacement_centre"] - record))
 
     assert brentq(overshoot, 300.0, 1200.0, xtol=0.5) == pytest.approx(700.0, abs=2.0)
+
+
+def test_network_and_emulator_learn_the_other_solver_and_find_what_was_planted(tmp_path: Path) -> None:
+    campaign(oscillator(tmp_path / "case"), tmp_path / "doe", 12)
+    instants, sigma = np.linspace(0.05e-3, 1.9e-3, 60), 1e-5
+    noise = sigma * np.random.default_rng(0).standard_normal(60)
+    record = Measured(
+        instants,
+        {"displacement_centre": exact(instants, 700.0, 100.0) + noise},
+        {"displacement_centre": np.full(60, sigma)},
+        {"displacement_centre": "m"},
+        ("SIMULATED",),
+    )
+    answers = train_and_invert(tmp_path / "doe", record, tmp_path / "inversion").methods
+    found = answers["emulator"].parameters
+    for name, planted in (("bird.material.viscosity", 700.0), ("impact.speed", 100.0)):
+        low, high = found[name].interval_95
+        assert low < planted < high
+        assert found[name].value == pytest.approx(planted, rel=0.02)
+    assert answers["emulator"].verified_rmse < 3.0 * sigma
+    assert answers["network"].verified_relative < 0.1
 
 
 def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
