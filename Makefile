@@ -44,7 +44,8 @@ check: install
 
 # The peer is optional: where it does not install, its comparison is skipped.
 bench: install
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bench]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bench]" || \
+	  echo "not all peers could be installed: their rows say so"
 	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
 
 fuzz: install

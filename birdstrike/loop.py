@@ -131,14 +131,14 @@ def stages(plan: Plan) -> tuple[Stage, ...]:
 
 
 def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
-    from solver.version import SOLVER_VERSION
+    from doe.solvers import solver_for
 
     return {
         "case": plan.case.model_dump(mode="json"),
         "names": plan.design.names,
         "values": plan.design.values,
         "numbers": plan.design.numbers,
-        "solver": SOLVER_VERSION,
+        "solver": solver_for(plan.case).version,
         "code": source_digest("doe"),
     }
 
@@ -173,10 +173,10 @@ def _hand_over(plan: Plan) -> None:
 
 
 def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
-    from solver.version import SOLVER_VERSION
+    from doe.solvers import solver_for
 
     return {
-        "solver": SOLVER_VERSION,
+        "solver": solver_for(plan.case).version,
         "campaign": digest(plan.doe / "case.toml", plan.doe / "design.csv", plan.doe / "curves.csv"),
         "measured": digest(plan.measured),
         "name": plan.measured.name,

@@ -81,6 +81,7 @@ def factor(unit: str) -> Decimal:
     return _base(unit)[0]
 
 
+@cache
 def si_unit(unit: str) -> str:
     """SI name of a unit's dimension ("mm" -> "m"); raises UnitError for a dimension the project does not use."""
     base = _base(unit)[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +15,15 @@ Simulate = Callable[..., Histories]
 """simulate(case, *, step_factor, threads) -> Histories; raises RunFailed. A module's function: it goes to workers."""
 
 
-def attempt(simulate: Simulate, case: Case, values: Mapping[str, float], step_factor: float) -> Histories | str:
-    """Histories of the case with SI `values`, or why there are none; the machine's fault (memory, disk) is raised."""
+def attempt(
+    simulate: Simulate, case: Case, values: Mapping[str, float], step_factor: float, **options: Any
+) -> Histories | str:
+    """Histories of the case with SI `values`, or why there are none; the machine's fault (memory, disk) is raised.
+
+    options: further arguments of `simulate`, such as threads=1 in a campaign.
+    """
     try:
-        histories = simulate(case.with_values(values), step_factor=step_factor, threads=1)
+        histories = simulate(case.with_values(values), step_factor=step_factor, **options)
     except (MemoryError, OSError):
         raise
     except RunFailed as failure:

@@ -19,6 +19,7 @@ from doe.designs import Design
 from doe.folder import CampaignFolder
 from doe.record import load_dataset, running, settled
 from doe.runner import Progress, Runner
+from doe.solvers import Solver, solver_for
 from doe.strike import Failed, Finished, plan
 from doe.worker import process_pool
 from solver.case import Case
@@ -37,30 +38,42 @@ def run_campaign(
     progress: Callable[[Progress], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
     executor: Executor | None = None,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
+    claimed: Callable[[], None] = lambda: None,
 ) -> Dataset:
     """Run what `out` does not hold yet of the design's strikes and return all that finished.
 
     workers: processes, one strike on one thread each; all cores by default. simulate, solver_version: another solver
     and its version in the store's keys. executor: in place of the process pool; it runs `workers` strikes at a time.
+    scheduler: address of a Dask scheduler, in place of both; workers is then the most strikes handed over at a time.
+    retry_failed: strikes with a failure on record are tried again. claimed: called once the folder is this campaign's.
     progress: called at every change. say: takes what the user should know, one line at a time.
 
     A strike that fails is tried again with half the time step, then left out by number; its reason stands in
     summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no strike
     finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
-    begins with the held rows (sobol of the same seed, a file with rows appended) extends the campaign.
+    begins with the held rows (one of doe.planned, a file with rows appended) extends the campaign.
     """
     count = _workers(workers)
-    simulate, version = _solver(simulate, solver_version)
-    strikes = plan(case, design, version)
+    solver = solver_for(case, simulate)
+    if solver_version is not None:
+        solver = solver._replace(version=solver_version)
+    strikes = plan(case, design, solver)
     folder = CampaignFolder(Path(out))
     folder.claim(case, design)
-    _announce(design, folder, version, say)
-    summary = running(folder, case, design, version)
-    runner = Runner(RunStore(folder.runs), strikes, progress)
-    if runner.due:
-        pool = _pool(executor, min(count, len(runner.due)))
-        with pool as ready:
-            runner.run(ready, simulate, case, count)
+    _announce(design, folder, solver.version, say)
+    summary = running(folder, case, design, solver.version)
+    claimed()
+    store = RunStore(folder.runs)
+    for key in (key for strike in strikes if retry_failed for key in strike.keys.values()):
+        store.forget_failure(key)
+    runner = Runner(store, strikes, progress)
+    if runner.due and scheduler is not None:
+        _run_on_cluster(runner, scheduler, solver, case, workers)
+    elif runner.due:
+        with _pool(executor, min(count, len(runner.due))) as ready:
+            runner.run(ready, solver.simulate, case, count)
     return _finish(folder, summary, runner, say)
 
 
@@ -70,21 +83,17 @@ def _workers(workers: int | None) -> int:
     return workers or os.cpu_count() or 1
 
 
-def _solver(simulate: Simulate | None, version: str | None) -> tuple[Simulate, str]:
-    """The embedded solver by default, loaded late: it brings the compiled kernels."""
-    if simulate is None:
-        from solver.simulate import simulate as embedded
-
-        simulate = embedded
-    if version is None:
-        from solver.version import SOLVER_VERSION
-
-        version = SOLVER_VERSION
-    return simulate, version
-
-
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
     return process_pool(workers) if executor is None else nullcontext(executor)
+
+
+def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, workers: int | None) -> None:
+    from doe.cluster import AHEAD, SameSolver, cluster, version_here
+
+    embedded = solver.version == version_here()
+    simulate = SameSolver(solver.simulate, solver.version) if embedded else solver.simulate
+    with cluster(scheduler) as found:
+        runner.run(found.executor, simulate, case, found.threads, ahead=workers or AHEAD, lost=found.lost)
 
 
 def _announce(design: Design, folder: CampaignFolder, version: str, say: Callable[[str], None]) -> None:
@@ -106,10 +115,10 @@ def _announce(design: Design, folder: CampaignFolder, version: str, say: Callabl
 
 def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
     outcomes = dict(sorted(runner.outcomes.items()))
-    finished = {number: outcome.histories for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
+    finished = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
     failed = {number: outcome.reason for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
     if finished:
-        write_curves(folder.curves, finished)
+        write_curves(folder.curves, ((number, run.store.curves(run.key)) for number, run in finished.items()))
     settled(folder, summary, outcomes)
     if not finished:
         number, reason = next(iter(failed.items()))

@@ -4,16 +4,34 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
+from data.files import whole_file, write_atomically
 from solver.case import Case
 
+DECK = "deck"
 
-def case_toml(case: Case) -> str:
-    """TOML text that `load_case` reads back to the same case."""
+
+def copy_case(case: Case, folder: Path) -> None:
+    """Write `case.toml` into the folder, and beside it the files that an external solver's deck is made of."""
+    raw = case._raw
+    if case.external is not None:
+        names = [f"{DECK}/{path.name}" for path in case.external.inputs]
+        for path, name in zip(case.external.inputs, names, strict=True):
+            if path != (folder / name).resolve():
+                with whole_file(folder / name) as temporary:
+                    shutil.copyfile(path, temporary)
+        raw = raw | {"external": raw["external"] | {"template": names[0], "files": names[1:]}}
+    write_atomically(folder / "case.toml", case_toml(case, raw))
+
+
+def case_toml(case: Case, raw: Mapping[str, Any] | None = None) -> str:
+    """TOML text that `load_case` reads back to the same case; raw: its table, where paths in it differ."""
     head = f"# {case.name}, with everything that it extends and every override written in."
-    return "\n".join([head, *_table(case._raw, ())]) + "\n"
+    return "\n".join([head, *_table(raw or case._raw, ())]) + "\n"
 
 
 def _table(table: Mapping[str, Any], place: tuple[str, ...]) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings as python_warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -53,8 +54,12 @@ class Design:
         return self.space.units
 
     def quality(self) -> Quality:
-        """Rank, condition, correlation and discrepancy."""
-        return design_quality(self.unit, self.names)
+        """Rank, condition, correlation, discrepancies with their percentiles, smallest distance."""
+        return self._quality
+
+    @cached_property
+    def _quality(self) -> Quality:
+        return design_quality(self.unit, self.names, ranked=True)
 
 
 def make_design(

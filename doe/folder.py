@@ -1,22 +1,29 @@
 """A campaign's folder: whose it is, and what stands in it while the campaign runs.
 
-case.toml (the resolved case), case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
+case.toml (the resolved case, with deck/ where an external solver needs it),
+case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from data.errors import UserError
 from data.files import write_atomically, write_json
-from doe.case_copy import case_toml
+from data.histories import Array
+from doe.case_copy import copy_case
 from doe.designs import Design
 from doe.extension import extends, remedy
 from doe.leftovers import remove_leftovers
+from doe.space import ParameterSpace
 from solver.case import Case, case_hash
 
 
@@ -55,7 +62,7 @@ class CampaignFolder:
         self._refuse_other_design(design)
         self.runs.mkdir(parents=True, exist_ok=True)
         remove_leftovers(self.runs)
-        write_atomically(self.path / "case.toml", case_toml(case))
+        copy_case(case, self.path)
         identity = {"name": case.name, "case_hash": case_hash(case), "case": case.canonical()}
         write_json(self.path / "case.json", identity)
         write_atomically(self.design, design_text(design))
@@ -78,14 +85,15 @@ class CampaignFolder:
         if not self.design.exists():
             return
         held_text, text, held = self.design.read_text(encoding="utf-8"), design_text(design), self.read_summary()
-        if text == held_text or extends(design, text, held_text, held):
+        same_ranges = held.get("space") == space_json(design.space)
+        if text == held_text or extends(design, text, held_text, held, same_ranges):
             return
         runs, old = len(held_text.splitlines()) - 1, held.get("design")
         words = _words(old["kind"], runs, old["seed"], old["source"]) if old else "another design"
         asked = _words(design.kind, len(design.numbers), design.seed, design.source)
         raise UserError(
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
-            f"{remedy(design, runs, held)}"
+            f"{remedy(design, runs, held, same_ranges)}"
         )
 
 
@@ -93,6 +101,28 @@ def design_text(design: Design) -> str:
     """`design.csv`: run numbers and SI values, every bit of them."""
     rows = ([str(n), *(repr(float(v)) for v in row)] for n, row in zip(design.numbers, design.values, strict=True))
     return "\n".join(",".join(row) for row in [["run", *design.names], *rows]) + "\n"
+
+
+def design_rows(rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    """Run numbers (n,) and SI values (n, k) from the lines of `design.csv`, its header the first."""
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
+    return table[:, 0].astype(np.int64), table[:, 1:]
+
+
+def rows_digest(rows: Sequence[str]) -> str:
+    """What vouches for the rows of `design.csv`, its header the first: SHA-256 of their text."""
+    return hashlib.sha256("\n".join(rows).encode()).hexdigest()
+
+
+def space_json(space: ParameterSpace) -> dict[str, list[Any]]:
+    """The ranges as summary.json has them."""
+    return {
+        "names": list(space.names),
+        "units": list(space.units),
+        "lows": space.lows.tolist(),
+        "highs": space.highs.tolist(),
+        "scales": ["logarithmic" if logarithmic else "linear" for logarithmic in space.logarithmic],
+    }
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -6,16 +6,19 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from data.errors import UserError
 from data.histories import Array
+from doe.galois import prime_power, tables
+from doe.uniform import cd2
 
 Levels = NDArray[np.int64]
 
-ODD_PRIMES = (3, 5, 7, 11, 13)
+LEVELS = tuple(q for q in range(2, 32) if prime_power(q))
 LARGEST = 1000
 RESTARTS = 30
+WORK = 3e8
+"""Descents of the permutation, and a bound on the discrepancies computed in all of them times runs squared."""
 
 
 def orthogonal_design(runs: int, columns: int, seed: int) -> Array:
@@ -35,51 +38,67 @@ def orthogonal_design(runs: int, columns: int, seed: int) -> Array:
 
 
 def sizes(columns: int) -> dict[int, tuple[int, int]]:
-    """Runs q^m of the arrays that have room for `columns` factors -> (levels q, power m); q an odd prime."""
+    """Runs q^m of the arrays that have room for `columns` factors -> (levels q, power m), of two the more levels.
+
+    An array of two levels is no choice here: nothing between the ends of a range would be struck.
+    """
     found = {
-        q**m: (q, m) for q in ODD_PRIMES for m in range(2, 7) if q**m <= LARGEST and (q**m - 1) // (q - 1) >= columns
+        q**m: (q, m)
+        for q in LEVELS
+        for m in range(2, 10)
+        if q > 2 and q**m <= LARGEST and (q**m - 1) // (q - 1) >= columns
     }
     return dict(sorted(found.items()))
 
 
 def rao_hamming(q: int, power: int) -> Levels:
-    """The array with q^m runs and (q^m - 1)/(q - 1) columns: run x in GF(q)^m, column c.x mod q.
+    """The array with q^m runs and (q^m - 1)/(q - 1) columns: run x in GF(q)^m, column c.x; q any prime power.
 
     The c are all vectors whose first non-zero entry is 1: no two are proportional, so that any two columns take
     every pair of levels q^(m-2) times (A. S. Hedayat, N. J. A. Sloane, J. Stufken, Orthogonal Arrays, 1999,
     theorem 3.20).
     """
+    add, multiply = tables(q)
     points = np.array(list(itertools.product(range(q), repeat=power)))
     first = np.array([point[np.flatnonzero(point)[0]] if point.any() else 0 for point in points])
-    return points @ points[first == 1].T % q
+    columns = points[first == 1]
+    array = np.zeros((len(points), len(columns)), dtype=np.int64)
+    for axis in range(power):
+        array = add[array, multiply[points[:, axis][:, None], columns[:, axis][None, :]]]
+    return array
 
 
 def _permuted(array: Levels, columns: int, q: int, rng: np.random.Generator) -> Levels:
     """Choose columns and rename their levels: the best of `RESTARTS` descents; strength 2 is kept by any renaming."""
-    best, lowest = array[:, :columns], np.inf
+    best, lowest, left = array[:, :columns], np.inf, int(WORK / (len(array) ** 2 * columns))
     for _ in range(RESTARTS):
         chosen = array[:, np.sort(rng.permutation(array.shape[1])[:columns])]
-        found, value = _descent(chosen, q, rng)
+        found, value, left = _descent(chosen, q, rng, left)
         if value < lowest - 1e-12:
             best, lowest = found, value
+        if left <= 0:
+            break
     return best
 
 
-def _descent(array: Levels, q: int, rng: np.random.Generator) -> tuple[Levels, float]:
-    """Exchange two levels' names in one column as long as that lowers the centred discrepancy."""
+def _descent(array: Levels, q: int, rng: np.random.Generator, left: int) -> tuple[Levels, float, int]:
+    """Exchange two levels' names in one column as long as that lowers the centred discrepancy, at most `left` times."""
     names = [rng.permutation(q) for _ in range(array.shape[1])]
     value = _discrepancy(array, names, q)
     improved = True
-    while improved:
+    while improved and left > 0:
         improved = False
         for column, (u, v) in itertools.product(range(len(names)), itertools.combinations(range(q), 2)):
+            left -= 1
+            if left < 0:
+                break
             names[column][[u, v]] = names[column][[v, u]]
             trial = _discrepancy(array, names, q)
             if trial < value - 1e-12:
                 value, improved = trial, True
             else:
                 names[column][[u, v]] = names[column][[v, u]]
-    return _renamed(array, names), value
+    return _renamed(array, names), value, left
 
 
 def _renamed(array: Levels, names: list[Levels]) -> Levels:
@@ -87,7 +106,7 @@ def _renamed(array: Levels, names: list[Levels]) -> Levels:
 
 
 def _discrepancy(array: Levels, names: list[Levels], q: int) -> float:
-    return float(qmc.discrepancy(_centred(_renamed(array, names), q), method="CD"))
+    return cd2(_centred(_renamed(array, names), q))
 
 
 def _centred(levels: Levels, q: int) -> Array:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
 from data.histories import Array
@@ -18,6 +20,9 @@ Columns are fractions of the ranges. Rounding in a table moves a singular value 
 a design that varies a parameter over a hundredth of its range still counts as varying it.
 """
 
+RANDOM_DESIGNS, RANKED_RUNS = 400, 300
+"""Designs among which a percentile is taken, and the most runs for which that is worth its time (about 2 s there)."""
+
 
 @dataclass(frozen=True)
 class Quality:
@@ -25,8 +30,10 @@ class Quality:
 
     singular_values: (min(n, k),) of the centred matrix, columns in fractions of the ranges, descending; rank: how many
     exceed RANK_TOLERANCE of the largest; condition: largest over smallest, inf where the rank is deficient;
-    max_correlation: largest absolute correlation of two columns that vary; discrepancy: squared centred L2 discrepancy,
-    None where runs lie outside the box; sentence: the finding in words.
+    max_correlation: largest absolute correlation of two columns that vary; discrepancy, wraparound: squared centred and
+    wrap-around L2 discrepancy, None where runs lie outside the box; percentile, wraparound_percentile: share in % of
+    random designs (independent runs, uniform in the box) that are lower, None where not asked; min_distance: smallest
+    distance of two runs in the unit box; sentence: the finding in words.
     """
 
     runs: int
@@ -37,6 +44,10 @@ class Quality:
     discrepancy: float | None
     singular_values: Array
     sentence: str
+    wraparound: float | None = None
+    percentile: float | None = None
+    wraparound_percentile: float | None = None
+    min_distance: float = 0.0
 
     @property
     def deficient(self) -> bool:
@@ -51,16 +62,25 @@ class Quality:
             "condition": self.condition if np.isfinite(self.condition) else None,
             "max_correlation": self.max_correlation,
             "discrepancy": self.discrepancy,
+            "discrepancy_percentile": self.percentile,
+            "wraparound_discrepancy": self.wraparound,
+            "wraparound_percentile": self.wraparound_percentile,
+            "min_distance": self.min_distance,
             "singular_values": [float(s) for s in self.singular_values],
             "deficient": self.deficient,
             "sentence": self.sentence,
         }
 
 
-def design_quality(unit: Array, names: Sequence[str] | None = None) -> Quality:
-    """Quality of a design (n, k) in fractions of the ranges; `names` (k) are for the sentence."""
+def design_quality(unit: Array, names: Sequence[str] | None = None, ranked: bool = False) -> Quality:
+    """Quality of a design (n, k) in fractions of the ranges; `names` (k) are for the sentence.
+
+    ranked: with the percentiles among random designs, for designs of at most RANKED_RUNS.
+    """
     n, k = unit.shape
     _, singular, directions = np.linalg.svd(unit - unit.mean(axis=0), full_matrices=False)
+    centred, wrapped = _discrepancy(unit, "CD"), _discrepancy(unit, "WD")
+    ranked = ranked and n <= RANKED_RUNS
     rank = int(np.sum(singular > RANK_TOLERANCE * singular[0])) if singular[0] > 1e-12 else 0
     return Quality(
         runs=n,
@@ -68,8 +88,12 @@ def design_quality(unit: Array, names: Sequence[str] | None = None) -> Quality:
         rank=rank,
         condition=float(singular[0] / singular[-1]) if rank == k else float("inf"),
         max_correlation=_largest_correlation(unit),
-        discrepancy=_discrepancy(unit),
+        discrepancy=centred,
         singular_values=singular,
+        wraparound=wrapped,
+        percentile=_percentile(centred, (n, k), "CD") if ranked else None,
+        wraparound_percentile=_percentile(wrapped, (n, k), "WD") if ranked else None,
+        min_distance=float(pdist(unit).min()) if n > 1 else 0.0,
         sentence=_sentence(n, rank, directions[:rank], names or [f"parameter {j + 1}" for j in range(k)]),
     )
 
@@ -83,11 +107,23 @@ def _largest_correlation(unit: Array) -> float:
     return float(min(correlation[np.triu_indices_from(correlation, k=1)].max(), 1.0))
 
 
-def _discrepancy(unit: Array) -> float | None:
-    """Squared centred L2 discrepancy as scipy defines it; None where a run lies outside the box."""
+def _discrepancy(unit: Array, method: Literal["CD", "WD"]) -> float | None:
+    """Squared discrepancy as scipy defines it; None where a run lies outside the box."""
     if np.any((unit < -1e-9) | (unit > 1.0 + 1e-9)):
         return None
-    return float(qmc.discrepancy(np.clip(unit, 0.0, 1.0), method="CD"))
+    return float(qmc.discrepancy(np.clip(unit, 0.0, 1.0), method=method))
+
+
+def _percentile(value: float | None, shape: tuple[int, int], method: Literal["CD", "WD"]) -> float | None:
+    """Share [%] of random designs of that shape whose discrepancy is lower."""
+    return None if value is None else float(100.0 * np.mean(_random_discrepancies(shape, method) < value))
+
+
+@cache
+def _random_discrepancies(shape: tuple[int, int], method: Literal["CD", "WD"]) -> Array:
+    """Of RANDOM_DESIGNS designs, always the same."""
+    rng = np.random.default_rng(0)
+    return np.array([qmc.discrepancy(rng.random(shape), method=method) for _ in range(RANDOM_DESIGNS)])
 
 
 def _sentence(runs: int, rank: int, directions: Array, names: Sequence[str]) -> str:

@@ -11,23 +11,20 @@ import numpy as np
 from data.dataset import Dataset
 from data.errors import UserError
 from data.files import write_json
-from data.histories import Array, Histories
+from data.histories import Array
 from doe.activity import inactive_runs
 from doe.curves_file import read_curves
 from doe.designs import Design
-from doe.folder import CampaignFolder
+from doe.folder import CampaignFolder, design_text, rows_digest, space_json
 from doe.strike import Failed, Finished
 from solver.case import Case, case_hash
 
 SMOOTH_LIMIT = 0.05
 """Largest eroded share of the bird's mass for which a run still belongs to the smooth regime."""
 
-BOOKS = ("eroded_mass_fraction", "energy_error", "momentum_error", "wall_s")
-
 
 def running(folder: CampaignFolder, case: Case, design: Design, version: str) -> dict[str, Any]:
     """Write the summary of a campaign that has not finished, and return it."""
-    space = design.space
     summary: dict[str, Any] = {
         "state": "running",
         "case_name": case.name,
@@ -38,9 +35,10 @@ def running(folder: CampaignFolder, case: Case, design: Design, version: str) ->
             "seed": design.seed,
             "source": design.source,
             "runs": len(design.numbers),
+            "digest": rows_digest(design_text(design).splitlines()),
             **design.quality().as_json(),
         },
-        "space": {"names": space.names, "units": space.units, "lows": space.lows, "highs": space.highs},
+        "space": space_json(design.space),
         "inactive_runs": inactive_runs(design),
         "runs": [{"run": int(number), "status": "pending"} for number in design.numbers],
         "failed": [],
@@ -59,19 +57,18 @@ def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mappin
 def _fate(outcome: Finished | Failed) -> dict[str, Any]:
     if isinstance(outcome, Failed):
         return {"status": "failed", "reason": outcome.reason}
-    books = {name: outcome.histories.summary.get(name) for name in BOOKS}
     return {
         "status": "finished",
         "key": outcome.key,
         "step_factor": outcome.step_factor,
-        "smooth": is_smooth(outcome.histories),
-        **books,
+        "smooth": is_smooth(outcome.books),
+        **outcome.books,
     }
 
 
-def is_smooth(histories: Histories) -> bool:
+def is_smooth(books: Mapping[str, Any]) -> bool:
     """Whether the bird kept its mass but for SMOOTH_LIMIT; a solver that reports no erosion has none."""
-    lost = histories.summary.get("eroded_mass_fraction")
+    lost = books.get("eroded_mass_fraction")
     return not (isinstance(lost, int | float) and lost > SMOOTH_LIMIT)
 
 

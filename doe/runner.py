@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import NamedTuple
 
@@ -38,20 +38,32 @@ class Runner:
         self.due: deque[tuple[Strike, float]] = deque()
         self.waiting: dict[Future[Histories | str], tuple[Strike, float]] = {}
         for strike in strikes:
-            self._place(strike, consult(store, strike))
+            self._place(strike, consult([store], strike))
         self.reused = self.finished
         self.tell(workers=0)
 
-    def run(self, executor: Executor, simulate: Simulate, case: Case, workers: int) -> None:
-        """Carry out what is due, at most twice `workers` strikes handed over at a time; raises RunFailed."""
+    def run(
+        self,
+        executor: Executor,
+        simulate: Simulate,
+        case: Case,
+        workers: int,
+        *,
+        ahead: int | None = None,
+        lost: tuple[type[Exception], ...] = (),
+    ) -> None:
+        """Carry out what is due; raises RunFailed when the executor is broken.
+
+        ahead: most strikes handed over at a time, twice `workers` by default. lost: what the executor raises for a
+        strike whose workers died under it again and again: it is left out now, and due again at the next call.
+        """
         while self.due or self.waiting:
-            while self.due and len(self.waiting) < 2 * workers:
-                strike, factor = self.due.popleft()
-                sent = executor.submit(attempt, simulate, strike.case or case, strike.values, factor)
-                self.waiting[sent] = (strike, factor)
+            while self.due and len(self.waiting) < (ahead or 2 * workers):
+                self._send(executor, simulate, case)
             self.tell(workers)
-            for future in wait(self.waiting, return_when=FIRST_COMPLETED).done:
-                self._take(future)
+            if self.waiting:
+                for future in wait(self.waiting, return_when=FIRST_COMPLETED).done:
+                    self._take(future, lost)
         self.tell(workers)
 
     def tell(self, workers: int) -> None:
@@ -64,22 +76,40 @@ class Runner:
         """Strikes that can be used."""
         return len(self.outcomes) - self.failed
 
-    def _take(self, future: Future[Histories | str]) -> None:
+    def _send(self, executor: Executor, simulate: Simulate, case: Case) -> None:
+        """Hand over the next strike, unless another process on the same store has ended it meanwhile."""
+        strike, factor = self.due.popleft()
+        if self.store.path(strike.keys[factor]).exists():
+            self._place(strike, consult([self.store], strike))
+            return
+        sent = executor.submit(attempt, simulate, strike.case or case, strike.values, factor, threads=1)
+        self.waiting[sent] = (strike, factor)
+
+    def _take(self, future: Future[Histories | str], lost: tuple[type[Exception], ...]) -> None:
         strike, factor = self.waiting.pop(future)
         try:
             result = future.result()
-        except BrokenProcessPool as error:
-            raise RunFailed(
-                f"a worker process ended abruptly (killed, or out of memory); {self.finished} of {self.total} "
-                "strikes are kept",
-                "run the same command again to resume, with fewer --workers if memory is short",
-            ) from error
-        except MemoryError as error:
-            raise RunFailed(
-                f"run {strike.number} does not fit into memory; {self.finished} of {self.total} strikes are kept",
+        except (BrokenProcessPool, CancelledError, MemoryError) as error:
+            raise self._broken(strike, error) from error
+        except lost as error:
+            self._place(strike, Failed(f"its workers died under it ({error}); the next call tries it again"))
+            return
+        self._place(strike, record([self.store], strike, factor, result))
+
+    def _broken(self, strike: Strike, error: Exception) -> RunFailed:
+        """Why the campaign cannot go on, and what to do."""
+        kept = f"{self.finished} of {self.total} strikes are kept"
+        if isinstance(error, MemoryError):
+            return RunFailed(
+                f"run {strike.number} does not fit into memory; {kept}",
                 "run again with fewer --workers or a coarser case (bird.particles, plate.elements)",
-            ) from error
-        self._place(strike, record(self.store, strike, factor, result))
+            )
+        if isinstance(error, CancelledError):
+            return RunFailed(f"the scheduler was lost; {kept}", "run the same command again to resume")
+        return RunFailed(
+            f"a worker process ended abruptly (killed, or out of memory); {kept}",
+            "run the same command again to resume, with fewer --workers if memory is short",
+        )
 
     def _place(self, strike: Strike, state: Outcome | float) -> None:
         if isinstance(state, Finished | Failed):

@@ -56,7 +56,12 @@ def centred(levels: Levels) -> Array:
 
 def discrepancy(levels: Levels) -> float:
     """Squared centred L2 discrepancy of a U-type design."""
-    return float(qmc.discrepancy(centred(levels), method="CD"))
+    return cd2(centred(levels))
+
+
+def cd2(unit: Array) -> float:
+    """Squared centred L2 discrepancy of points (n, k) in 0..1."""
+    return float(qmc.discrepancy(unit, method="CD"))
 
 
 def _annealed(start: Levels, rng: np.random.Generator) -> Levels:

@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from data.errors import RunFailed
 from data.histories import Array, Histories
-from data.store import RunStore, run_key
+from data.store import RunStore
 from doe.attempt import Simulate
 from doe.runner import Progress, Runner
-from doe.strike import STEP_FACTORS, Failed, Finished, Strike
+from doe.solvers import solver_for
+from doe.strike import Failed, Finished, Strike
 from doe.worker import process_pool
 from inversion.grid_convergence import CurveConvergence, GridConvergence, curve_convergence, grid_convergence
 from inversion.meshes import Mesh
 from inversion.scalars import Scalar, scalars
-from solver.case import Case
-from solver.version import SOLVER_VERSION
 
 
 @dataclass(frozen=True)
@@ -62,12 +61,9 @@ def run_meshes(
     progress: takes the share of the estimated cost that is done. Raises RunFailed naming the meshes that failed, when
     all others are kept.
     """
-    if simulate is None:
-        from solver.simulate import simulate as embedded  # late: a stand-in needs no kernels
-
-        simulate = embedded
+    solver = solver_for(meshes[0].case, simulate)
     order = sorted(range(len(meshes)), key=lambda i: -meshes[i].cost)
-    strikes = [Strike(i, {}, _keys(meshes[i].case), meshes[i].case) for i in order]
+    strikes = [replace(Strike.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
     total = sum(mesh.cost for mesh in meshes)
 
     def tell(_: Progress) -> None:
@@ -78,12 +74,8 @@ def run_meshes(
     tell(Progress(len(meshes), 0, 0, 0, 0))
     if runner.due:
         with nullcontext(executor) if executor is not None else process_pool(min(workers, len(runner.due))) as pool:
-            runner.run(pool, simulate, meshes[0].case, workers)
+            runner.run(pool, solver.simulate, meshes[0].case, workers)
     return _all_finished(meshes, [runner.outcomes[i] for i in range(len(meshes))])
-
-
-def _keys(case: Case) -> dict[float, str]:
-    return {factor: run_key(case.canonical(), SOLVER_VERSION, factor) for factor in STEP_FACTORS}
 
 
 def _all_finished(meshes: Sequence[Mesh], outcomes: Sequence[Finished | Failed]) -> tuple[Finished, ...]:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 from data.errors import RunFailed
 from data.histories import Histories
-from data.store import RunStore, run_key
-from doe.strike import STEP_FACTORS
+from data.store import RunStore
+from doe.attempt import attempt
+from doe.solvers import solver_for
+from doe.strike import Failed, Finished, Strike, consult, record
 from solver.case import Case
 from solver.simulate import simulate
-from solver.version import SOLVER_VERSION
 
 Forward = Callable[[Mapping[str, float]], Histories]
 """forward({dotted case key: SI value}) -> Histories; may raise RunFailed."""
@@ -29,38 +30,19 @@ class StoredSolver:
     def __call__(self, theta: Mapping[str, float]) -> Histories:
         """A stored run or a new one, its key in the summary as `run_key`.
 
-        A run that fails is tried once more with half the time step, as in a campaign. Raises RunFailed.
+        A run that fails gets its second chance as in a campaign. Raises RunFailed.
         """
-        case, reason = self.case.with_values(theta), ""
-        for step_factor in STEP_FACTORS:
-            key = run_key(case.canonical(), SOLVER_VERSION, step_factor)
-            found, reason = self._stored(key)
-            if found is None and not reason:
-                found, reason = self._run(case, theta, key, step_factor)
-            if found is not None:
-                return replace(found, summary={**found.summary, "run_key": key})
-        raise RunFailed(reason, "see the case and the parameters' ranges")
-
-    def _stored(self, key: str) -> tuple[Histories | None, str]:
-        """A finished run, or the reason of a failed one, from the first store that has either."""
-        for store in (self.store, *self.read):
-            found, reason = store.load(key), store.failure(key) or ""
-            if found is not None or reason:
-                return found, reason
-        return None, ""
-
-    def _run(
-        self, case: Case, theta: Mapping[str, float], key: str, step_factor: float
-    ) -> tuple[Histories | None, str]:
-        """Strike once and keep what came of it."""
-        meta = {"values": dict(theta), "step_factor": step_factor}
-        try:
-            found = simulate(case, step_factor=step_factor, progress=self.progress)
-        except RunFailed as failure:
-            self.store.save_failure(key, str(failure), meta)
-            return None, str(failure)
-        self.store.save(key, found, meta)
-        return found, ""
+        solver = solver_for(self.case, simulate)
+        stores = (self.store, *self.read)
+        strike = Strike.of(0, theta, self.case.with_values(theta), solver)
+        state = consult(stores, strike)
+        while not isinstance(state, Finished | Failed):
+            result = attempt(solver.simulate, self.case, theta, state, progress=self.progress)
+            state = record(stores, strike, state, result)
+        if isinstance(state, Failed):
+            raise RunFailed(state.reason, "see the case and the parameters' ranges")
+        found = state.histories
+        return replace(found, summary={**found.summary, "run_key": state.key})
 
 
 def watched(forward: Forward, progress: Callable[[float], None]) -> Forward:

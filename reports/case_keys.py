@@ -17,6 +17,7 @@ from solver.case_bird import Bird
 from solver.case_choice import sections_of
 from solver.case_effects import SHOWN, shown
 from solver.case_eos import LAWS
+from solver.case_external import FORMATS, External, Text, UnitText
 from solver.case_fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 from solver.case_material import MATERIALS
 from solver.case_plate import EdgeSprings, Plate, PlateMaterial
@@ -64,6 +65,9 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Sensors", list(rows(Sensor, "sensors.<name>", say.SENSORS))
     yield "Instruments", list(rows(Instrument, "instrument.<sensor>", say.SENSORS))
     yield "Solver", list(rows(SolverSettings, "solver", say.SETTINGS))
+    yield "External solver", list(rows(External, "external", say.EXTERNAL))
+    for kind, reading in FORMATS.items():
+        yield f'External solver: `format = "{kind}"`', list(rows(reading, "external.sensors.<name>", say.EXTERNAL))
     yield "Effects", list(of_effects())
     yield "Inversion", list(inversion())
     later = [name for name, field in Case.model_fields.items() if any(isinstance(m, Later) for m in field.metadata)]
@@ -97,6 +101,8 @@ def inversion() -> Iterator[Row]:
     """Keys whose names are the user's."""
     sought = 'inversion.parameters."<key>".range'
     yield f"`{sought}`", "of the key", "within the key's own", "none", say.SETTINGS[sought]
+    scale = sought.replace(".range", ".scale")
+    yield f"`{scale}`", "word", '"linear", "logarithmic"', '"linear"', say.SETTINGS[scale]
     for name, mark in NUISANCE.items():
         key = f"inversion.nuisance.{name}"
         yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", say.SETTINGS.get(key, "")
@@ -126,6 +132,8 @@ def described(field: FieldInfo) -> tuple[str, str]:
             return many + (mark.shown or "number"), f"{mark.low} .. {mark.high}"
         if isinstance(mark, Count):
             return many + "whole number", f"{mark.low} .. {mark.high}"
+        if isinstance(mark, Text | UnitText):
+            return f"{many}text", f"such as {mark.hint}" if isinstance(mark, Text) else "a unit"
         if isinstance(mark, OneOf):
             return "word", ", ".join(f'"{word}"' for word in mark.available)
         if isinstance(mark, WordOr):

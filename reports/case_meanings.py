@@ -109,6 +109,7 @@ SENSORS = {
     "instrument.<sensor>.drift": "Per second from the record's time 0, in the unit of the sensor's kind.",
 }
 SETTINGS = {
+    "solver.name": 'Ours, or a command of yours: `solver = "external"` with a section `[external]`.',
     "solver.courant": "Share of the stable step.",
     "solver.shock_linear": "Linear part of the artificial viscosity, on shocks only; 1 stands for the usual.",
     "solver.shock_quadratic": "Quadratic part of it; 2 stands for the usual.",
@@ -118,9 +119,30 @@ SETTINGS = {
     "solver.hourglass_coefficient": "Of that control; absent: 0.02 viscous, 0.05 stiffness.",
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
+    'inversion.parameters."<key>".scale': "In which its designs spread.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
     "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
     "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
     "inversion.nuisance.thickness": "Of the plate's thickness, one standard deviation.",
     "inversion.nuisance.angle": "Of the impact's angle, one standard deviation.",
+}
+EXTERNAL = {
+    "external.command": "Words of the command; `{input}` stands for the deck's name.",
+    "external.template": "The deck with `{{ placeholders }}`, relative to the case file.",
+    "external.version": "Solver and release; part of every run's name in the store.",
+    "external.sensors": "For every sensor of the case a table, below, that says where the solver writes it.",
+    "external.files": "Other files that the deck needs beside it.",
+    "external.success": "Text without which the output does not count as a normal end.",
+    "external.time_limit": "After which the command is stopped and the run failed.",
+    "external.keep": "Which runs' folders stay.",
+    "external.scratch": "Where the folders are made; absent: the system's temporary folder.",
+    "external.sensors.<name>.format": "Of the file in which the sensor stands.",
+    "external.sensors.<name>.file": "Its name in the run's folder.",
+    "external.sensors.<name>.unit": "Of its values there.",
+    "external.sensors.<name>.time_unit": "Of its times there.",
+    "external.sensors.<name>.factor": "On its values, such as -1 for the sign.",
+    "external.sensors.<name>.column": "Its column: a name of a CSV's header, or a number, the time's being 1.",
+    "external.sensors.<name>.time": "Name of the time's column; absent: the first.",
+    "external.sensors.<name>.node": "Number of the node.",
+    "external.sensors.<name>.component": "As the header of nodout names it, such as z-disp.",
 }

@@ -16,6 +16,7 @@ from data.errors import CaseError
 from data.units import quantity_text
 from solver.case_bird import Bird
 from solver.case_effects import Effects, magnitude_text, with_effects
+from solver.case_external import External, broken_external_rules, with_deck
 from solver.case_fields import Section
 from solver.case_files import override_table, read_case
 from solver.case_messages import error_lines
@@ -32,12 +33,13 @@ from solver.effects import effects
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit."""
+    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit, scale of its designs."""
 
     name: str
     low: float
     high: float
     unit: str
+    scale: str = "linear"
 
 
 class Case(Section):
@@ -49,6 +51,7 @@ class Case(Section):
     time: Time
     sensors: dict[str, Sensor] = DEFAULT_SENSORS
     solver: SolverSettings = SolverSettings()
+    external: External | None = None
     inversion: InversionSettings = InversionSettings()
     effects: Effects = Field(default_factory=dict)
     instrument: dict[str, Instrument] = Field(default_factory=dict)
@@ -60,6 +63,11 @@ class Case(Section):
     @classmethod
     def _no_sensors_mean_the_default_three(cls, value: dict[str, Sensor]) -> dict[str, Sensor]:
         return value or DEFAULT_SENSORS
+
+    @field_validator("solver", mode="before")
+    @classmethod
+    def _a_word_names_the_solver(cls, value: Any) -> Any:
+        return {"name": value} if isinstance(value, str) else value
 
     @property
     def name(self) -> str:
@@ -78,8 +86,8 @@ class Case(Section):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """What an inversion seeks, in the order of the file."""
-        entries = ((name, entry.range, quantity_at(name)) for name, entry in self.inversion.parameters.items())
-        return tuple(Parameter(name, *span, mark.unit) for name, span, mark in entries if mark is not None)
+        entries = ((name, entry, quantity_at(name)) for name, entry in self.inversion.parameters.items())
+        return tuple(Parameter(name, *e.range, mark.unit, e.scale) for name, e, mark in entries if mark is not None)
 
     def with_values(self, values: Mapping[str, float]) -> Case:
         """The case with SI values under dotted keys, validated anew; raises CaseError."""
@@ -111,6 +119,8 @@ class Case(Section):
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""
         tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
         del tree["solver"]["threads"]
+        if self.solver.name == "embedded":
+            del tree["solver"]["name"]
         for key in ("mass", "slenderness", "statistics"):
             del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density
@@ -120,18 +130,20 @@ class Case(Section):
             del tree["impact"]["offset"]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
+        if self.solver.name == "external" and self.external is not None:
+            tree["external"] = self.external.canonical()
         return tree | ({"instrument": acting} if acting else {})
 
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
     table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
-    return case_from_table(table, Path(path).stem)
+    return case_from_table(with_deck(table, Path.cwd()), Path(path).stem)
 
 
 def case_from_table(table: Raw, name: str = "case") -> Case:
     """Case from a table as TOML gives it; raises CaseError with all errors."""
-    errors = [*broken_rules(table), *broken_sensor_rules(table)]
+    errors = [*broken_rules(table), *broken_sensor_rules(table), *broken_external_rules(table)]
     case = None
     try:
         case = Case.model_validate(table)

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
@@ -62,12 +63,12 @@ class Between:
         """Unit of the bounds: "0.1 mm" -> "mm"."""
         return self.low.split(" ", 1)[1] if isinstance(self.low, str) else ""
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """SI unit of the value."""
         return si_unit(self.shown) if self.shown else ""
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[float, float]:
         """Plausible range in SI."""
         return self.si(self.low), self.si(self.high)

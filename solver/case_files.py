@@ -9,6 +9,7 @@ from pathlib import Path
 
 from data.errors import CaseError, UserError
 from data.paths import resolve_case
+from solver.case_external import with_deck
 from solver.case_overlay import CHOOSING, Raw, overlay
 from solver.case_table import with_table
 
@@ -27,7 +28,7 @@ def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> P
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
-    raw = with_table(_parse(path), path.parent)
+    raw = with_deck(with_table(_parse(path), path.parent), path.parent)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
+from functools import cache
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -49,6 +50,7 @@ class Time(Section):
 STRIKE: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
 
 
+@cache
 def quantity_at(key: str) -> Between | None:
     """Range and unit of the physical quantity under a dotted key ("bird.material.viscosity"); None where none is.
 

@@ -23,6 +23,7 @@ NOT_SOUGHT = {}
 class SolverSettings(Section):
     """Numerical choices.
 
+    name: the embedded solver, or the external one of the case's section `external` (`solver = "external"` for short);
     courant: share of the stable step; shock_linear, shock_quadratic: artificial viscosity (on shocks only);
     smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
 
@@ -33,6 +34,7 @@ class SolverSettings(Section):
     shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
 
+    name: Annotated[str, OneOf(("embedded", "external"))] = "embedded"
     courant: Annotated[float, Between(0.05, 1.0)] = 0.9
     shock_linear: Annotated[float, Between(0.0, 5.0)] = 1.0
     shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
@@ -44,10 +46,14 @@ class SolverSettings(Section):
 
 
 class Inverted(Section):
-    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search."""
+    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search.
+
+    scale: in which a design spreads its runs over the range; logarithmic for one that spans decades.
+    """
 
     key: str
     range: tuple[float, float]
+    scale: Annotated[str, OneOf(("linear", "logarithmic"))] = "linear"
     prior: Annotated[None, Later("the range alone bounds a parameter")] = None
 
     @field_validator("range", mode="before")
@@ -64,6 +70,14 @@ class Inverted(Section):
         if not low < high:
             raise complaint("must rise: the lower limit first")
         return low, high
+
+    @field_validator("scale", mode="after")
+    @classmethod
+    def _logarithms_of_one_sign(cls, value: str, info: ValidationInfo) -> str:
+        low, high = info.data.get("range", (1.0, 1.0))
+        if value == "logarithmic" and low * high <= 0.0:
+            raise complaint("needs a range on one side of 0, such as from a thousandth of its upper limit")
+        return value
 
 
 def _not_sought(key: str) -> str:
@@ -92,7 +106,7 @@ class InversionSettings(Section):
         if not isinstance(value, dict):
             return value
         if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
-            raise complaint('has an entry with a key named "key"; known here: range')
+            raise complaint('has an entry with a key named "key"; known here: range, scale')
         return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
 
     @field_validator("nuisance", mode="before")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from birdstrike.cli.check_campaign import check_campaign
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
 
 if TYPE_CHECKING:
@@ -44,17 +45,23 @@ def check(case: str | Path | Case) -> dict[str, Any]:
 
 @framed
 def command(
-    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    case: Annotated[str, typer.Argument(help="A case file, a shipped case's name, or a campaign's folder.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """List all errors of a case at once, or print what follows from it.
+    """List all errors of a case at once, or print what follows from it; of a campaign's folder, what it holds.
 
     Example: birdstrike check reference_strike --set bird.material.viscosity="400 Pa s"
+
+    A campaign: birdstrike check campaign lists its runs, damaged files, and results of other solver versions.
     """
+    if Path(case).is_dir():
+        return check_campaign(Path(case))
     from solver.case import load_case
 
     loaded = load_case(case, overrides(settings))
+    if loaded.solver.name == "external":
+        return _check_external(case, loaded)
     with console.status("working out the time step"):
         facts = check(loaded)
     console.print(_table(loaded, facts))
@@ -62,6 +69,20 @@ def command(
         say(line)
     say(f"No errors. Next: birdstrike simulate {case} --out strike")
     return facts
+
+
+def _check_external(given: str, case: Case) -> dict[str, Any]:
+    """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
+    from doe.solvers import solver_for
+    from solver.case import case_hash
+
+    solver = solver_for(case)
+    names = ", ".join(parameter.name for parameter in case.parameters())
+    say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
+    if len(solver.step_factors) == 1:
+        say("It holds no {{ step_factor }}: a strike that fails has no second chance with half the time step.")
+    say(f"Next: birdstrike simulate {given} --out strike")
+    return {"solver_version": solver.version, "case_hash": case_hash(case), "step_factors": list(solver.step_factors)}
 
 
 def _table(case: Case, facts: dict[str, Any]) -> Table:

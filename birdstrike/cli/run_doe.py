@@ -32,59 +32,122 @@ def run_doe(
     seed: int = 0,
     workers: int | None = None,
     *,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
     progress: Callable[[Progress], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
 ) -> Dataset:
     """Run the campaign, or what is left of it, and return the strikes that finished (see doe.campaign).
 
-    design: uniform, orthogonal, lhs, sobol, or a CSV file, of which all rows are run. The workers are started afresh: a
-    script that calls this needs `if __name__ == "__main__":`.
+    design: uniform, orthogonal, lhs, sobol, or a CSV file, of which all rows are run; more `runs` than the campaign in
+    `out` has are added to it. scheduler: address of a Dask scheduler. The workers are started afresh: a script that
+    calls this needs `if __name__ == "__main__":`.
     """
     from doe.campaign import run_campaign
-    from doe.designs import make_design
+    from doe.planned import planned_design
     from doe.space import ParameterSpace
     from solver.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
-    planned = make_design(design, ParameterSpace.of_case(loaded), runs, seed)
-    return run_campaign(loaded, planned, out, workers=workers, progress=progress, say=say)
+    planned = planned_design(design, ParameterSpace.of_case(loaded), runs, seed, out)
+    return run_campaign(
+        loaded,
+        planned,
+        out,
+        workers=workers,
+        scheduler=scheduler,
+        retry_failed=retry_failed,
+        progress=progress,
+        say=say,
+    )
 
 
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
-    out: Annotated[Path, typer.Option(help="Folder of the campaign; run again to resume.")],
+    out: Annotated[Path, typer.Option(help="Folder of the campaign; run again to resume or extend.")],
     design: Annotated[
-        str, typer.Option(help="uniform, orthogonal, lhs, sobol, or a CSV file of runs.", metavar="NAME|FILE")
+        str,
+        typer.Option(
+            help="uniform: even spread, any number of runs. orthogonal: 9, 16, 25, 27, 49, ... runs, every pair of "
+            "levels equally often. lhs: random Latin hypercube. sobol: a sequence. Or a CSV file: the columns are the "
+            "case's parameters with their units, one row a run.",
+            metavar="NAME|FILE",
+        ),
     ] = "uniform",
-    runs: Annotated[int, typer.Option(help="Number of strikes; a FILE is run whole.")] = RUNS,
+    runs: Annotated[
+        int,
+        typer.Option(help="Number of strikes; more than the folder holds are added to them. A FILE is run whole."),
+    ] = RUNS,
     seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Strikes at a time, each on one core; all cores by default.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster in place of this machine: tcp://host:8786.")
+    ] = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Try strikes again that are on record as failed.")
+    ] = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Run the strikes of a design: the data from which the bird's parameters are learnt.
 
+    The case says what is varied and how far (inversion.parameters). Whatever
+    stops the campaign, the same command resumes it and loses at most the
+    strikes in flight. A strike that fails is tried once more with half the
+    step, then left out by number. The folder gets design.csv, curves.csv,
+    projections.svg, summary.json and runs/, one file a strike. It can be
+    moved, and the runs/ of two campaigns merged, by copying; what it holds:
+    birdstrike check FOLDER.
+
     Example: birdstrike run-doe reference_strike --out campaign --design uniform --runs 25 --seed 0
+
+    Then, 15 more: birdstrike run-doe reference_strike --out campaign --runs 40
     """
     from doe.campaign import run_campaign
     from solver.case import load_case
 
     loaded = load_case(case, overrides(settings))
-    planned = _plan(loaded, design, runs, seed)
+    planned = _plan(loaded, design, runs, seed, out)
     quality = planned.quality()
     console.print(quality_table(planned, quality))
     with campaign_bar() as progress:
-        run_campaign(loaded, planned, out, workers=workers, progress=progress, say=say)
+        run_campaign(
+            loaded,
+            planned,
+            out,
+            workers=workers,
+            scheduler=scheduler,
+            retry_failed=retry_failed,
+            claimed=lambda: draw_projections(planned, out / "projections.svg"),
+            progress=progress,
+            say=say,
+        )
     return _conclude(out, len(planned.numbers), quality)
 
 
-def _plan(case: Case, design: str, runs: int, seed: int) -> Design:
-    from doe.designs import make_design
+def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
+    from doe.planned import planned_design
     from doe.space import ParameterSpace
 
     with progress_bar("design") as progress:
-        return make_design(design, ParameterSpace.of_case(case), runs, seed, progress)
+        return planned_design(design, ParameterSpace.of_case(case), runs, seed, out, progress)
+
+
+def draw_projections(design: Design, path: Path) -> None:
+    """The runs seen two parameters at a time; nothing for a single parameter."""
+    if len(design.names) < 2:
+        return
+    from data.files import whole_file
+    from reports.figures.design import design_figure
+    from reports.figures.quantities import symbol
+
+    box, nobody = (design.space.lows, design.space.highs), design.numbers < 0
+    figure = design_figure([symbol(name) for name in design.names], design.units, design.values, *box, nobody, {})
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, format="svg")
 
 
 def quality_table(design: Design, quality: Quality) -> Table:
@@ -94,12 +157,22 @@ def quality_table(design: Design, quality: Quality) -> Table:
     table.add_column("quality")
     table.add_column("value", justify="right")
     table.add_column("ideal", justify="right")
-    discrepancy = "runs outside the ranges" if quality.discrepancy is None else f"{quality.discrepancy:.5f}"
     table.add_row("rank", str(quality.rank), str(quality.parameters))
     table.add_row("condition", f"{quality.condition:.3g}", "1")
     table.add_row("largest correlation", f"{quality.max_correlation:.3f}", "0")
-    table.add_row("centred discrepancy (squared)", discrepancy, "small")
+    centred = _among_random(quality.discrepancy, quality.percentile)
+    table.add_row("centred discrepancy (squared)", centred, "small")
+    wrapped = _among_random(quality.wraparound, quality.wraparound_percentile)
+    table.add_row("wrap-around discrepancy (squared)", wrapped, "small")
+    table.add_row("smallest distance of two runs", f"{quality.min_distance:.3f}", "large")
     return table
+
+
+def _among_random(value: float | None, percentile: float | None) -> str:
+    """A discrepancy, and how many random designs of the same size are better."""
+    if value is None:
+        return "runs outside the ranges"
+    return f"{value:.5f}" if percentile is None else f"{value:.5f} ({percentile:.0f} % of random designs are lower)"
 
 
 def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
@@ -108,7 +181,8 @@ def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
-    say(f"Written to {out}: {finished} of {planned} strikes (design.csv, curves.csv, summary.json, runs/).")
+    files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
+    say(f"Written to {out}: {finished} of {planned} strikes ({files}).")
     allowed = " --allow-rank-deficient" if quality.deficient else ""
     say(f"Next: birdstrike train-and-invert {out} --measured shot.csv --out inversion{allowed}")
     if summary["failed"]:

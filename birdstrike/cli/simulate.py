@@ -27,11 +27,11 @@ def simulate(
     progress: Callable[[float], None] | None = None,
 ) -> Histories:
     """Run one strike of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
+    from doe.solvers import solver_for
     from solver.case import load_case
-    from solver.simulate import simulate as run
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
-    return run(loaded, step_factor=step_factor, threads=threads, progress=progress)
+    return solver_for(loaded).simulate(loaded, step_factor=step_factor, threads=threads, progress=progress)
 
 
 @framed
@@ -84,11 +84,11 @@ def _next(name: str, case: Case) -> str:
 def _run(case: Case, threads: int | None) -> Histories:
     import numba
 
-    from solver.simulate import simulate
+    from doe.solvers import solver_for
 
     available = numba.get_num_threads()  # all there are; asking for more is an error in numba
     with progress_bar("strike") as progress:
-        return simulate(case, threads=min(threads or available, available), progress=progress)
+        return solver_for(case).simulate(case, threads=min(threads or available, available), progress=progress)
 
 
 def write_strike(out: Path, histories: Histories, fields: bool = False) -> None:
@@ -108,13 +108,13 @@ def write_strike(out: Path, histories: Histories, fields: bool = False) -> None:
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:
     """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
     from data.curves import Measured, write_measured
+    from doe.solvers import solver_for
     from solver.instrument import with_noise
-    from solver.simulate import SOLVER_VERSION
 
     noisy = with_noise(histories, case.sensors, seed)
     sigma = {name: np.full(len(noisy.time), sensor.noise) for name, sensor in case.sensors.items() if sensor.noise}
     provenance = (
-        f"SIMULATED by birdstrike (solver {SOLVER_VERSION}) from case {case.name}, NOT MEASURED.",
+        f"SIMULATED by birdstrike (solver {solver_for(case).version}) from case {case.name}, NOT MEASURED.",
         f"White noise of the sensors' own sigma was added, seed {seed}.",
     )
     write_measured(path, Measured(noisy.time, noisy.channels, sigma, noisy.units, provenance))

@@ -17,6 +17,8 @@ from data.paths import REFERENCE
 from doe.campaign import load_dataset
 from tests.doe.stand_in import strike
 
+FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
+
 
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
@@ -43,7 +45,7 @@ def test_quality_is_printed_first_and_the_last_line_says_what_next(tmp_path: Pat
     quality = "\n".join(lines[: next(i for i, line in enumerate(lines) if "inactive" in line)])
     for label in ("rank", "condition", "largest correlation", "centred discrepancy (squared)"):
         assert label in quality
-    assert lines[-2] == f"Written to {tmp_path}: 9 of 9 strikes (design.csv, curves.csv, summary.json, runs/)."
+    assert lines[-2] == f"Written to {tmp_path}: 9 of 9 strikes ({FILES})."
     assert lines[-1] == f"Next: birdstrike train-and-invert {tmp_path} --measured shot.csv --out inversion"
     assert len(load_dataset(tmp_path).runs) == 9
 
@@ -83,7 +85,7 @@ def test_failed_strikes_are_named_and_the_exit_code_is_2(tmp_path: Path, stand_i
     ("options", "message"),
     [
         (["--design", "unifrom"], "--design = unifrom is neither a file nor one of"),
-        (["--design", "orthogonal", "--runs", "24"], "allowed: 9, 25, 27, 49"),
+        (["--design", "orthogonal", "--runs", "24"], "allowed: 9, 16, 25, 27, 49"),
         (["--runs", "1"], "--runs = 1 is below 2"),
         (["--seed", "-1"], "--seed = -1 is below 0"),
         (["--set", 'plate.thickness="-1 mm"'], "plate.thickness"),

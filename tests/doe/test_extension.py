@@ -17,9 +17,16 @@ from data.store import RunStore
 from doe.campaign import load_dataset
 from doe.designs import Design, make_design
 from doe.leftovers import DAY
+from doe.planned import planned_design
 from doe.space import ParameterSpace
 from tests.doe.stand_in import attempts, design, reference
 from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot
+
+
+@pytest.fixture
+def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundredth of the usual search for a uniform design: how good it is does not matter here."""
+    monkeypatch.setattr("doe.uniform.SWAPS", 20_000)
 
 
 def file_design(path: Path, values: np.ndarray, numbers: list[int] | None = None) -> Design:
@@ -94,13 +101,61 @@ def refused(out: Path, asked: Design, *parts: str) -> None:
     assert snapshot(out) == before
 
 
+@pytest.mark.usefixtures("short_search")
 @pytest.mark.parametrize(("kind", "short", "long"), [("lhs", 4, 8), ("uniform", 6, 8), ("orthogonal", 9, 25)])
-def test_a_design_that_spreads_its_runs_anew_is_refused_with_the_remedy(
+def test_a_fresh_longer_design_is_refused(tmp_path: Path, kind: str, short: int, long: int) -> None:
+    campaign(tmp_path, design(short, 0, kind))
+    refused(tmp_path, design(long, 0, kind), f"rows may only be appended to the first {short}, which differ")
+
+
+SPACE = ParameterSpace.of(reference().parameters())
+
+
+@pytest.mark.usefixtures("short_search")
+@pytest.mark.parametrize(("kind", "short", "long"), [("lhs", 6, 9), ("uniform", 6, 9), ("orthogonal", 9, 12)])
+def test_a_planned_longer_design_keeps_the_held_runs_and_pays_for_the_new(
     tmp_path: Path, kind: str, short: int, long: int
 ) -> None:
-    campaign(tmp_path, design(short, 0, kind))
-    parts = (f"a longer {kind} design has other rows", "--design sobol, or a FILE")
-    refused(tmp_path, design(long, 0, kind), *parts)
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    campaign(out, design(short, 0, kind), diary=diary)
+    held = (out / "design.csv").read_text(encoding="utf-8")
+    longer = planned_design(kind, SPACE, long, 0, out)
+    np.testing.assert_array_equal(longer.values[:short], design(short, 0, kind).values)
+    np.testing.assert_array_equal(longer.numbers, np.arange(1, long + 1))
+    dataset = campaign(out, longer, diary=diary)
+    assert (out / "design.csv").read_text(encoding="utf-8").startswith(held)
+    assert len(attempts(diary)) == long
+    assert len(dataset.runs) == long
+    again = planned_design(kind, SPACE, long, 0, out)
+    np.testing.assert_array_equal(again.values, longer.values)
+    campaign(out, again, diary=diary)
+    assert len(attempts(diary)) == long
+
+
+def test_an_extension_killed_before_its_summary_is_planned_again_as_it_was(tmp_path: Path) -> None:
+    diary = tmp_path / "diary"
+    campaign(tmp_path, design(6), diary=diary)
+    summary = (tmp_path / "summary.json").read_bytes()
+    longer = planned_design("lhs", SPACE, 9, 0, tmp_path)
+    campaign(tmp_path, longer, diary=diary)
+    (tmp_path / "summary.json").write_bytes(summary)
+    np.testing.assert_array_equal(planned_design("lhs", SPACE, 9, 0, tmp_path).values, longer.values)
+    campaign(tmp_path, planned_design("lhs", SPACE, 12, 0, tmp_path), diary=diary)
+    assert 12 <= len(attempts(diary)) <= 15  # the 3 of the forgotten extension are other points than the 6 now
+
+
+def test_a_held_design_that_was_edited_is_not_taken_for_the_campaign_s(tmp_path: Path) -> None:
+    campaign(tmp_path, design(6))
+    text = (tmp_path / "design.csv").read_text(encoding="utf-8")
+    (tmp_path / "design.csv").write_text(text.replace("3,", "3,1", 1), encoding="utf-8")
+    np.testing.assert_array_equal(planned_design("lhs", SPACE, 6, 0, tmp_path).values, design(6).values)
+
+
+def test_a_planned_shorter_design_or_another_seed_s_is_a_fresh_one(tmp_path: Path) -> None:
+    campaign(tmp_path, design(6))
+    for runs, seed in ((5, 0), (9, 1)):
+        fresh = planned_design("lhs", SPACE, runs, seed, tmp_path)
+        np.testing.assert_array_equal(fresh.values, design(runs, seed).values)
 
 
 def test_a_shorter_design_is_refused(tmp_path: Path) -> None:

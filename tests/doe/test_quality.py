@@ -90,3 +90,22 @@ def test_runs_outside_the_box_have_no_discrepancy() -> None:
     unit = qmc.LatinHypercube(2, rng=0).random(10)
     unit[0, 0] = 1.2
     assert design_quality(unit).discrepancy is None
+
+
+def test_the_percentile_is_the_share_of_random_designs_that_are_lower() -> None:
+    rng = np.random.default_rng(1)
+    random = np.array([design_quality(rng.random((12, 2)), ranked=True).percentile for _ in range(200)], dtype=float)
+    assert 40.0 < random.mean() < 60.0  # uniform on 0..100, mean 50, standard error 2
+    centred = (2.0 * rng.permuted(np.tile(np.arange(12), (2, 1)), axis=1).T + 1.0) / 24.0
+    assert 0.0 <= (design_quality(centred, ranked=True).percentile or 0.0) < 20.0  # one run in every stratum
+    clustered = design_quality(0.1 * rng.random((12, 2)), ranked=True)
+    assert clustered.percentile == clustered.wraparound_percentile == 100.0
+
+
+def test_wrap_around_discrepancy_and_smallest_distance_are_scipy_s() -> None:
+    unit = qmc.LatinHypercube(3, rng=2).random(9)
+    quality = design_quality(unit)
+    assert quality.wraparound == qmc.discrepancy(unit, method="WD")
+    distances = np.linalg.norm(unit[:, None] - unit[None], axis=2)[np.triu_indices(9, 1)]
+    assert quality.min_distance == pytest.approx(distances.min())
+    assert quality.percentile is None

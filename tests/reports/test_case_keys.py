@@ -18,7 +18,7 @@ def test_the_page_is_current() -> None:
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     assert [row[0] for _, table in chapters() for row in table if not row[4]] == []
     last = {key.rpartition(".")[2] for key in keys()}
-    said = {**say.PLATE, **say.BIRD, **say.STRIKE, **say.SENSORS, **say.SETTINGS}
+    said = {**say.PLATE, **say.BIRD, **say.STRIKE, **say.SENSORS, **say.SETTINGS, **say.EXTERNAL}
     assert set(said) <= set(keys())
     assert {key.rpartition(".")[2] for key in (*say.NULL, *say.STRENGTH, *say.LAW)} <= last
 

@@ -109,7 +109,7 @@ def test_a_wrong_nuisance_is_named_with_its_value() -> None:
 
 def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
     (line,) = errors_with({'inversion.parameters."bird.material.viscosity".key': "plate.thickness"})
-    assert line == 'inversion.parameters has an entry with a key named "key"; known here: range'
+    assert line == 'inversion.parameters has an entry with a key named "key"; known here: range, scale'
     (line,) = errors_with({'inversion.parameters."bird.material.viscosity".prior': "1 Pa s"})
     assert line.endswith(f".prior = 1 Pa s {LATER}; the range alone bounds a parameter")
 

@@ -1,0 +1,51 @@
+"""Runs a command and ends it, children included, when time is up or whoever started it has gone: SECONDS COMMAND...
+
+A program of its own, without imports of ours: it outlives a worker that is killed just long enough to end the solver.
+Its standard input is the lifeline. Exit code: the command's own, TIME_IS_UP, or NOT_FOUND.
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+TIME_IS_UP, NOT_FOUND = 124, 127
+
+
+def end(process: "subprocess.Popen[bytes]") -> None:
+    """Kill the command and all that it has started."""
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(OSError):  # all of them have ended
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+
+
+def end_with_the_lifeline(process: "subprocess.Popen[bytes]") -> None:
+    """Wait for the end of standard input, which comes with the end of who holds its other end."""
+    sys.stdin.buffer.read()
+    end(process)
+
+
+def main(limit: float, command: "list[str]") -> int:
+    """Run the command for at most `limit` seconds."""
+    try:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+    except OSError as error:
+        print(f"{command[0]}: {error.strerror}", flush=True)  # noqa: T201 (the command's own log)
+        return NOT_FOUND
+    threading.Thread(target=end_with_the_lifeline, args=(process,), daemon=True).start()
+    try:
+        return process.wait(limit)
+    except subprocess.TimeoutExpired:
+        return TIME_IS_UP
+    finally:
+        end(process)
+
+
+if __name__ == "__main__":
+    code = main(float(sys.argv[1]), sys.argv[2:])
+    sys.stdout.flush()
+    os._exit(code & 0xFF if code >= 0 else 128 - code)

@@ -1,0 +1,89 @@
+"""A campaign on a Dask cluster: a real scheduler and real workers on loopback, one of which is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import threading
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from data.errors import UserError
+from data.store import RunStore
+from doe.campaign import run_campaign
+from doe.cluster import SameSolver, WrongWorker, cluster
+from doe.designs import make_design
+from doe.space import ParameterSpace
+from tests.doe.external_case import oscillator
+from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
+from tests.doe.test_campaign import campaign as here_campaign
+from tests.doe.test_external import campaign as external_campaign
+from tests.doe.test_interruption import until
+
+distributed = pytest.importorskip("distributed")
+
+RUNS = 16
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A scheduler with two workers, each a process of one thread under a nanny that replaces it when it dies."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
+    ) as local:
+        yield local.scheduler_address
+
+
+def test_a_worker_killed_midway_costs_its_strike_and_nothing_else(tmp_path: Path, address: str) -> None:
+    diary, whole = tmp_path / "diary", tmp_path / "whole"
+    here_campaign(whole, design(RUNS))
+    killed: list[int] = []
+
+    def kill() -> None:
+        until(lambda: len(attempts(diary, "ended")) >= 3)
+        killed.append(max(pids(diary)))
+        os.kill(killed[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    simulate = partial(strike, diary=diary, seconds=0.15)
+    run_campaign(
+        reference(), design(RUNS), tmp_path / "out", simulate=simulate, solver_version=VERSION, scheduler=address,
+        say=lambda _: None,
+    )  # fmt: skip
+    killer.join()
+    assert (tmp_path / "out" / "curves.csv").read_bytes() == (whole / "curves.csv").read_bytes()
+    assert len(pids(diary)) >= 2
+    assert RUNS <= len(attempts(diary)) <= RUNS + 4  # the strike in flight, and results that the dead worker still held
+
+
+def test_an_external_solver_runs_on_the_cluster_as_here(tmp_path: Path, address: str) -> None:
+    case = oscillator(tmp_path / "case")
+    external_campaign(case, tmp_path / "here")
+    planned = make_design("lhs", ParameterSpace.of(case.parameters()), 4)
+    run_campaign(case, planned, tmp_path / "there", scheduler=address, say=lambda _: None)
+    here, there = (RunStore(tmp_path / name / "runs").keys() for name in ("here", "there"))
+    assert here == there
+    assert (tmp_path / "here" / "curves.csv").read_bytes() == (tmp_path / "there" / "curves.csv").read_bytes()
+
+
+def test_a_scheduler_that_does_not_answer_is_the_user_s_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("doe.cluster.ANSWER_S", 0.5)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    answer = rf"--scheduler = tcp://127.0.0.1:{port} does not answer.*dask scheduler"
+    with pytest.raises(UserError, match=answer), cluster(f"tcp://127.0.0.1:{port}"):
+        pass
+
+
+def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+    with pytest.raises(WrongWorker, match="workers with another solver version than 0123"):
+        SameSolver(strike, "0123")(reference())
+    monkeypatch.setattr("solver.version.SOLVER_VERSION", "0123")
+    with pytest.raises(UserError, match="workers with another solver version than 0123"), cluster(address):
+        pass
