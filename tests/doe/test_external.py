@@ -181,8 +181,7 @@ def test_network_and_emulator_learn_the_other_solver_and_find_what_was_planted(t
     answers = train_and_invert(tmp_path / "doe", record, tmp_path / "inversion").methods
     found = answers["emulator"].parameters
     for name, planted in (("bird.material.viscosity", 700.0), ("impact.speed", 100.0)):
-        assert (interval := found[name].interval_95) is not None
-        low, high = interval
+        low, high = found[name].interval_95 or (np.nan, np.nan)
         assert low < planted < high
         assert found[name].value == pytest.approx(planted, rel=0.02)
     assert (answers["emulator"].verified_rmse or np.inf) < 3.0 * sigma
