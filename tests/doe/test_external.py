@@ -181,11 +181,11 @@ def test_network_and_emulator_learn_the_other_solver_and_find_what_was_planted(t
     answers = train_and_invert(tmp_path / "doe", record, tmp_path / "inversion").methods
     found = answers["emulator"].parameters
     for name, planted in (("bird.material.viscosity", 700.0), ("impact.speed", 100.0)):
-        low, high = found[name].interval_95
+        low, high = found[name].interval_95 or (np.nan, np.nan)
         assert low < planted < high
         assert found[name].value == pytest.approx(planted, rel=0.02)
-    assert answers["emulator"].verified_rmse < 3.0 * sigma
-    assert answers["network"].verified_relative < 0.1
+    assert (answers["emulator"].verified_rmse or np.inf) < 3.0 * sigma
+    assert (answers["network"].verified_relative or np.inf) < 0.1
 
 
 def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
