@@ -49,6 +49,8 @@ MURNAGHAN = ("EosMurnaghan", {"gamma": "g", "k0": "B"})
 POLYNOMIAL = ("c0", "c1", "c2", "c3", "c4", "c5", "c6")
 OF_ENERGY = ("c4", "c5", "c6")
 """Coefficients of a polynomial that multiply the energy, and so are numbers."""
+NO_TENSION = -1.0
+"""[Pa] small against any stress of a strike."""
 UNSTRAINED = {"v0": (1.0, "")}
 """An equation of state starts at the reference volume."""
 
@@ -64,15 +66,31 @@ class Card:
 def cards_of(material: BirdMaterial, density: float) -> tuple[Card, ...]:
     """The material's card and, where it has one, its equation of state's; density [kg/m^3].
 
-    An erosion limit that erodes nothing is written as 0, which is off: by the letter of *MAT_NULL a limit on the wrong
-    side of 1 deletes every undeformed element. Raises UserError for a law that LS-DYNA has not.
+    Constants that the card would understand otherwise are written as `reworded` says. Raises UserError for a law that
+    LS-DYNA has not.
     """
     keyword, names = MATERIALS[material.model]
     fields = {"ro": (density, "kg/m^3")} | _constants(material, names, "bird.material")
-    off = {name: (0.0, "") for name, key in names.items() if key in material.inactive}
+    fields |= {name: (value, fields[name][1]) for name, (value, _) in reworded(material).items()}
     never = {name for name, key in names.items() if key == "failure_strain" and fields[name][0] >= NEVER}
-    whole = {name: entry for name, entry in (fields | off).items() if name not in never}
+    whole = {name: entry for name, entry in fields.items() if name not in never}
     return (Card(keyword, whole), *([] if material.law is None else [_law_card(material.law, density)]))
+
+
+def reworded(material: BirdMaterial) -> dict[str, tuple[float, str]]:
+    """Field -> the SI value that means to LS-DYNA what the case's means here, and why.
+
+    By the letter of *MAT_NULL an erosion limit on the wrong side of 1 deletes every undeformed element; a cutoff of 0
+    is no tension there, but no cutoff in *MAT_ELASTIC_PLASTIC_HYDRO.
+    """
+    names, found = MATERIALS[material.model][1], {}
+    for name, key in names.items():
+        if key in material.inactive:
+            why = f"{key} = {getattr(material, key):.4g} erodes nothing in birdstrike and is written as 0, off"
+            found[name] = (0.0, why)
+    if material.model == "hydrodynamic" and getattr(material, "pressure_cutoff", None) == 0.0:
+        found["pc"] = (NO_TENSION, "pressure_cutoff = 0, no tension, is written as -1 Pa: 0 would mean no cutoff")
+    return found
 
 
 def _constants(source: BirdMaterial | Law, names: Fields, prefix: str) -> dict[str, tuple[float, str]]:

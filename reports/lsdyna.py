@@ -12,7 +12,7 @@ from typing import Any
 from data.errors import UserError
 from data.files import write_atomically
 from data.unit_systems import UnitSystem
-from reports.cards import Card, cards_of
+from reports.cards import Card, cards_of, reworded
 from reports.exported import Export, ExportedBird
 
 EXTRA = "lsdyna"
@@ -69,15 +69,11 @@ def _wrapped(lines: Iterable[str]) -> list[str]:
 def _keywords(core: Any, bird: ExportedBird, number: int, system: UnitSystem) -> Iterable[Any]:
     """The material's keyword, with the remarks above its card, and its equation of state's."""
     material, *law = cards_of(bird.material, bird.density)
-    remarks = [f"Material {number}, {bird.name.replace('_', ' ')}", *bird.remarks, *_switched_off(bird)]
+    otherwise = [why for _, why in reworded(bird.material).values()]
+    remarks = [f"Material {number}, {bird.name.replace('_', ' ')}", *bird.remarks, *otherwise]
     yield _keyword(core, material, {"mid": number}, system, remarks)
     for card in law:
         yield _keyword(core, card, {"eosid": number}, system, [f"Equation of state of material {number}"])
-
-
-def _switched_off(bird: ExportedBird) -> Iterable[str]:
-    for key in bird.material.inactive:
-        yield f"{key} = {getattr(bird.material, key):.4g} erodes nothing in birdstrike and is written as 0, off"
 
 
 def _keyword(core: Any, card: Card, number: dict[str, int], system: UnitSystem, remarks: Iterable[str]) -> Any:

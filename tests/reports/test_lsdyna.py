@@ -15,6 +15,7 @@ from data.errors import UserError
 from data.unit_systems import SYSTEMS, unit_system
 from inversion.train_and_invert import train_and_invert
 from reports import lsdyna
+from reports.cards import cards_of
 from reports.exported import read_export
 from reports.lsdyna import lsdyna_deck
 from solver.case import load_case
@@ -119,12 +120,18 @@ def test_a_limit_that_erodes_nothing_is_written_as_off() -> None:
     assert "tension_erosion = 0.34 erodes nothing in birdstrike and is written as 0, off" in " ".join(text.split("$ "))
 
 
+def test_no_tension_is_not_written_as_no_cutoff() -> None:
+    """0 in *MAT_ELASTIC_PLASTIC_HYDRO means an unlimited tension; in *MAT_NULL it means none."""
+    hydrodynamic = load_case("reference_strike_hydrodynamic", {"bird.material.pressure_cutoff": "0 MPa"})
+    null = load_case("reference_strike", {"bird.material.pressure_cutoff": "0 MPa"})
+    cards = [cards_of(case.bird.material, 900.0)[0] for case in (hydrodynamic, null)]
+    assert [card.fields["pc"] for card in cards] == [(-1.0, "Pa"), (0.0, "Pa")]
+
+
 def test_polynomial_from_k_is_written_as_its_cubic() -> None:
     """C1 = rho0 c0^2, C2 = (2k - 1) C1, C3 = (k - 1)(3k - 1) C1; water: k = 2."""
     eos = '{ kind = "polynomial_k", c0 = "1482.9 m/s", k = 2.0 }'
     case = load_case("reference_strike", {"bird.material.eos": eos})
-    from reports.cards import cards_of
-
     _, law = cards_of(case.bird.material, 900.0)
     stiffness = 900.0 * 1482.9**2
     expected = [stiffness, 3.0 * stiffness, 5.0 * stiffness]
