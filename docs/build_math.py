@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from docutils import nodes
 from latex2mathml.converter import convert
+from sphinx.application import Sphinx
 from sphinx.writers.html import HTMLTranslator
 
 
@@ -17,6 +18,7 @@ def _block(writer: HTMLTranslator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-INLINE = (_inline, None)
-BLOCK = (_block, None)
-"""How Sphinx takes a renderer: what enters a node, and what leaves it."""
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect to Sphinx."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+    return {"parallel_read_safe": True}

@@ -7,16 +7,11 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent)]
 
-import build_math
-import build_tables
-import docstrings
-from sphinx.application import Sphinx
-
 project = "birdstrike"
 author = "the birdstrike authors"
 copyright = "the birdstrike authors, BSD-3-Clause"  # noqa: A001 (Sphinx's own name)
 
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "build_math", "build_pages", "docstrings"]
 html_theme = "furo"
 html_title = "birdstrike"
 html_show_sphinx = False
@@ -27,13 +22,9 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 suppress_warnings = ["config.cache"]
 
+smartquotes = False  # they would turn --set into a dash
+
 autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 html_math_renderer = "mathml"
-
-
-def setup(app: Sphinx) -> None:
-    """Connect what the build adds."""
-    app.add_html_math_renderer("mathml", build_math.INLINE, build_math.BLOCK)
-    app.connect("source-read", build_tables.fill)
-    app.connect("autodoc-process-docstring", docstrings.as_restructured_text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from sphinx.application import Sphinx
+
 CODE = re.compile(r"`([^`\n]+)`")
 SPECIAL = re.compile(r"([*|\\]|(?<=\w)_(?=\W|$))")
 
@@ -18,3 +20,9 @@ def _line(line: str) -> str:
     parts[::2] = [SPECIAL.sub(r"\\\1", part) for part in parts[::2]]
     parts[1::2] = [f"``{code}``" for code in parts[1::2]]
     return "".join(parts)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect to Sphinx."""
+    app.connect("autodoc-process-docstring", as_restructured_text)
+    return {"parallel_read_safe": True}

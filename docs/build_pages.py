@@ -1,19 +1,24 @@
-"""Tables of the documentation that the code itself holds: commands, keys of a case, unit systems."""
+"""What a page gets before Sphinx reads it: files' names above their blocks, and tables that the code itself holds."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import click
 import typer
+from sphinx.application import Sphinx
 
 from birdstrike.cli.app import app
 from data.unit_systems import SYSTEMS
 from solver.case_sections import quantities
 
+TITLED = re.compile(r'^```([a-z]+) title="([^"]+)"\n', re.MULTILINE)
+
 
 def fill(application: object, page: str, source: list[str]) -> None:  # noqa: ARG001 (Sphinx calls it so)
-    """The tables at their places in a page."""
+    """Names of files, and the tables at their places: commands, keys of a case, unit systems."""
+    source[0] = TITLED.sub(r"```{code-block} \1\n:caption: \2\n\n", source[0])
     for place, lines in PLACES.items():
         if place in source[0]:
             source[0] = source[0].replace(place, "\n".join(lines()))
@@ -59,3 +64,9 @@ def unit_systems() -> Iterator[str]:
 
 PLACES = {"<!-- commands -->": commands, "<!-- keys -->": keys, "<!-- units -->": unit_systems}
 """Marks in a page -> what stands there."""
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect to Sphinx."""
+    app.connect("source-read", fill)
+    return {"parallel_read_safe": True}
