@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.frame import Json, console, framed, say
 from data.unit_systems import SYSTEMS, unit_system
 
 
@@ -75,6 +75,7 @@ def command(
     """
     folder = Path(source)
     path = out or (folder / "bird.k" if folder.is_dir() else Path(f"{folder.stem}.k"))
-    export(source, path, to=to.value, units=units, case=case, method=method.value)
+    with console.status("writing cards"):
+        export(source, path, to=to.value, units=units, case=case, method=method.value)
     say(f"Written to {path}, units {units}. Next: *INCLUDE it in your model, and read the comments above each card.")
     return {"out": str(path), "units": units}
