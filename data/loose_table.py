@@ -14,6 +14,8 @@ from data.units import si_unit
 
 DELIMITERS = (";", "\t", ",", " ")
 COMMENT = ("#", "$", "%")
+AS_SUFFIX = ("m", "mm", "um", "in", "s", "ms", "us", "N", "kN", "Pa", "kPa", "MPa", "GPa")
+"""Units that may end a name: with any unit, strain_a would be in years and gauge_c in speeds of light."""
 END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 
@@ -21,7 +23,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
 _UNIT = (
     re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
-    re.compile(r"(?P<name>.+)_(?P<unit>[^_]+)"),  # displacement_mm
+    re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # displacement_mm
 )
 
 

@@ -20,8 +20,8 @@ SESSIONS = {
     "loop": (
         "birdstrike new shot_12",
         "sed -i 's/particles = 4500/particles = 2600/' shot_12.toml",
-        "birdstrike simulate shot_12.toml --noise 12 --out test_rig "
-        '--set bird.material.viscosity="420 Pa s" --set time.end="2.6 ms"',
+        "birdstrike simulate shot_12.toml --noise 12 --out test_rig \\\n"
+        '    --set bird.material.viscosity="420 Pa s" --set time.end="2.6 ms"',
         "birdstrike import test_rig/record.csv --sensor displacement_centre --out shot_12.csv",
         "birdstrike close-the-loop shot_12.toml --measured shot_12.csv --out loop",
         "birdstrike export loop --to lsdyna --units mm-ms-g-MPa",
@@ -53,7 +53,7 @@ def session(commands: Iterable[str]) -> str:
             ended = subprocess.run(
                 command, shell=True, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True, check=True
             )
-            lines += [f"$ {command}", *ended.stdout.rstrip().splitlines()]
+            lines += [*f"$ {command}".splitlines(), *ended.stdout.rstrip().splitlines()]
     return "\n".join(part for line in lines for part in folded(line.rstrip()))
 
 

@@ -17,8 +17,8 @@ from reports.exported import Export, ExportedBird
 
 EXTRA = "lsdyna"
 WIDTH = 78
-DIGITS = 4
-"""Significant digits that a negative number keeps in a card's column of ten."""
+DIGITS = 5
+"""Significant digits of a number: with more it would fill its column of ten and touch its neighbour."""
 
 
 def lsdyna_deck(export: Export, system: UnitSystem) -> str:
@@ -55,7 +55,7 @@ def _head(export: Export, system: UnitSystem) -> Iterable[str]:
     yield "Bird materials for LS-DYNA, written by birdstrike through ansys-dyna-core " + version("ansys-dyna-core")
     yield f"Units {system.name}: {system.sentence}."
     yield from export.source
-    yield f"Numbers are given to {DIGITS} significant digits or more, as the columns allow."
+    yield f"Numbers have {DIGITS} significant digits, or 4 where the column has no room for more."
     yield "Parts, sections, meshes and contact are yours; refer to these numbers from *PART."
     for number, bird in enumerate(export.birds, start=1):
         yield f"Material {number}: {bird.name.replace('_', ' ')}"
@@ -77,7 +77,7 @@ def _keywords(core: Any, bird: ExportedBird, number: int, system: UnitSystem) ->
 
 
 def _keyword(core: Any, card: Card, number: dict[str, int], system: UnitSystem, remarks: Iterable[str]) -> Any:
-    values = {name: system.value(value, si) for name, (value, si) in card.fields.items()}
+    values = {name: float(f"{system.value(value, si):.{DIGITS}g}") for name, (value, si) in card.fields.items()}
     keyword = getattr(core.keywords, card.keyword)(**number, **values)
     keyword.user_comment = "\n".join(_wrapped(remarks))
     return keyword

@@ -111,6 +111,13 @@ def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
     assert "displacement_centre was multiplied by -2." in found.provenance
 
 
+def test_the_last_letter_of_a_name_is_not_taken_for_a_unit(tmp_path: Path) -> None:
+    """pint knows a year called a and a speed called c; a gauge called a is in neither."""
+    wanted = Wanted({"strain_1": "gauge_a"}, units={"strain_1": "um/m"})
+    found = imported(tmp_path / "a.csv", "t_ms,gauge_a\n0,0\n1,250\n", wanted)
+    assert found.channels["strain_1"].tolist() == [0.0, 250e-6]
+
+
 def test_a_byte_of_latin_1_in_the_head_does_no_harm(tmp_path: Path) -> None:
     text = "time (µs);w (µm)\n1;2\n3;4\n"
     found = imported(tmp_path / "old.csv", text, Wanted(CENTRE), "latin-1")
