@@ -65,7 +65,7 @@ def folded(line: str) -> list[str]:
 def inserted(page: str, name: str, text: str) -> str:
     """The page with the session at its place; other pages as they are."""
     place = re.compile(rf"(<!-- session {name} -->\n).*?(<!-- /session -->)", re.DOTALL)
-    return place.sub(lambda found: f"{found[1]}```console\n{text}\n```\n{found[2]}", page)
+    return place.sub(lambda found: f"{found[1]}```text\n{text}\n```\n{found[2]}", page)
 
 
 def _environment(folder: Path) -> dict[str, str]:

@@ -13,7 +13,7 @@ PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 FENCE = re.compile(
     r"(?P<slow><!-- slow -->\n)?^```(?P<language>[a-z]+)(?P<rest>[^\n]*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
 )
-SHOWN = ("text", "console")
+SHOWN = "text"
 """Blocks that a reader only looks at, unless they have a title: then they are a file's content."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import shlex
 import subprocess
 import sys
@@ -46,7 +47,7 @@ def test_docstrings_keep_their_code_and_lose_no_character(module: Any) -> None:
 def test_a_session_is_put_where_a_page_asks_for_it(module: Any) -> None:
     sessions = module("make_session")
     page = "a\n<!-- session loop -->\nold\n<!-- /session -->\nb\n<!-- session demo -->\n<!-- /session -->\n"
-    assert sessions.inserted(page, "loop", "$ x") == page.replace("old\n", "```console\n$ x\n```\n")
+    assert sessions.inserted(page, "loop", "$ x") == page.replace("old\n", "```text\n$ x\n```\n")
     assert sessions.folded("a" * 100) == ["a" * 100]
     assert sessions.folded(f"{'a' * 99} b c") == ["a" * 99, "  b c"]
 
@@ -66,7 +67,7 @@ def test_a_session_is_what_the_commands_print(module: Any) -> None:
 def test_the_sessions_shown_are_of_todays_commands(module: Any) -> None:
     """Each command of a session stands in the captured text, parses today, and no session shows a failure."""
     sessions = module("make_session").SESSIONS
-    shown = {page.name: "\n".join(b.text for b in blocks(page) if b.language == "console") for page in PAGES}
+    shown = {page.name: "\n".join(b.text for b in blocks(page) if b.text.startswith("$ ")) for page in PAGES}
     for commands in sessions.values():
         for command in commands:
             assert f"$ {command}\n" in shown["sessions.md"]
@@ -94,3 +95,10 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
     page = (tmp_path / "site" / "index.html").read_text()
     assert page.count("<math") == 2
     assert "mm-ms-kg-GPa" in page
+
+
+def test_the_links_of_the_pages_at_the_root_lead_somewhere() -> None:
+    """Sphinx looks after those inside docs/."""
+    for page in (ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md"):
+        targets = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+        assert [target for target in targets if not (ROOT / target).exists()] == []
