@@ -29,9 +29,14 @@ class Block:
     slow: bool
 
     @property
+    def lines(self) -> list[str]:
+        """Lines of a shell; a backslash continues one."""
+        return self.text.replace("\\\n", " ").splitlines()
+
+    @property
     def commands(self) -> Iterator[list[str]]:
-        """Arguments of every line that calls birdstrike; a backslash continues a line."""
-        for line in self.text.replace("\\\n", " ").splitlines():
+        """Arguments of every line that calls birdstrike."""
+        for line in self.lines:
             words = shlex.split(line, comments=True)
             if words[:1] == ["birdstrike"]:
                 yield words[1:]

@@ -55,7 +55,7 @@ def check_case(block: Block, folder: Path) -> None:
 
 def check_commands(block: Block) -> None:
     """Commands run, or where they cost minutes are at least ones that exist with all of their options."""
-    for line in block.text.splitlines():
+    for line in block.lines:
         first = (line.split() or ["#"])[0]
         assert first.startswith(("birdstrike", "#")) or first in ELSEWHERE, f"{place(block)}: {line}"
     for name, *arguments in block.commands:
