@@ -1,4 +1,5 @@
-# make demo: the whole loop on shipped data; make test: the tests; make verify: VERIFICATION.md; make check: style, types, import rules.
+# make demo: the whole loop on shipped data; make test: the tests; make verify: VERIFICATION.md; make check: style, types,
+# import rules, documentation; make docs: the documentation; make session: the terminal sessions that it shows.
 
 PYTHON ?= python3
 VENV := .venv
@@ -7,12 +8,14 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check bench fuzz verify clean
+.PHONY: help install demo test check docs session bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the path of a report"
 	@echo "make test    install, then run the tests"
-	@echo "make check   style, types and import rules"
+	@echo "make check   style, types, import rules, and the documentation builds"
+	@echo "make docs    the documentation, into site/index.html"
+	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    500 random cases through the solver (make test runs 25)"
 	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (about 10 minutes on 2 cores)"
@@ -41,6 +44,13 @@ check: install
 	$(BIN)/ruff format --check
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
+	$(MAKE) --no-print-directory docs
+
+docs: install
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -b html -d site/.doctrees docs site
+
+session: install
+	$(BIN)/python docs/make_session.py
 
 # The peer is optional: where it does not install, its comparison is skipped.
 bench: install
@@ -55,5 +65,5 @@ verify: install
 	$(BIN)/birdstrike verify
 
 clean:
-	rm -rf $(OUT) .verification .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
+	rm -rf $(OUT) site .verification .pytest_cache .ruff_cache .hypothesis .import_linter_cache build *.egg-info
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
     from birdstrike.cli.converge import converge
+    from birdstrike.cli.export import export
+    from birdstrike.cli.import_curve import import_curve
+    from birdstrike.cli.new import new
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
     from birdstrike.loop import close_the_loop
@@ -29,6 +32,9 @@ _PUBLIC = {
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("birdstrike.cli.simulate", "simulate"),
     "converge": ("birdstrike.cli.converge", "converge"),
+    "new": ("birdstrike.cli.new", "new"),
+    "import_curve": ("birdstrike.cli.import_curve", "import_curve"),
+    "export": ("birdstrike.cli.export", "export"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
     "report": ("reports.page", "report"),
@@ -40,7 +46,10 @@ __all__ = [
     "check",
     "close_the_loop",
     "converge",
+    "export",
+    "import_curve",
     "load_case",
+    "new",
     "report",
     "run_doe",
     "simulate",

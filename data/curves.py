@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data.csv_table import Column, read_table
+from data.csv_table import Column, Table, read_table
 from data.errors import MeasuredError
 from data.files import write_atomically
 from data.histories import Array, Histories
@@ -54,7 +54,11 @@ class Measured:
 
 def read_measured(path: str | Path) -> Measured:
     """A measured-data CSV; raises MeasuredError with every error and its line number."""
-    table = read_table(Path(path))
+    return measured_from(read_table(Path(path)), path)
+
+
+def measured_from(table: Table, path: str | Path) -> Measured:
+    """A table as a record, time first, then the sensors; raises MeasuredError with every error and its line."""
     time, *others = table.columns
     sigma = {c.name.removesuffix("_sigma"): c.values for c in others if c.name.endswith("_sigma")}
     channels = {c.name: c for c in others if not c.name.endswith("_sigma")}

@@ -11,6 +11,7 @@ DATA = Path(__file__).resolve().parent
 CASES = DATA / "cases"
 MEASURED = DATA / "measured"
 REFERENCE = DATA / "reference"
+TEMPLATES = DATA / "templates"
 
 
 def resolve_case(name: str | Path, beside: Path | None = None) -> Path:

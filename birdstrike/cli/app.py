@@ -14,7 +14,27 @@ import typer
 from birdstrike.cli.frame import print_json
 from data.errors import UserError
 
-COMMANDS = ("check", "simulate", "converge", "run-doe", "train-and-invert", "report", "close-the-loop", "verify")
+COMMANDS = (
+    "new",
+    "check",
+    "simulate",
+    "converge",
+    "import",
+    "run-doe",
+    "train-and-invert",
+    "report",
+    "export",
+    "close-the-loop",
+    "verify",
+)
+RESERVED = {"import": "import_curve"}
+"""Commands whose name Python keeps for itself."""
+
+
+def module_of(command: str) -> str:
+    """Name of a command's module, which is that of its Python verb too."""
+    return RESERVED.get(command, command.replace("-", "_"))
+
 
 # A command line that cannot be read is the user's input: 1, as everywhere; typer's own 2 means a failed run here.
 USAGE_ERROR = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "UsageError")
@@ -23,14 +43,13 @@ setattr(USAGE_ERROR, "exit_code", UserError.exit_code)  # noqa: B010 (click's at
 app = typer.Typer(
     name="birdstrike",
     help="Bird parameters from one instrumented shot, with honest intervals.",
-    epilog="Start with: birdstrike check reference_strike",
+    epilog="Start with: birdstrike new my_shot, or birdstrike check reference_strike",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 
 for _name in COMMANDS:
-    app.command(_name)(import_module(f"birdstrike.cli.{_name.replace('-', '_')}").command)
+    app.command(_name)(import_module(f"birdstrike.cli.{module_of(_name)}").command)
 
 
 def _print_version(wanted: bool) -> None:

@@ -151,6 +151,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
         share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
         say(f"{channel}: over the whole curve within {largest:.3g} {unit}{share}")
     say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the strikes).")
+    say("Next: birdstrike run-doe CASE --out campaign")
     return {"out": str(out), **as_json(found)}
 
 

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import birdstrike
-from birdstrike.cli.app import COMMANDS, app, main
+from birdstrike.cli.app import COMMANDS, app, main, module_of
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("torch", "matplotlib", "numba", "scipy", "sklearn", "pandas", "pint", "h5py")
@@ -50,7 +50,7 @@ def test_asking_for_help_loads_nothing_heavy() -> None:
 
 
 def test_the_python_verbs_have_the_commands_names() -> None:
-    assert {name.replace("-", "_") for name in COMMANDS} <= set(birdstrike.__all__)
+    assert {module_of(name) for name in COMMANDS} <= set(birdstrike.__all__)
     for name in birdstrike.__all__:
         assert callable(getattr(birdstrike, name))
     with pytest.raises(AttributeError, match="birdstrike has no invert"):

@@ -38,7 +38,7 @@ def test_meshes_and_cost_are_said_first_and_the_place_last(study) -> None:
     lines = result.stdout.splitlines()
     assert lines[1].endswith("(your mesh)")
     assert lines[3].startswith("Estimated time: ")
-    assert lines[-2].startswith(f"Written to {out}: convergence.json, convergence.csv, convergence.png")
+    assert lines[-3].startswith(f"Written to {out}: convergence.json, convergence.csv, convergence.png")
 
 
 def test_the_json_holds_meshes_scalars_and_curves(study) -> None:

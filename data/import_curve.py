@@ -1,0 +1,106 @@
+"""Other people's curves as a record: a nodout, two columns of text, or a CSV with headers of its own."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+
+from data.csv_table import Column, Table
+from data.curves import Measured, measured_from
+from data.errors import MeasuredError, UnitError
+from data.loose_table import LooseTable, read_loose_table
+from data.nodout import is_nodout, read_nodout
+from data.units import scaled, si_unit, to_si
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to take from a file.
+
+    sensors: name in the case -> column, "" to find it; time: the clock's column, "" for the first; units: sensor or
+    "time" -> unit where the file gives none; scales: sensor -> factor, -1 for a curve that points the other way;
+    shift: text with a unit that is added to the clock; node: of a nodout; simulated: no instrument took this curve.
+    """
+
+    sensors: Mapping[str, str]
+    time: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+    scales: Mapping[str, float] = field(default_factory=dict)
+    shift: str = ""
+    node: int | None = None
+    simulated: bool = False
+
+
+def import_record(path: str | Path, wanted: Wanted) -> Measured:
+    """The curves as a record with its provenance, checked like any record; raises MeasuredError and UnitError."""
+    nodout = is_nodout(path)
+    table = read_nodout(path, wanted.node) if nodout else read_loose_table(path)
+    if wanted.node is not None and not nodout:
+        raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")
+    clock = table.index(wanted.time) if wanted.time else 0
+    columns = {name: _place(table, name, column, clock, nodout) for name, column in wanted.sensors.items()}
+    time = _column(table, clock, "time", wanted)
+    if time.unit != "s":
+        raise MeasuredError(f'{path}: "{time.header}" is no time; choose the clock\'s column: --time NAME')
+    shift = to_si(wanted.shift, "s") if wanted.shift else 0.0
+    shifted = Column(time.header, time.header_line, "time", "s", time.values + shift, time.texts, time.lines)
+    sensors = [_column(table, index, name, wanted) for name, index in columns.items()]
+    notes = _provenance(table, wanted, [clock, *columns.values()], nodout)
+    return measured_from(Table((shifted, *sensors), notes), path)
+
+
+def _place(table: LooseTable, sensor: str, column: str, clock: int, nodout: bool) -> int:
+    """Where a sensor's column stands: as named, by its own name, or the only one beside the clock."""
+    if column:
+        return table.index(column)
+    others = [i for i in range(table.width) if i != clock]
+    if len(others) == 1:
+        return others[0]
+    try:
+        return table.index(sensor)
+    except MeasuredError:
+        example = "z-disp" if nodout else table.names[others[0]]
+        raise MeasuredError(
+            f'{table.path}: which column is "{sensor}"? Write --sensor {sensor}="{example}"; '
+            f"its columns: {', '.join(table.names)}"
+        ) from None
+
+
+def _column(table: LooseTable, index: int, name: str, wanted: Wanted) -> Column:
+    """A column in SI, times its scale; an empty cell is NaN."""
+    unit, scale = _unit(table, index, name, wanted.units.get(name)), wanted.scales.get(name, 1.0)
+    texts = tuple(cells[index] for _, cells in table.rows)
+    values = np.array([scaled(str(Decimal(text) * Decimal(repr(scale))), unit) if text else np.nan for text in texts])
+    lines = tuple(line for line, _ in table.rows)
+    return Column(table.names[index], lines[0], name, si_unit(unit), values, texts, lines)
+
+
+def _unit(table: LooseTable, index: int, name: str, given: str | None) -> str:
+    """The unit of a column from its head or from the user; raises where there is none, or where the two disagree."""
+    own = table.heads[index].unit if table.heads else None
+    option = "--time-unit ms" if name == "time" else f"--unit {name}=mm"
+    if own is None and given is None:
+        raise UnitError(f'{table.path}: column "{table.names[index]}" has no unit; say which: {option}')
+    if own is not None and given is not None and scaled("1", own) != scaled("1", given):
+        raise UnitError(
+            f'{table.path}: column "{table.names[index]}" is in {own}, and {option.split()[0]} says {given}; '
+            "leave the option out, or correct the file"
+        )
+    return given or own or ""
+
+
+def _provenance(table: LooseTable, wanted: Wanted, used: Sequence[int], nodout: bool) -> tuple[str, ...]:
+    """Where the curves came from and what was done to them; a solver's output counts as simulated."""
+    digest = hashlib.sha256(table.path.read_bytes()).hexdigest()[:16]
+    columns = ", ".join(f'"{table.names[i]}"' for i in dict.fromkeys(used))
+    lines = [f"Imported by birdstrike from {table.path.name} (SHA-256 {digest}), columns {columns}."]
+    if nodout or wanted.simulated:
+        lines.insert(0, f"SIMULATED{' (nodout of LS-DYNA)' if nodout else ''}, NOT MEASURED.")
+    lines += [f"{name} was multiplied by {scale:g}." for name, scale in wanted.scales.items() if scale != 1.0]
+    lines += [f"{wanted.shift} was added to the clock."] if wanted.shift else []
+    return (*lines, *(f"its head: {note[:120]}" for note in table.notes[:12]))

@@ -1,0 +1,72 @@
+"""What a page gets before Sphinx reads it: files' names above their blocks, and tables that the code itself holds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import click
+import typer
+from sphinx.application import Sphinx
+
+from birdstrike.cli.app import app
+from data.unit_systems import SYSTEMS
+from solver.case_sections import quantities
+
+TITLED = re.compile(r'^```([a-z]+) title="([^"]+)"\n', re.MULTILINE)
+
+
+def fill(application: object, page: str, source: list[str]) -> None:  # noqa: ARG001 (Sphinx calls it so)
+    """Names of files, and the tables at their places: commands, keys of a case, unit systems."""
+    source[0] = TITLED.sub(r"```{code-block} \1\n:caption: \2\n\n", source[0])
+    for place, lines in PLACES.items():
+        if place in source[0]:
+            source[0] = source[0].replace(place, "\n".join(lines()))
+
+
+def commands() -> Iterator[str]:
+    """A section a command: what it does, its example, its arguments and options."""
+    group = typer.main.get_command(app)
+    for name, command in group.commands.items():  # pyright: ignore[reportAttributeAccessIssue] (a click group)
+        what, _, example = (command.help or "").partition("Example:")
+        yield f"## birdstrike {name}\n\n{' '.join(what.split())}\n"
+        yield f"```bash\n{example.strip()}\n```\n"
+        yield "| | |\n|---|---|"
+        yield from map(_row, command.params)
+        yield ""
+
+
+def _row(parameter: click.Parameter) -> str:
+    """Names, what it takes, and what it means."""
+    option = parameter.param_type_name == "option"
+    spoken = parameter.opts if option else [getattr(parameter, "metavar", None) or str(parameter.name).upper()]
+    names = ", ".join(f"`{name}`" for name in spoken).replace("|", "\\|")
+    meaning = (getattr(parameter, "help", None) or "").replace("*", "\\*").replace("|", "\\|")
+    default = parameter.default
+    given = default not in (None, "", [], (), False) and not callable(default)
+    shown = f" Default: `{getattr(default, 'value', default)}`." if given else ""
+    return f"| {names} | {meaning}{shown} |"
+
+
+def keys() -> Iterator[str]:
+    """Every physical quantity of a case with the range that is accepted."""
+    yield "| key | from | to |\n|---|---|---|"
+    for key, mark in quantities():
+        yield f"| `{key}` | `{mark.low}` | `{mark.high}` |"
+
+
+def unit_systems() -> Iterator[str]:
+    """The unit systems of cards."""
+    yield "| name | units |\n|---|---|"
+    for name, system in SYSTEMS.items():
+        yield f"| `{name}` | {system.sentence} |".replace("*", "\\*")
+
+
+PLACES = {"<!-- commands -->": commands, "<!-- keys -->": keys, "<!-- units -->": unit_systems}
+"""Marks in a page -> what stands there."""
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect to Sphinx."""
+    app.connect("source-read", fill)
+    return {"parallel_read_safe": True}
