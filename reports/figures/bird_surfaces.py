@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from data.histories import Array, Snapshot
 from reports.figures.quantities import milliseconds, shown
-from reports.figures.strike import mid_line
+from reports.figures.views import mid_line
 from reports.figures.style import GREY, styled
 
 SPEED_COLOURS = LinearSegmentedColormap.from_list("speed", colormaps["magma"](np.linspace(0.15, 0.97, 256)))
