@@ -6,7 +6,6 @@ Positions take 16 bits of the window that is shown (some 0.02 mm), pressures and
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from matplotlib.colors import Colormap, to_hex
 from numpy.typing import ArrayLike, NDArray
 
 from data.histories import Array, Snapshot
-from reports.blocks import Animation
+from reports.blocks import Animation, embedded_json
 from reports.figures.quantities import milliseconds, quantity, shown
 from reports.figures.shapes import PRESSURE_COLOURS, pressure_scale
 from reports.figures.stress import PLATE_COLOURS
@@ -27,14 +26,17 @@ from reports.outcome import sensor_of_kind
 from reports.results import Results
 from solver.build_plate import mesh_of
 
-MOST_PARTICLES, MOST_POINTS = 1200, 300
-WIDTH, HEIGHT = 872, 600  # CSS pixels
+MOST_PARTICLES, MOST_POINTS = 2200, 300
+WIDTH, HEIGHT = 872, 690  # CSS pixels
 GONE = 255  # in place of a step of an 8-bit scale: what is eroded or torn
 
 
 @dataclass(frozen=True)
 class Scales:
-    """What all models share: limits of x, y, height [mm], pressure's top [MPa], displacement's limits [mm]."""
+    """What all models share: limits of x, y, height [mm], pressure's top [MPa], displacement's limits [mm].
+
+    Displacement starts at 0: where the plate swings back, it is drawn as 0.
+    """
 
     x: Array
     y: Array
@@ -72,7 +74,7 @@ def animation(
             for title, snapshots in seen.items()
         ],
     }
-    return Animation("animation", json.dumps(content, separators=(",", ":")), _caption(seen, scene), WIDTH, HEIGHT)
+    return Animation("animation", embedded_json(content), _caption(seen, scene), WIDTH, HEIGHT)
 
 
 def _scales(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> Scales:
@@ -81,9 +83,8 @@ def _scales(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> Scales:
     half = 1.04e3 * float(np.abs(scene.resting[:, 1]).max())
     deflections = [deflection(snapshot, scene) for snapshot in every]
     largest = max(float(d.max()) for d in deflections)
-    smallest = min(0.0, *(float(d.min()) for d in deflections))
     top = float(pressure_scale(every).vmax or 1.0)
-    return Scales(x, np.array([-half, half]), z, top, (round(smallest, 4), round(max(largest, 1e-3), 4)))
+    return Scales(x, np.array([-half, half]), z, top, (0.0, round(max(largest, 1e-3), 4)))
 
 
 def deflection(snapshot: Snapshot, scene: Scene) -> Array:
@@ -168,9 +169,9 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> str:
         parts.append(f"{title} {largest[at]:.3g} mm at {quantity(snapshots[at].time, 's')}")
     frames = min(len(snapshots) for snapshots in seen.values())
     return (
-        f"The simulated strikes in motion, {frames} instants each. Left: the bird from the front, coloured by pressure, "
+        f"The simulated strikes in motion, {frames} instants each. Above: the bird from the front, coloured by pressure, "
         "to scale with the plate; blue: the plate's displacement magnified. Below: the plate from the top, coloured by "
-        f"displacement. Largest displacement anywhere on the plate: {'; '.join(parts)}. Grey: eroded pieces."
+        f"displacement in the direction of the push. Largest displacement anywhere on the plate: {'; '.join(parts)}. Grey: eroded pieces."
     )
 
 

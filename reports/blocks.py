@@ -93,8 +93,13 @@ def drawing(name: str, figure: Figure, caption: str) -> Picture:
     """A figure of lines: SVG inside the page, its curves open to the page's switches and pointer."""
     mark_legends(figure)
     markup, found = with_switches(inline_svg(figure, name)), readings(figure)
-    values = json.dumps(found, separators=(",", ":")) if found else ""
+    values = embedded_json(found) if found else ""
     return Picture(name, markup, caption, pixels(figure), switches_in(figure), values)
+
+
+def embedded_json(content: object) -> str:
+    """JSON that may stand in a script element: no text in it can close that element."""
+    return json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def photograph(name: str, figure: Figure, caption: str, alternative: str) -> Picture:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.ndimage import uniform_filter1d
 
 from data.histories import Array
 from reports.figures.comparison import draw_record, is_dense, noise_band
@@ -15,12 +16,15 @@ from reports.figures.quantities import labelled, milliseconds, shown
 from reports.figures.style import BLACK, WIDE, legend_above, styled
 from reports.figures.switches import look
 
+RUNNING = 1e-4  # s: forces of a bird of particles are rough, the plate answers to their mean
+
 
 @dataclass(frozen=True)
 class ModelCurve:
     """One model's curve: switch and title; `time` (n,) s on the record's clock, `values` (n,) SI.
 
-    at_record: (m,) SI at the record's instants, None without a record; impulse: (n,) N s, None for what is no force.
+    at_record: (m,) SI at the record's instants, None without a record; impulse: (n,) N s, None for what is no force;
+    leading: drawn heavier.
     """
 
     key: str
@@ -29,6 +33,7 @@ class ModelCurve:
     values: Array
     at_record: Array | None = None
     impulse: Array | None = None
+    leading: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,10 +86,19 @@ def _curves(
         draw_record(axes, record.time, record.values, record.sigma, si_unit, record.label)
     for model in models:
         seen = (model.time >= span[0]) & (model.time <= span[1])
-        values, at = shown(model.values[seen], si_unit)[0], milliseconds(model.time[seen])
-        axes.plot(at, values, label=f"simulated, {model.title}", **look(model.key))
+        values, at = shown(model.values, si_unit)[0], milliseconds(model.time[seen])
+        bold = running_mean(model.time, values) if model.impulse is not None else values
+        wide = 2.2 if model.leading else 1.5
+        axes.plot(at, bold[seen], lw=wide, label=f"simulated, {model.title}", **look(model.key))
+        if model.impulse is not None:
+            axes.plot(at, values[seen], **{**look(model.key), "linestyle": "-"}, lw=0.6, alpha=0.35, zorder=1)
     axes.set_ylabel(labelled(channel, shown(np.zeros(1), si_unit)[1]))
     axes.margins(y=0.08)
+
+
+def running_mean(time: Array, values: Array) -> Array:
+    """Values (n,) at equal steps averaged over RUNNING about each instant, centred, so that nothing is delayed."""
+    return uniform_filter1d(values, max(1, round(RUNNING / float(time[1] - time[0]))), mode="nearest")
 
 
 def _residuals(axes: Axes, models: Sequence[ModelCurve], record: RecordCurve, si_unit: str) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from reports.blocks import Table
-from reports.figures.quantities import quantity, significant, words
+from reports.figures.quantities import bound, quantity, significant, words
 from reports.findings import percent
 from reports.iso18571 import SAMPLES
 from reports.models import Model
@@ -41,9 +41,9 @@ def errors_table(results: Results) -> Table:
         "peak error",
         "peak time",
         "Sprague-Geers M",
-        "P",
+        "Sprague-Geers P",
         "ISO/TS 18571",
-        "clock set",
+        "clock set later by",
     )
     rows = tuple(
         _errors(results, results.models[key], channel, entry) for (key, channel), entry in scores(results).items()
@@ -72,11 +72,11 @@ def _errors(results: Results, model: Model, channel: str, entry: Score) -> tuple
         name,
         quantity(entry.rms, unit),
         percent(entry.share),
-        f"{_signed(entry.peak, unit)} ({_signed_share(entry.peak_share)})",
+        f"{_signed(entry.peak, unit, 2)} ({_signed_share(entry.peak_share)})",
         _signed(entry.peak_time, "s", 2),
         NONE if entry.magnitude is None else _signed_share(entry.magnitude),
         NONE if entry.phase is None else percent(entry.phase),
-        NONE if rating is None else f"{rating.overall:.2f} {rating.grade}",
+        NONE if rating is None else f"{rating.overall:.3f} {rating.grade}",
         _signed(model.offset, "s", 2),
     )
 
@@ -88,7 +88,8 @@ def _signed(value: float, unit: str, digits: int = 3) -> str:
 
 
 def _signed_share(share: float) -> str:
-    return f"{share * 100:+.2g} %".replace("-", "−", 1)
+    text = percent(share)
+    return f"+{text}" if share > 0 else text
 
 
 def outcomes_table(results: Results) -> Table:
@@ -96,8 +97,8 @@ def outcomes_table(results: Results) -> Table:
     head = (
         "bird model",
         "peak contact force",
-        "contact impulse",
-        "reaction impulse",
+        "impulse on the plate",
+        "impulse on the frame",
         "residual deflection",
         "penetration",
         "bird eroded",
@@ -183,4 +184,4 @@ def _flat(tree: Mapping[str, Any], before: str) -> Iterator[str]:
             yield words(value)
         elif isinstance(value, int | float) and not isinstance(value, bool) and value != 0:
             mark = quantity_at(before + name)
-            yield f"{words(name)} {quantity(float(value), '' if mark is None else mark.unit, 4)}"
+            yield f"{words(name)} {bound(float(value), '' if mark is None else mark.unit)}"
