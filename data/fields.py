@@ -22,7 +22,9 @@ def write_fields(folder: Path, snapshots: Sequence[Snapshot], resting: Array | N
     birds = [_write_bird(folder / f"bird_{i:04d}.vtu", snapshot) for i, snapshot in enumerate(snapshots)]
     plates = [_write_plate(folder / f"plate_{i:04d}.vtu", snapshot, resting) for i, snapshot in enumerate(snapshots)]
     times = [snapshot.time for snapshot in snapshots]
-    series = [_write_series(folder / f"{name}.pvd", files, times) for name, files in (("bird", birds), ("plate", plates))]
+    series = [
+        _write_series(folder / f"{name}.pvd", files, times) for name, files in (("bird", birds), ("plate", plates))
+    ]
     return [*birds, *plates, *series]
 
 

@@ -111,9 +111,7 @@ def _bird(snapshots: Sequence[Snapshot], scales: Scales, scene: Scene) -> dict[s
     }
 
 
-def _plate(
-    snapshots: Sequence[Snapshot], quads: NDArray[np.int64], scales: Scales, scene: Scene
-) -> dict[str, Any]:
+def _plate(snapshots: Sequence[Snapshot], quads: NDArray[np.int64], scales: Scales, scene: Scene) -> dict[str, Any]:
     """Frames of every shell's displacement, the torn ones gone, and of the mid line's [mm]."""
     low, high = scales.displacement
     found = np.stack([deflection(s, scene) for s in snapshots])

@@ -73,7 +73,9 @@ def sprague_geers(record: Array, simulated: Array) -> tuple[float, float]:
     M = sqrt(I_ss / I_rr) - 1, P = arccos(I_rs / sqrt(I_ss I_rr)) / pi, with I the integrals of the products.
     M. A. Sprague and T. L. Geers, Commun. Numer. Meth. Engng 20 (2004) 71, eqs. 1 to 4.
     """
-    rr, ss, rs = (float(np.trapezoid(a * b)) for a, b in ((record, record), (simulated, simulated), (record, simulated)))
+    rr, ss, rs = (
+        float(np.trapezoid(a * b)) for a, b in ((record, record), (simulated, simulated), (record, simulated))
+    )
     if not ss > 0.0:
         return -1.0, 0.5
     return float(np.sqrt(ss / rr)) - 1.0, float(np.arccos(np.clip(rs / np.sqrt(ss * rr), -1.0, 1.0)) / np.pi)

@@ -17,7 +17,8 @@ def command(
     ],
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/report.html.")] = None,
     models: Annotated[
-        bool, typer.Option(help="Also strike with the elastic, plastic-kinematic and hydrodynamic birds (kept, paid once).")
+        bool,
+        typer.Option(help="Also strike with the three standard birds; each strike is paid once."),
     ] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

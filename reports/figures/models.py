@@ -98,7 +98,8 @@ def _curves(
 
 def running_mean(time: Array, values: Array) -> Array:
     """Values (n,) at equal steps averaged over RUNNING about each instant, centred, so that nothing is delayed."""
-    return uniform_filter1d(values, max(1, round(RUNNING / float(time[1] - time[0]))), mode="nearest")
+    half = round(0.5 * RUNNING / float(time[1] - time[0]))
+    return uniform_filter1d(values, 2 * half + 1, mode="nearest")
 
 
 def _residuals(axes: Axes, models: Sequence[ModelCurve], record: RecordCurve, si_unit: str) -> None:

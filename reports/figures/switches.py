@@ -88,7 +88,7 @@ def _axes_readings(figure: Figure, axes: Axes) -> dict[str, Any]:
         "box": [round(value, 2) for value in (box.x0 * points, top, box.width * points, box.height * points)],
         "span": [float(f"{value:.6g}") for value in axes.get_xlim()],
         "label": axes.get_ylabel(),
-        "unit": _unit(axes.get_xlabel() or axes.get_shared_x_axes().get_siblings(axes)[-1].get_xlabel()),
+        "unit": _unit("".join(other.get_xlabel() for other in axes.get_shared_x_axes().get_siblings(axes))),
         "curves": list(_curves(axes)),
     }
 

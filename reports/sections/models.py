@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from data.histories import Histories
-from reports.blocks import Block, Paragraph, Picture, Section, Table, Warnings, drawing
+from reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
 from reports.clock import on_clock
 from reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
 from reports.figures.quantities import quantity, shown_span, words

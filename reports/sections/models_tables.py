@@ -22,9 +22,7 @@ NONE = "–"
 def scores(results: Results) -> dict[tuple[str, str], Score]:
     """Score by (model, channel) of every finished model and every channel of the record that it meets."""
     found = {
-        (key, channel): score(
-            results.record.time, results.record.channels[channel], model.run, channel, model.offset
-        )
+        (key, channel): score(results.record.time, results.record.channels[channel], model.run, channel, model.offset)
         for key, model in results.models.items()
         for channel in results.channels
         if model.run is not None
@@ -110,7 +108,9 @@ def outcomes_table(results: Results) -> Table:
     caption = (
         f"What became of the simulated strikes by the end of the run at {quantity(results.case.time.end, 's')}. Shares "
         f"are of the bird's normal momentum, {momentum:.3g} N s. Residual deflection: 0 where the plate never yielded, "
-        "else the mean over the plate's last period once the bird has left" + "".join(f"; – : {r}" for r in reasons) + "."
+        "else the mean over the plate's last period once the bird has left"
+        + "".join(f"; – : {r}" for r in reasons)
+        + "."
     )
     return Table(head, rows, caption, frozenset({1, 2, 3, 4, 6, 7}))
 

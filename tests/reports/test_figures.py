@@ -92,7 +92,7 @@ def models(channel: str = "displacement_centre") -> Figure:
 
 
 SCENE = Scene(RESTING, 0.01, 0.008, 1.0)
-TITLES = ("elastic", "plastic-kinematic", "hydrodynamic")
+TITLES = ("elastic", "hydrodynamic")
 
 
 def training() -> Figure:
@@ -127,7 +127,6 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "training": training,
     "setup": lambda: setup_figure(SETUP),
     "stress": lambda: stress_figure(dict.fromkeys(TITLES, RUN.snapshots[2]), SCENE),
-    "stress of one model": lambda: stress_figure({"elastic": RUN.snapshots[2]}, SCENE),
     "shapes": lambda: shapes_figure(dict.fromkeys(TITLES, RUN.snapshots), (5e-4, 1e-3), SCENE),
 }
 

@@ -142,7 +142,11 @@ def test_errors_of_the_models_are_those_of_their_stored_strikes(finished: Path, 
     for row in list(rows.values())[:3]:
         offset = 1e-3 * number(row[-1])
         errors = [
-            1e3 * rmse(run.at("displacement_centre", np.maximum(record.time - offset, 0.0)), record.channels["displacement_centre"])
+            1e3
+            * rmse(
+                run.at("displacement_centre", np.maximum(record.time - offset, 0.0)),
+                record.channels["displacement_centre"],
+            )
             for run in runs.values()
         ]
         assert min(abs(error - number(row[1])) for error in errors) < 0.01, row

@@ -13,6 +13,7 @@ from reports.iso18571 import SAMPLES, rate
 from reports.outcome import penetration, residual_deflection
 from reports.results import Results
 from reports.scores import score, sprague_geers
+from solver.estimate import first_period
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
 
 TIME = np.linspace(0.0, 1.0, SAMPLES)
@@ -78,8 +79,9 @@ def test_a_late_record_is_met_by_the_clock_and_not_charged_to_the_model(results:
 
 
 def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results) -> None:
-    """Two periods of a swing about 2 mm after a short push, with the bird gone."""
-    period = 2.44e-3  # a little more than the clamped plate's first
+    """Swings about 2 mm after a short push, with the bird gone."""
+    period = first_period(results.case.plate)
+    assert period is not None
     time = np.linspace(0.0, 8e-3, 1601)
     swing = 2e-3 + 1e-3 * np.sin(2 * np.pi * time / period)
     force = np.where(time < 1e-3, 1e4, 0.0)
@@ -90,7 +92,7 @@ def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results)
         summary={"largest_plastic_strain": 0.01},
     )
     found, _ = residual_deflection(results.case, run, "displacement_centre")
-    assert found == pytest.approx(2e-3, rel=0.35)
+    assert found == pytest.approx(2e-3, rel=1e-2)
     short = replace(run, time=time[:300], channels={name: values[:300] for name, values in run.channels.items()})
     found, why = residual_deflection(results.case, short, "displacement_centre")
     assert found is None
