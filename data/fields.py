@@ -15,8 +15,8 @@ from data.histories import Array, Snapshot
 def write_fields(folder: Path, snapshots: Sequence[Snapshot], resting: Array | None = None) -> list[Path]:
     """`bird_0000.vtu` and `plate_0000.vtu` per snapshot, SI, and the series `bird.pvd`, `plate.pvd`; the files written.
 
-    The time [s] stands among the point data and in the series, which ParaView opens with its clock. resting: (m, 3) [m],
-    the plate's nodes before the strike; with them its points carry their displacement.
+    The time [s] stands among the point data and in the series, which ParaView opens with its clock. resting: (m, 3)
+    [m], the plate's nodes before the strike; with them its points carry their displacement.
     """
     folder.mkdir(parents=True, exist_ok=True)
     birds = [_write_bird(folder / f"bird_{i:04d}.vtu", snapshot) for i, snapshot in enumerate(snapshots)]
@@ -29,7 +29,7 @@ def write_fields(folder: Path, snapshots: Sequence[Snapshot], resting: Array | N
 
 
 def _write_series(path: Path, files: Sequence[Path], times: Sequence[float]) -> Path:
-    """A ParaView collection: which file stands for which time [s]; written last, so that its presence means the rest."""
+    """A ParaView collection: which file stands for which time [s]."""
     sets = [
         f'    <DataSet timestep="{time!r}" part="0" file="{file.name}"/>'
         for file, time in zip(files, map(float, times), strict=True)

@@ -167,9 +167,10 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> str:
         parts.append(f"{title} {largest[at]:.3g} mm at {quantity(snapshots[at].time, 's')}")
     frames = min(len(snapshots) for snapshots in seen.values())
     return (
-        f"The simulated strikes in motion, {frames} instants each. Above: the bird from the front, coloured by pressure, "
-        "to scale with the plate; blue: the plate's displacement magnified. Below: the plate from the top, coloured by "
-        f"displacement in the direction of the push. Largest displacement anywhere on the plate: {'; '.join(parts)}. Grey: eroded pieces."
+        f"The simulated strikes in motion, {frames} instants each. Above: the bird from the front, coloured by "
+        "pressure, to scale with the plate; blue: the plate's displacement magnified. Below: the plate from the top, "
+        "coloured by displacement in the direction of the push. Largest displacement anywhere on the plate: "
+        f"{'; '.join(parts)}. Grey: eroded pieces."
     )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data.histories import Array
 
@@ -92,7 +93,7 @@ def magnitude_score(record: Array, simulated: Array) -> float:
     return float(np.clip(1.0 - error / WORST_MAGNITUDE, 0.0, 1.0))
 
 
-def warping_path(x: Array, y: Array) -> tuple[Array, Array]:
+def warping_path(x: Array, y: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Index pairs of dynamic time warping, squared distance, within WARPING of the diagonal (steps of 0 or 1)."""
     n, band = len(x), int(np.ceil(WARPING * len(x)))
     costs = (x[:, None] - y[None, :]) ** 2

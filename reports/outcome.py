@@ -38,10 +38,8 @@ def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float
     force = np.abs(run.channels[contact])
     left = float(run.time[np.flatnonzero(force > QUIET * force.max())[-1]])
     if run.time[-1] < left + period:
-        return (
-            None,
-            f"the run ends before the plate has swung once without the bird, time.end = {1e3 * (left + period):.2f} ms would do",
-        )
+        enough = f"time.end = {1e3 * (left + period):.2f} ms would do"
+        return None, f"the run ends before the plate has swung once without the bird, {enough}"
     last = run.time >= run.time[-1] - period
     return float(run.channels[channel][last].mean()), "mean of the last period"
 

@@ -39,7 +39,7 @@ class Score:
 
 
 def score(time: Array, record: Array, run: Histories, channel: str, offset: float) -> Score | None:
-    """Score of a run's channel against a record (m,), NaN in gaps, on the record's clock; None where they never meet."""
+    """Score of a run's channel against a record (m,), NaN in gaps, on its clock; None where they never meet."""
     simulated = on_clock(run, channel, time, offset)
     both = np.isfinite(record) & np.isfinite(simulated)
     if not both.any() or not np.abs(record[both]).max() > 0.0:

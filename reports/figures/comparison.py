@@ -79,15 +79,15 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span
 def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
     """A drop line to the time axis and the peak's value beside it, clear of the curve."""
     top = int(np.nanargmax(np.abs(values)))
-    mark = {"gid": MARK + RECORD}
-    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", **mark)
+    mark = MARK + RECORD
+    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
     axes.annotate(
         f"peak {significant(float(values[top]))} {unit} at {significant(float(time[top]))} ms",
         xy=(time[top], 0.0),
         xytext=(5, 5),
         textcoords="offset points",
         fontsize=8,
-        **mark,
+        gid=mark,
     )
 
 

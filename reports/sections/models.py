@@ -56,8 +56,8 @@ def _words(results: Results) -> str:
             "plastic-kinematic and hydrodynamic birds."
         )
     return (
-        f"The same strike by {count} bird models: the standard ones with the paper's constants, the inverted one at its "
-        f"answer; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
+        f"The same strike by {count} bird models: the standard ones with the paper's constants, the inverted one at "
+        f"its answer; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
     )
 
 
@@ -69,10 +69,10 @@ def ranking(results: Results) -> str:
         order = sorted(found, key=lambda key: found[key].rms)
         unit = results.record.units[channel]
         parts = [
-            f"{results.models[key].title} {quantity(found[key].rms, unit)} RMS ({percent(found[key].share)} of the peak)"
+            f"{results.models[key].title} {quantity(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
             for key in order
         ]
-        sentences.append(f"Distance from the record's {words(channel)}, nearest first: {'; '.join(parts)}.")
+        sentences.append(f"RMS distance from the record's {words(channel)}, nearest first: {'; '.join(parts)}.")
     return " ".join(sentences)
 
 

@@ -49,8 +49,9 @@ def _command(results: Results) -> str:
     design, training = results.campaign["design"], results.inversion.training
     trainer = f" --trainer {training.trainer}" if training is not None else ""
     return (
-        f"birdstrike close-the-loop {results.folder / 'doe' / 'case.toml'} --measured {results.record.path} --out AGAIN "
-        f"--design {design['source'] or design['kind']} --runs {design['runs']} --seed {results.inversion.seed}{trainer}"
+        f"birdstrike close-the-loop {results.folder / 'doe' / 'case.toml'} --measured {results.record.path} "
+        f"--out AGAIN --design {design['source'] or design['kind']} --runs {design['runs']} "
+        f"--seed {results.inversion.seed}{trainer}"
     )
 
 

@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from data.errors import RunFailed
 from data.histories import Histories
+from reports.sections import models, summary
 from solver.case import Case
 from tests.reports.synthetic import finished_folder, simulate, write_record
 
@@ -25,9 +26,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def _struck_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+def _short_page_struck_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("inversion.forward.simulate", simulate)
     monkeypatch.setattr("reports.models.FRAMES", 8)
+    monkeypatch.setattr("reports.page.SECTIONS", (summary.section, models.section))
 
 
 def invoke(*arguments: str) -> Result:

@@ -92,13 +92,13 @@ def test_fields_are_one_bird_and_one_plate_a_snapshot(twice) -> None:
 
 
 def test_a_series_gives_paraview_every_file_with_its_time(twice) -> None:
-    import xml.etree.ElementTree as tree
+    import xml.etree.ElementTree as ET
 
     import meshio
 
     folder = twice[0] / "fields"
     for body in ("bird", "plate"):
-        entries = tree.parse(folder / f"{body}.pvd").findall("Collection/DataSet")
+        entries = ET.parse(folder / f"{body}.pvd").findall("Collection/DataSet")
         for entry in entries:
             mesh = meshio.read(folder / entry.attrib["file"])
             assert mesh.point_data["time_s"][0] == pytest.approx(float(entry.attrib["timestep"]), rel=1e-12)

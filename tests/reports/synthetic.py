@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -39,7 +39,7 @@ INSTANTS = (0.5e-3, 1.0e-3, 1.5e-3, 2.5e-3)
 
 def strike(
     peak: float = 5.6e-3,
-    summary: dict[str, object] | None = None,
+    summary: Mapping[str, object] | None = None,
     steps: int = 301,
     period: float = 2.5e-3,
     instants: Sequence[float] = INSTANTS,

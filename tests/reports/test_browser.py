@@ -85,7 +85,7 @@ def test_every_switch_acts_on_every_figure_that_has_its_curve(probed: dict[str, 
     assert figures.pop("campaign") == {cloud}
     assert figures.pop("emulator") == {*models, comparison}
     assert figures.pop("network") == {comparison}
-    assert figures == dict.fromkeys(("elastic", "plastic_kinematic", "hydrodynamic"), set(models))
+    assert figures == {key: set(models) for key in ("elastic", "plastic_kinematic", "hydrodynamic")}
     for key, entry in probed["switches"].items():
         assert entry["before"] == entry["after"] == entry["parts"] > 0, key
         assert entry["off"] == 0, key

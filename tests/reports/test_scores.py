@@ -72,7 +72,7 @@ def test_errors_of_a_curve_that_is_a_tenth_too_high() -> None:
 
 
 def test_a_late_record_is_met_by_the_clock_and_not_charged_to_the_model(results: Results) -> None:
-    """The record is the run 0.05 ms late; the trigger is known to 0.1 ms, which pulls the offset to 0 by very little."""
+    """The record is the run 0.05 ms late; the trigger, known to 0.1 ms, pulls the offset to 0 by very little."""
     run, late = strike(5.5e-3), displacement(RECORD_TIMES - 0.05e-3, 5.5e-3)
     record = Measured(RECORD_TIMES, {"displacement_centre": late}, {}, {"displacement_centre": "m"})
     assert best_offset(replace(results, record=record), run) == pytest.approx(0.05e-3, abs=2e-6)
