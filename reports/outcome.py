@@ -50,7 +50,7 @@ def penetration(case: Case, run: Histories) -> str:
     if not torn:
         return "no"
     behind = share_behind(case, run.snapshots[-1]) if run.snapshots else 0.0
-    return f"yes, {behind:.0%} of the bird" if behind > 0.0 else f"no, but {torn} shells torn"
+    return f"yes, {behind * 100:.0f} % of the bird" if behind > 0.0 else f"no, but {torn} shells torn"
 
 
 def share_behind(case: Case, snapshot: Snapshot) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from data.histories import Histories
 from reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
 from reports.clock import on_clock
 from reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
-from reports.figures.quantities import quantity, shown_span, words
+from reports.figures.quantities import quantity, shown_span, significant, words
 from reports.findings import percent
 from reports.models import STANDARD, Model
 from reports.outcome import impulse
@@ -23,12 +23,20 @@ from reports.sections.models_tables import constants_table, errors_table, outcom
 def section(results: Results) -> Section:
     """Words, tables, then one figure a sensor."""
     blocks: list[Block] = [Paragraph(_words(results))]
-    failed = [model for model in results.models.values() if model.run is None]
-    if failed:
-        blocks.append(Warnings(tuple(f"No strike by the {m.title} bird: {m.failure}" for m in failed)))
+    if told := tuple(_warnings(results)):
+        blocks.append(Warnings(told))
     tables = (errors_table(results), outcomes_table(results), constants_table(results))
     figures = (_figure(results, channel) for channel in _channels(results))
     return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *tables[1:]))
+
+
+def _warnings(results: Results) -> Iterator[str]:
+    """Birds without a strike, and what the standard birds' strikes warn of; the inverted one's stand in the summary."""
+    for model in results.struck.values():
+        if model.run is None:
+            yield f"No strike by the {model.title} bird: {model.failure}"
+        elif model.key in STANDARD:
+            yield from (f"{model.title} bird: {line}" for line in model.run.summary.get("warnings", ()))
 
 
 def finished(results: Results) -> Mapping[str, Histories]:
@@ -123,7 +131,7 @@ def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum:
         text = f"{curve.title} {quantity(top, unit)} at {quantity(at, 's')}"
         if curve.impulse is not None:
             given = float(curve.impulse[-1])
-            text += f", impulse {given:.3g} N s ({given / momentum:.0%} of the bird's normal momentum)"
+            text += f", impulse {significant(given)} N s ({percent(given / momentum, 3)} of the bird's normal momentum)"
         parts.append(text)
     text = f"Simulated {words(channel)} by bird model. Peaks: {'; '.join(parts)}."
     if any(curve.impulse is not None for curve in curves):

@@ -155,7 +155,7 @@ def _impulse(model: Model, kind: str, momentum: float) -> str:
     if sensor is None:
         return NONE
     given = float(impulse(model.run.time, model.run.channels[sensor])[-1])
-    return f"{significant(given)} N s ({given / momentum:.0%})"
+    return f"{significant(given)} N s ({percent(given / momentum, 3)})"
 
 
 def constants_table(results: Results) -> Table:
@@ -181,7 +181,7 @@ def _flat(tree: Mapping[str, Any], before: str) -> Iterator[str]:
         if isinstance(value, Mapping):
             yield from _flat(value, f"{before}{name}.")
         elif isinstance(value, str):
-            yield words(value)
+            yield "NULL" if value == "null" else words(value)
         elif isinstance(value, int | float) and not isinstance(value, bool) and value != 0:
             mark = quantity_at(before + name)
             yield f"{words(name)} {bound(float(value), '' if mark is None else mark.unit)}"

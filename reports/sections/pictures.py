@@ -49,11 +49,12 @@ def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scen
         for title, s in chosen.items()
         if (~s.eroded).any() and len(s.plate_stress)
     ]
-    yields = quantity(results.case.plate.material.yield_stress, "Pa")
+    plate = results.case.plate
+    yields = "" if plate.rigid else f" The plate's metal yields at {quantity(plate.material.yield_stress, 'Pa')}."
     caption = (
         f"Simulated von Mises stress at {at}, from the front (the bird opened at its mid-plane) and from the top. One "
-        f"scale for all birds, by decades, and one for all plates. {'; '.join(parts)}. The plate's metal yields at "
-        f"{yields}. Grey: eroded pieces, which push nothing."
+        f"scale for all birds, by decades, and one for all plates. {'; '.join(parts)}.{yields} "
+        "Grey: eroded pieces, which push nothing."
     )
     return photograph("stress", stress_figure(chosen, scene), caption, f"Stress of bird and plate at {at} by model")
 

@@ -108,4 +108,4 @@ def test_a_bird_behind_a_torn_plate_has_gone_through(results: Results) -> None:
     half = np.arange(len(last.particles)) % 2 == 0
     moved = np.where(half[:, None], [0.0, 0.0, -0.2], last.particles)
     through = replace(run, snapshots=(replace(last, particles=moved, eroded=np.zeros(len(half), bool)),))
-    assert penetration(results.case, through) == "yes, 50% of the bird"
+    assert penetration(results.case, through) == "yes, 50 % of the bird"
