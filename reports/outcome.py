@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from data.histories import Array, Histories, Snapshot
+from reports.figures.views import push_direction
 from solver.case import Case
 from solver.estimate import first_period
 
@@ -45,18 +48,19 @@ def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float
 
 
 def penetration(case: Case, run: Histories) -> str:
-    """`no`, `plate torn` or `yes` with the share of the bird that is behind the plate at the last snapshot."""
+    """`no`, `no, but 9 shells torn`, or `yes` with the share of the bird that is behind the plate in the end."""
     torn = int(run.summary.get("eroded_shells", 0))
     if not torn:
         return "no"
-    behind = share_behind(case, run.snapshots[-1]) if run.snapshots else 0.0
+    behind = share_behind(case, run.snapshots) if run.snapshots else 0.0
     return f"yes, {behind * 100:.0f} % of the bird" if behind > 0.0 else f"no, but {torn} shells torn"
 
 
-def share_behind(case: Case, snapshot: Snapshot) -> float:
-    """Share of the bird's pieces, eroded ones left out, that lie behind the plate and within its outline."""
-    push = float(np.sign(snapshot.velocity[:, 2].mean()) or -1.0)
-    x, y, z = snapshot.particles.T
-    deepest = float((push * snapshot.nodes[:, 2]).max()) if len(snapshot.quads) else 0.0
+def share_behind(case: Case, snapshots: Sequence[Snapshot]) -> float:
+    """Share of the bird's pieces, eroded ones left out, that end behind the deepest shell left, within the outline."""
+    push, last = push_direction(snapshots), snapshots[-1]
+    x, y, z = last.particles.T
+    left = last.nodes[np.unique(last.quads), 2]
+    deepest = float((push * left).max()) if left.size else 0.0
     inside = (np.abs(x) < case.plate.length / 2) & (np.abs(y) < case.plate.width / 2)
-    return float((inside & (push * z > deepest + case.plate.thickness) & ~snapshot.eroded).mean())
+    return float((inside & (push * z > deepest + case.plate.thickness) & ~last.eroded).mean())

@@ -45,13 +45,15 @@ def finished(results: Results) -> Mapping[str, Histories]:
 
 
 def nearest(results: Results) -> str:
-    """`Of the bird models ... comes nearest to the record: 6.5 % of the peak, against hydrodynamic 15 %, ...`."""
+    """`RMS error of the 4 bird models ...: nearest is ..., 6.5 %; then ..., 15 %`; nothing with less than two."""
     found = {model: entry.share for (model, c), entry in scores(results).items() if c == results.channels[0]}
     order = sorted(found, key=lambda key: found[key])
-    parts = [f"{results.models[key].title} {percent(found[key])}" for key in order]
+    if len(order) < 2:
+        return ""
+    first, *others = (f"{results.models[key].title}, {percent(found[key])}" for key in order)
     return (
-        f"Of the bird models, {parts[0]} RMS of the record's peak comes nearest in {words(results.channels[0])}, "
-        f"against {', '.join(parts[1:])}."
+        f"RMS error of the {len(order)} bird models in {words(results.channels[0])}, of the record's peak: nearest is "
+        f"{first}; then {'; '.join(others)}."
     )
 
 

@@ -104,8 +104,9 @@ def test_a_bird_behind_a_torn_plate_has_gone_through(results: Results) -> None:
     run = strike(summary={"eroded_shells": 9})
     assert penetration(results.case, strike()) == "no"
     assert penetration(results.case, run) == "no, but 9 shells torn"
-    last = run.snapshots[-1]
+    first, last = run.snapshots[0], run.snapshots[-1]
     half = np.arange(len(last.particles)) % 2 == 0
     moved = np.where(half[:, None], [0.0, 0.0, -0.2], last.particles)
-    through = replace(run, snapshots=(replace(last, particles=moved, eroded=np.zeros(len(half), bool)),))
+    back = replace(last, particles=moved, velocity=-last.velocity, eroded=np.zeros(len(half), bool))
+    through = replace(run, snapshots=(first, back))
     assert penetration(results.case, through) == "yes, 50 % of the bird"
