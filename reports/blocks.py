@@ -1,8 +1,9 @@
-"""What a page is made of: paragraphs, warnings, tables and pictures, gathered in sections."""
+"""What a page is made of: paragraphs, warnings, tables, pictures and the animation, gathered in sections."""
 
 from __future__ import annotations
 
 import base64
+import json
 from dataclasses import dataclass
 from html import escape
 from typing import Literal
@@ -10,6 +11,7 @@ from typing import Literal
 from matplotlib.figure import Figure
 
 from reports.figures.style import inline_svg, pixels, png
+from reports.figures.switches import mark_legends, readings, switches_in, with_switches
 
 
 @dataclass(frozen=True)
@@ -49,16 +51,33 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as markup for the page, its natural width in CSS pixels, and a caption that says what to see."""
+    """A figure as markup for the page, its natural width in CSS pixels, and a caption that says what to see.
+
+    switches: models that the page can hide in it; readings: JSON of the values that the pointer reads, "" for none.
+    """
 
     name: str
     markup: str
     caption: str
     width: int
+    switches: tuple[str, ...] = ()
+    readings: str = ""
     kind: Literal["picture"] = "picture"
 
 
-Block = Paragraph | Warnings | Lines | Table | Picture
+@dataclass(frozen=True)
+class Animation:
+    """The strike in motion: JSON for the page's own player, its size in CSS pixels, and a caption."""
+
+    name: str
+    data: str
+    caption: str
+    width: int
+    height: int
+    kind: Literal["animation"] = "animation"
+
+
+Block = Paragraph | Warnings | Lines | Table | Picture | Animation
 
 
 @dataclass(frozen=True)
@@ -71,8 +90,16 @@ class Section:
 
 
 def drawing(name: str, figure: Figure, caption: str) -> Picture:
-    """A figure of lines: SVG inside the page."""
-    return Picture(name, inline_svg(figure, name), caption, pixels(figure))
+    """A figure of lines: SVG inside the page, its curves open to the page's switches and pointer."""
+    mark_legends(figure)
+    markup, found = with_switches(inline_svg(figure, name)), readings(figure)
+    values = embedded_json(found) if found else ""
+    return Picture(name, markup, caption, pixels(figure), switches_in(figure), values)
+
+
+def embedded_json(content: object) -> str:
+    """JSON that may stand in a script element: no text in it can close that element."""
+    return json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def photograph(name: str, figure: Figure, caption: str, alternative: str) -> Picture:

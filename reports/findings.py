@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from reports.record import cloud, origin, peak, residual, short_name
-from reports.results import Results
+from reports.results import Books, Results
 
 
 def findings(results: Results) -> tuple[str, str, str, str, str]:
@@ -59,7 +61,7 @@ def channel_error(results: Results, method: str, channel: str) -> str:
 
 def percent(share: float, digits: int = 2) -> str:
     """`5.4 %` of 0.054."""
-    return f"{share * 100:.{digits}g} %"
+    return f"{significant(share * 100, digits)} %"
 
 
 def offset_text(results: Results) -> str:
@@ -148,8 +150,13 @@ def books(results: Results) -> str:
 
 
 def worst_book(results: Results, key: str) -> float:
-    """Largest magnitude of one entry in the books of all strikes."""
-    return float(np.max(np.abs([float(books[key]) for books in results.books.values()])))
+    """Largest magnitude of one entry in the books of the campaign's and the verification strikes."""
+    return largest(results.books, key)
+
+
+def largest(books: Mapping[str, Books], key: str) -> float:
+    """Largest magnitude of one entry in books."""
+    return float(np.max(np.abs([float(book[key]) for book in books.values()])))
 
 
 def worst_strike(results: Results, key: str) -> str:

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from data.files import write_atomically
-from reports.blocks import Section
+from reports.blocks import Picture, Section
+from reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from reports.folder import read_results
+from reports.models import strike_models, titled
 from reports.record import origin, short_name
 from reports.results import Results
-from reports.sections import books, campaign, curves, parameters, reproducibility, setup, strike, summary, surrogates
+from reports.sections import (
+    books,
+    campaign,
+    curves,
+    models,
+    parameters,
+    pictures,
+    reproducibility,
+    setup,
+    summary,
+    surrogates,
+)
 from reports.sections.reproducibility import installed
 
-SECTIONS: tuple[Callable[[Results], Section], ...] = (
+SECTIONS: tuple[Callable[[Results], Section | None], ...] = (
     summary.section,
     setup.section,
+    models.section,
+    pictures.section,
     curves.section,
     parameters.section,
-    strike.section,
     campaign.section,
     surrogates.section,
     books.section,
@@ -29,25 +43,45 @@ SECTIONS: tuple[Callable[[Results], Section], ...] = (
 )
 
 
+"""What the page is made of, in order; a section that has nothing to say of a folder returns None and is left out."""
+
+STRIKES = 0.8  # share of the progress that the bird models' strikes take, where they are due
+
+
 def report(
-    folder: str | Path, out: str | Path | None = None, *, progress: Callable[[float], None] | None = None
+    folder: str | Path,
+    out: str | Path | None = None,
+    *,
+    models: bool = True,
+    progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError."""
+    """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
+
+    models: also strike with the standard birds, and with the inverted one at all instants of the animation; each
+    strike is kept in `folder/models/runs/` and paid once.
+    """
     path = Path(out) if out is not None else Path(folder) / "report.html"
-    return write_page(read_results(Path(folder)), path, progress)
+    return write_page(read_results(Path(folder)), path, progress, models=models)
 
 
-def write_page(results: Results, path: Path, progress: Callable[[float], None] | None = None) -> Path:
-    """Write the page about results at hand; its path."""
-    write_atomically(path, page(results, progress))
+def write_page(
+    results: Results, path: Path, progress: Callable[[float], None] | None = None, *, models: bool = True
+) -> Path:
+    """Write the page about results at hand, the bird models' strikes added where asked for; its path."""
+    told = progress or (lambda _: None)
+    if models:
+        results = strike_models(results, lambda share: told(STRIKES * share))
+    begun = STRIKES if models else 0.0
+    write_atomically(path, page(results, lambda share: told(begun + (1.0 - begun) * share)))
     return path
 
 
 def page(results: Results, progress: Callable[[float], None] | None = None) -> str:
     """The page as HTML text; nothing in it points outside."""
-    sections = []
+    sections: list[Section] = []
     for done, make in enumerate(SECTIONS, 1):
-        sections.append(make(results))
+        if (section := make(results)) is not None:
+            sections.append(section)
         if progress:
             progress(done / len(SECTIONS))
     environment = Environment(
@@ -61,6 +95,30 @@ def page(results: Results, progress: Callable[[float], None] | None = None) -> s
         title=f"Bird strike {results.case_name}: parameters from the record {short_name(results.record)}",
         subtitle=f"The record is {origin(results.record)}; every model curve is simulated by birdstrike.",
         sections=sections,
+        switches=switches(results, sections),
         version=installed("birdstrike"),
         footer=f"Written by birdstrike {installed('birdstrike')} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
     )
+
+
+def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, str]]:
+    """The row of switches: every curve that a figure of the page can hide, with its title, colour and dashes."""
+    pictures = (block for section in sections for block in section.blocks if isinstance(block, Picture))
+    found = {key for picture in pictures for key in picture.switches}
+    titles = {
+        RECORD: f"record ({origin(results.record)})",
+        CAMPAIGN: "campaign's strikes",
+        **{method: titled(method, results.case) for method in results.finished},
+        **{key: model.title for key, model in results.models.items()},
+    }
+    return [
+        {"key": key, "title": titles[key], "colour": COLOURS[key], "dashes": _dashes(key)}
+        for key in COLOURS
+        if key in found
+    ]
+
+
+def _dashes(key: str) -> str:
+    """A curve's dashes as SVG has them, in widths of the line."""
+    dashes = DASHES.get(key, "-")
+    return "none" if isinstance(dashes, str) else " ".join(f"{2 * length:g}" for length in dashes[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from data.curves import Measured
 from data.dataset import Dataset
 from data.histories import Array, Histories
 from inversion.inversion import Answer, Inversion
+from reports.models import Model, inverted_alone
 from solver.case import Case
 
 Books = Mapping[str, Any]
@@ -35,7 +36,8 @@ class Results:
 
     record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
     where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
-    label -> its summary; failures: run's label -> reason.
+    label -> its summary; failures: run's label -> reason; struck: the bird models' strikes, {} where none were asked
+    for.
     """
 
     folder: Path
@@ -49,6 +51,12 @@ class Results:
     campaign: Mapping[str, Any]
     books: Mapping[str, Books]
     failures: Mapping[str, str]
+    struck: Mapping[str, Model] = field(default_factory=dict)
+
+    @property
+    def models(self) -> Mapping[str, Model]:
+        """The bird models side by side; the inverted one alone where no others were struck."""
+        return self.struck or inverted_alone(self)
 
     @property
     def case_name(self) -> str:

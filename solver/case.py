@@ -94,7 +94,11 @@ class Case(Section):
         unknown = [f"{key} is no quantity of a case" for key in values if quantity_at(key) is None]
         if unknown:
             raise CaseError(unknown)
-        return case_from_table(overlay(self._raw, _table(values)), self._name)
+        return self.overlaid(_table(values))
+
+    def overlaid(self, table: Raw) -> Case:
+        """The case with a table, as TOML gives it, laid over its own, validated anew; raises CaseError."""
+        return case_from_table(overlay(self._raw, table), self._name)
 
     def with_effects(self, magnitudes: Mapping[str, float]) -> Case:
         """The case with these magnitudes (SI) under `effects`, in place of those it states; raises CaseError."""
@@ -112,8 +116,7 @@ class Case(Section):
 
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
         """The case with another bird and plate mesh, validated anew; raises CaseError."""
-        mesh = {"bird": {"particles": particles}, "plate": {"elements": list(elements)}}
-        return case_from_table(overlay(self._raw, mesh), self._name)
+        return self.overlaid({"bird": {"particles": particles}, "plate": {"elements": list(elements)}})
 
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads."""

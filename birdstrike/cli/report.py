@@ -16,9 +16,15 @@ def command(
         Path, typer.Argument(metavar="DIR", help="Folder that close-the-loop made, with doe/ and inversion/.")
     ],
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/report.html.")] = None,
+    models: Annotated[
+        bool,
+        typer.Option(help="Also strike with the three standard birds; each strike is paid once."),
+    ] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Write one HTML page with figures, tables and findings; it needs no network and opens from disk.
+    """Write one HTML page with figures, tables, an animation and findings; it needs no network and opens from disk.
+
+    The strikes of the bird models are made when they are not in DIR/models yet; after Ctrl-C the finished ones stay.
 
     Example: birdstrike report loop --out shot_7.html
     """
@@ -28,7 +34,7 @@ def command(
 
     results = read_results(folder)
     with progress_bar("report") as progress:
-        path = write_page(results, out or folder / "report.html", progress)
+        path = write_page(results, out or folder / "report.html", progress, models=models)
     found = findings(results)
     for number, line in enumerate(found, 1):
         say(f"{number}. {line}")

@@ -60,7 +60,7 @@ def command(
         refuse_noiseless(loaded.sensors)
     out.mkdir(parents=True, exist_ok=True)
     histories = _run(loaded, threads or loaded.solver.threads)
-    write_strike(out, histories, fields)
+    write_strike(out, histories, loaded if fields else None)
     if noise is not None:
         write_record(out / "record.csv", loaded, histories, noise)
     console.print(_table(loaded, histories))
@@ -91,18 +91,20 @@ def _run(case: Case, threads: int | None) -> Histories:
         return solver_for(case).simulate(case, threads=min(threads or available, available), progress=progress)
 
 
-def write_strike(out: Path, histories: Histories, fields: bool = False) -> None:
-    """`histories.csv` and `summary.json`, and with `fields` the VTU files, in place of those of an earlier run."""
+def write_strike(out: Path, histories: Histories, pictured: Case | None = None) -> None:
+    """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
     from data.curves import write_histories
     from data.fields import write_fields
     from data.files import write_json
+    from solver.build_plate import mesh_of
 
     write_histories(out / "histories.csv", histories)
     write_json(out / "summary.json", histories.summary)
-    for old in (out / "fields").glob("*_[0-9][0-9][0-9][0-9].vtu"):
-        old.unlink()
-    if fields:
-        write_fields(out / "fields", histories.snapshots)
+    for series in ("bird", "plate"):
+        for old in (*(out / "fields").glob(f"{series}_[0-9][0-9][0-9][0-9].vtu"), out / "fields" / f"{series}.pvd"):
+            old.unlink(missing_ok=True)
+    if pictured is not None:
+        write_fields(out / "fields", histories.snapshots, mesh_of(pictured.plate).nodes)
 
 
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from data.histories import Array, Snapshot
 from reports.figures.quantities import milliseconds, shown
-from reports.figures.strike import mid_line
 from reports.figures.style import GREY, styled
+from reports.figures.views import mid_line
 
 SPEED_COLOURS = LinearSegmentedColormap.from_list("speed", colormaps["magma"](np.linspace(0.15, 0.97, 256)))
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]])

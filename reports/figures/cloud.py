@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from data.histories import Array
 from reports.figures.comparison import is_dense
 from reports.figures.quantities import labelled, milliseconds, shown, shown_span
-from reports.figures.style import BLACK, ORANGE, SKY, VERMILION, WIDE, legend_above, styled
+from reports.figures.style import ORANGE, SKY, VERMILION, WIDE, legend_above, styled
+from reports.figures.switches import CAMPAIGN, MARK, RECORD, look
 
 
 @styled
@@ -52,14 +53,15 @@ def _strikes(axes: Axes, time: Array, curves: Array, smooth: NDArray[np.bool_], 
         if chosen.any():
             values = shown(curves[chosen], si_unit)[0]
             lines = [np.column_stack((milliseconds(time), row)) for row in values]
-            axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.7, alpha=0.8, label=label))
+            gid = MARK + CAMPAIGN
+            axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.7, alpha=0.8, label=label, gid=gid))
     axes.autoscale_view()
 
 
 def _points(axes: Axes, time: Array, values: Array, outside: NDArray[np.bool_], si_unit: str, label: str) -> None:
     shown_values, at = shown(values, si_unit)[0], milliseconds(time)
     marker = "" if is_dense(values) else "o"
-    axes.plot(at, shown_values, color=BLACK, linewidth=0.8, marker=marker, markersize=4.5, mfc="white", label=label)
+    axes.plot(at, shown_values, lw=0.8, marker=marker, markersize=4.5, mfc="white", label=label, **look(RECORD))
     if outside.any():
         label = f"outside the cloud ({int(outside.sum())} of {int(np.isfinite(values).sum())})"
-        axes.plot(at[outside], shown_values[outside], "o", color=VERMILION, markersize=4.5, label=label)
+        axes.plot(at[outside], shown_values[outside], "o", color=VERMILION, ms=4.5, label=label, gid=MARK + RECORD)

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from data.histories import Array
 from reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
-from reports.figures.style import BLACK, METHOD_COLOURS, METHOD_DASHES, METHOD_MARKERS, WIDE, legend_above, styled
+from reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
+from reports.figures.switches import MARK, RECORD, look
 
 
 @dataclass(frozen=True)
@@ -36,23 +37,27 @@ def comparison_figure(
     """`time` (m,) s, `record` (m,) SI with NaN in gaps, `sigma` (m,) SI or None; `verified`: method -> its run."""
     figure = Figure(figsize=(WIDE, 5.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
-    _record(above, time, record, sigma, si_unit, record_label)
+    draw_record(above, time, record, sigma, si_unit, record_label)
     for method, curve in verified.items():
         _simulated(above, method, curve, si_unit, shown_span(time))
         _residual(below, method, time, curve.at_record - record, si_unit)
-    _noise_band(below, time, sigma, si_unit)
+    noise_band(below, time, sigma, si_unit)
     _frame(above, below, channel, si_unit, time)
     return figure
 
 
-def _record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit: str, label: str) -> None:
+def draw_record(axes: Axes, time: Array, record: Array, sigma: Array | None, si_unit: str, label: str) -> None:
     """Points for a sparse record, a line for a dense one; bars of two standard deviations where they are known."""
     values, unit = shown(record, si_unit)
     dense = is_dense(record)
-    at, dots = milliseconds(time), "-" if dense else "o"
-    axes.plot(at, values, dots, color=BLACK, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, label=label)
+    at = milliseconds(time)
+    style = {**look(RECORD), "linestyle": "-" if dense else "none", "marker": "" if dense else "o", "label": label}
+    axes.plot(at, values, lw=1.1, markersize=5.5, markerfacecolor="white", zorder=5, **style)
     if sigma is not None and not dense:
-        axes.errorbar(at, values, 2 * shown(sigma, si_unit)[0], fmt="none", ecolor=BLACK, elinewidth=0.8)
+        bars = 2 * shown(sigma, si_unit)[0]
+        drawn = axes.errorbar(at, values, bars, fmt="none", ecolor=BLACK, elinewidth=0.8)
+        for part in drawn.lines[2]:
+            part.set_gid(MARK + RECORD)
     _mark_peak(axes, at, values, unit)
 
 
@@ -66,22 +71,23 @@ def _simulated(axes: Axes, method: str, curve: VerifiedCurve, si_unit: str, span
     seen = (curve.time >= span[0]) & (curve.time <= span[1])
     values, at = shown(curve.values[seen], si_unit)[0], milliseconds(curve.time[seen])
     label = f"simulated: verification of the {method}"
-    colour, dashes = METHOD_COLOURS[method], METHOD_DASHES[method]
-    axes.plot(at, values, color=colour, linestyle=dashes, label=label)
+    axes.plot(at, values, label=label, **look(method))
     top = int(np.nanargmax(np.abs(values)))
-    axes.plot(at[top], values[top], marker="v", color=colour, markersize=6, zorder=6)
+    axes.plot(at[top], values[top], marker="v", markersize=6, zorder=6, **look(method))
 
 
 def _mark_peak(axes: Axes, time: Array, values: Array, unit: str) -> None:
     """A drop line to the time axis and the peak's value beside it, clear of the curve."""
     top = int(np.nanargmax(np.abs(values)))
-    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":")
+    mark = MARK + RECORD
+    axes.vlines(time[top], 0.0, values[top], color=BLACK, linewidth=0.7, linestyle=":", gid=mark)
     axes.annotate(
         f"peak {significant(float(values[top]))} {unit} at {significant(float(time[top]))} ms",
         xy=(time[top], 0.0),
         xytext=(5, 5),
         textcoords="offset points",
         fontsize=8,
+        gid=mark,
     )
 
 
@@ -90,15 +96,14 @@ def _residual(axes: Axes, method: str, time: Array, residual: Array, si_unit: st
     axes.plot(
         milliseconds(time),
         shown(residual, si_unit)[0],
-        color=METHOD_COLOURS[method],
-        linestyle=METHOD_DASHES[method],
         linewidth=1.1,
         marker=marker,
         markersize=4,
+        **look(method),
     )
 
 
-def _noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> None:
+def noise_band(axes: Axes, time: Array, sigma: Array | None, si_unit: str) -> None:
     """Two standard deviations of the record's noise: residuals inside it say nothing."""
     axes.axhline(0.0, color=BLACK, linewidth=0.7)
     if sigma is None:

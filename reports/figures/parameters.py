@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reports.figures.quantities import bound, parameter_label
-from reports.figures.style import METHOD_COLOURS, METHOD_MARKERS, WIDE, legend_above, styled
+from reports.figures.style import METHOD_MARKERS, WIDE, legend_above, styled
+from reports.figures.switches import COLOURS
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def _bar(axes: Axes, place: int, row: ParameterRow) -> None:
 def _estimate(axes: Axes, height: float, row: ParameterRow, method: str, estimate: Mark) -> None:
     if estimate.value is None:
         return
-    colour = METHOD_COLOURS[method]
+    colour = COLOURS[method]
     if estimate.interval is not None:
         ends = [row.share(end) for end in estimate.interval]
         axes.plot(ends, [height, height], color=colour, linewidth=2.2, solid_capstyle="butt")
@@ -80,7 +81,7 @@ def _frame(axes: Axes, rows: Sequence[ParameterRow]) -> None:
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.tick_params(length=0)
     for method in rows[0].estimates:
-        colour, marker = METHOD_COLOURS[method], METHOD_MARKERS[method]
+        colour, marker = COLOURS[method], METHOD_MARKERS[method]
         axes.plot([], [], marker=marker, color=colour, linewidth=2.2, label=f"{method}: value and 95 % interval")
     if any(estimate.value is not None for row in rows for estimate in row.estimates.values()):
         legend_above(axes)

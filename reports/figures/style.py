@@ -19,8 +19,6 @@ P = ParamSpec("P")
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#8C8C8C"
 
-METHOD_COLOURS = {"network": VERMILION, "emulator": BLUE}
-METHOD_DASHES = {"network": "-", "emulator": (0, (5, 2))}
 METHOD_MARKERS = {"network": "s", "emulator": "D"}
 
 WIDE = 8.6  # in: the page's column at 96 dots per inch is a little wider, so text is never scaled down

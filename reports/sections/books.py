@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from reports.blocks import Block, Paragraph, Section, Table, Warnings
 from reports.figures.quantities import significant
-from reports.findings import percent, worst_book
+from reports.findings import largest, percent
 from reports.results import Books, Results
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
@@ -12,10 +14,11 @@ LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 
 def section(results: Results) -> Section:
     """One row a strike; failed strikes stand above with their reason."""
-    above = sum(abs(float(book["energy_error"])) > LIMIT_ENERGY for book in results.books.values())
-    energy, momentum = (worst_book(results, key) for key in ("energy_error", "momentum_error"))
+    every = all_books(results)
+    above = sum(abs(float(book["energy_error"])) > LIMIT_ENERGY for book in every.values())
+    energy, momentum = (largest(every, key) for key in ("energy_error", "momentum_error"))
     words = (
-        f"{len(results.books)} strikes stand behind this report. Worst energy error {percent(energy)} of the bird's "
+        f"{len(every)} strikes stand behind this report. Worst energy error {percent(energy)} of the bird's "
         f"initial kinetic energy normal to the plate ({counted(above)} above {percent(LIMIT_ENERGY)}), worst momentum "
         f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
         "difference of the others."
@@ -26,6 +29,12 @@ def section(results: Results) -> Section:
     return Section("books", "Verification and balance of every strike", (*blocks, _table(results)))
 
 
+def all_books(results: Results) -> Mapping[str, Books]:
+    """Books of the campaign's and the verification strikes, and of the bird models' where they were struck."""
+    struck = {f"model, {m.title}": m.run.summary for m in results.struck.values() if m.run is not None}
+    return {**results.books, **struck}
+
+
 def counted(strikes: int) -> str:
     """`1 strike`, `2 strikes`, `none`."""
     return "none" if strikes == 0 else f"{strikes} strike{'s' if strikes > 1 else ''}"
@@ -34,7 +43,7 @@ def counted(strikes: int) -> str:
 def _table(results: Results) -> Table:
     books = ("energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded")
     head = ("strike", *books, "steps", "time [s]")
-    rows = tuple((label, *_row(book)) for label, book in results.books.items())
+    rows = tuple((label, *_row(book)) for label, book in all_books(results).items())
     caption = (
         "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
         "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "

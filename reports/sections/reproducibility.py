@@ -29,14 +29,29 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
     stored = {str(books["solver_version"]) for books in results.books.values() if "solver_version" in books}
     solvers = sorted({str(results.campaign["solver_version"]), *stored})
     runs = {m: inversion.methods[m].run for m in results.finished}
+    struck = [f"{m.title}: {m.run.summary['run_key']}" for m in results.struck.values() if m.run is not None]
     return (
         ("case", f"{results.case_name}, hash {case_hash(results.case)}"),
         ("campaign's case hash", inversion.case_hash),
         ("solver version (digest of its sources)", ", ".join(solvers)),
         ("seed of the inversion", str(inversion.seed)),
         ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
+        *([("bird models' runs in models/runs", ", ".join(struck))] if struck else []),
+        ("seed of the design", str(results.campaign["design"]["seed"])),
         ("record", results.record.path),
         ("folder", str(results.folder)),
+        ("command", _command(results)),
+    )
+
+
+def _command(results: Results) -> str:
+    """The line that makes all this again from the folder's own copy of the case."""
+    design, training = results.campaign["design"], results.inversion.training
+    trainer = f" --trainer {training.trainer}" if training is not None else ""
+    return (
+        f"birdstrike close-the-loop {results.folder / 'doe' / 'case.toml'} --measured {results.record.path} "
+        f"--out AGAIN --design {design['source'] or design['kind']} --runs {design['runs']} "
+        f"--seed {results.inversion.seed}{trainer}"
     )
 
 

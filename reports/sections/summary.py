@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from reports.blocks import Block, Lines, Section, Table, Warnings
+from reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
 from reports.figures.quantities import quantity, words
 from reports.findings import findings, percent
 from reports.record import origin, peak
 from reports.results import Results
+from reports.sections.models import nearest
 
 
 def section(results: Results) -> Section:
     """What a colleague reads when there is no time for more."""
     blocks: list[Block] = [Lines(findings(results))]
+    if ranked := nearest(results):
+        blocks.append(Paragraph(ranked))
     if results.warnings:
         blocks.append(Warnings(results.warnings))
     return Section("summary", "Summary", (*blocks, _methods(results)))

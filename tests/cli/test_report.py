@@ -10,7 +10,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from tests.reports.synthetic import finished_folder, write_record
+from data.errors import RunFailed
+from data.histories import Histories
+from reports.sections import models, summary
+from solver.case import Case
+from tests.reports.synthetic import finished_folder, simulate, write_record
 
 
 @pytest.fixture(scope="module")
@@ -19,6 +23,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("loop")
     with pytest.MonkeyPatch.context() as patch:
         return finished_folder(folder, write_record(folder / "shot7.csv"), patch, runs=12)
+
+
+@pytest.fixture(autouse=True)
+def _short_page_struck_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("inversion.forward.simulate", simulate)
+    monkeypatch.setattr("reports.models.FRAMES", 8)
+    monkeypatch.setattr("reports.page.SECTIONS", (summary.section, models.section))
 
 
 def invoke(*arguments: str) -> Result:
@@ -32,6 +43,62 @@ def test_five_findings_and_the_path_are_the_last_lines(folder: Path) -> None:
     assert [line[:2] for line in lines[-6:-1]] == ["1.", "2.", "3.", "4.", "5."]
     assert lines[-1] == f"Written to {folder / 'report.html'}. Next: open it in a browser."
     assert (folder / "report.html").stat().st_size > 100_000
+    assert len(list((folder / "models" / "runs").glob("*.h5"))) == 4
+
+
+def test_a_strike_that_is_stored_is_not_paid_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert invoke(str(folder)).exit_code == 0
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("a stored strike was run again")
+
+    monkeypatch.setattr("inversion.forward.simulate", refused)
+    assert invoke(str(folder)).exit_code == 0
+
+
+def test_ctrl_c_keeps_the_strikes_that_are_finished(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for part in ("doe", "inversion"):
+        shutil.copytree(folder / part, tmp_path / part)
+    left = iter((simulate, simulate))
+
+    def interrupted(case: Case, **_: object) -> Histories:
+        strike = next(left, None)
+        if strike is None:
+            raise KeyboardInterrupt
+        return strike(case)
+
+    monkeypatch.setattr("inversion.forward.simulate", interrupted)
+    assert invoke(str(tmp_path)).exit_code == 130
+    assert len(list((tmp_path / "models" / "runs").glob("*.h5"))) == 2
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_bird_that_fails_is_named_and_the_others_are_shown(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for part in ("doe", "inversion"):
+        shutil.copytree(folder / part, tmp_path / part)
+
+    def failing(case: Case, **_: object) -> Histories:
+        if case.bird.material.model == "elastic":
+            raise RunFailed("the step collapsed", "lower solver.courant")
+        return simulate(case)
+
+    monkeypatch.setattr("inversion.forward.simulate", failing)
+    assert invoke(str(tmp_path)).exit_code == 0
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "No strike by the elastic bird: the step collapsed" in text
+    assert "hydrodynamic 4.80 mm at" in text
+
+
+def test_without_the_models_nothing_is_struck(folder: Path, tmp_path: Path) -> None:
+    for part in ("doe", "inversion"):
+        shutil.copytree(folder / part, tmp_path / part)
+    assert invoke(str(tmp_path), "--no-models").exit_code == 0
+    assert not (tmp_path / "models").exists()
+    assert "Only the inverted bird was struck" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_out_and_json(folder: Path, tmp_path: Path) -> None:

@@ -81,10 +81,40 @@ def test_fields_are_one_bird_and_one_plate_a_snapshot(twice) -> None:
 
     one, two, _ = twice
     names = sorted(path.name for path in (one / "fields").iterdir())
-    assert names == ["bird_0000.vtu", "bird_0001.vtu", "plate_0000.vtu", "plate_0001.vtu"]
+    files = [f"{body}_{i:04d}.vtu" for body in ("bird", "plate") for i in (0, 1)]
+    assert names == sorted([*files, "bird.pvd", "plate.pvd"])
     assert not (two / "fields").exists()
-    bird = meshio.read(one / "fields" / "bird_0001.vtu")
+    bird, plate = (meshio.read(one / "fields" / f"{body}_0001.vtu") for body in ("bird", "plate"))
     assert bird.point_data["time_s"][0] == pytest.approx(0.4e-3, abs=5e-6)
+    assert len(bird.cells_dict["vertex"]) == len(bird.points) == len(bird.point_data["pressure_Pa"])
+    assert plate.cells_dict["quad"].shape == (120, 4)
+    assert plate.cell_data["von_mises_Pa"][0].shape == (120,)
+
+
+def test_a_series_gives_paraview_every_file_with_its_time(twice) -> None:
+    import xml.etree.ElementTree as ET
+
+    import meshio
+
+    folder = twice[0] / "fields"
+    for body in ("bird", "plate"):
+        entries = ET.parse(folder / f"{body}.pvd").findall("Collection/DataSet")
+        for entry in entries:
+            mesh = meshio.read(folder / entry.attrib["file"])
+            assert mesh.point_data["time_s"][0] == pytest.approx(float(entry.attrib["timestep"]), rel=1e-12)
+        assert [float(e.attrib["timestep"]) for e in entries] == pytest.approx([0.2e-3, 0.4e-3], abs=5e-6)
+
+
+def test_the_plates_displacement_is_that_of_its_sensor(twice) -> None:
+    """The node at the centre moves away from the bird by what displacement_centre reads."""
+    import meshio
+
+    plate = meshio.read(twice[0] / "fields" / "plate_0001.vtu")
+    histories = read_histories(twice[0] / "histories.csv")
+    moved = plate.point_data["displacement_m"]
+    centre = int(np.argmin(np.linalg.norm((plate.points - moved)[:, :2], axis=1)))
+    read = histories.at("displacement_centre", np.array([plate.point_data["time_s"][0]]))[0]
+    assert abs(moved[centre, 2]) == pytest.approx(read, rel=2e-2)
 
 
 def test_fields_of_an_earlier_run_do_not_stay(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from reports.folder import read_results
 from reports.page import report
 from reports.results import Results
-from tests.reports.synthetic import finished_folder, write_record
+from tests.reports.synthetic import finished_folder, simulate, write_record
 
 
 @pytest.fixture(scope="session")
@@ -27,6 +27,14 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return finished_folder(tmp_path_factory.mktemp("simulated"), Path("table7_group5"), patch)
 
 
+def page_of(folder: Path) -> Path:
+    """The page of a folder with all bird models, few instants in motion."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("inversion.forward.simulate", simulate)
+        patch.setattr("reports.models.FRAMES", 8)
+        return report(folder)
+
+
 @pytest.fixture(scope="session")
 def results(finished: Path) -> Results:
     """What is read from the first loop."""
@@ -35,11 +43,11 @@ def results(finished: Path) -> Results:
 
 @pytest.fixture(scope="session")
 def page(finished: Path) -> Path:
-    """The first loop's page."""
-    return report(finished)
+    """The first loop's page, the standard birds struck by the stand-in."""
+    return page_of(finished)
 
 
 @pytest.fixture(scope="session")
 def simulated_page(simulated: Path) -> Path:
-    """The second loop's page."""
-    return report(simulated)
+    """The second loop's page, with the inverted bird alone."""
+    return report(simulated, models=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -33,10 +34,17 @@ def contact_force(time: Array, impulse: float = 46.0) -> Array:
     return impulse * np.pi / (2 * length) * np.sin(np.pi * t)
 
 
+INSTANTS = (0.5e-3, 1.0e-3, 1.5e-3, 2.5e-3)
+
+
 def strike(
-    peak: float = 5.6e-3, summary: dict[str, object] | None = None, steps: int = 301, period: float = 2.5e-3
+    peak: float = 5.6e-3,
+    summary: Mapping[str, object] | None = None,
+    steps: int = 301,
+    period: float = 2.5e-3,
+    instants: Sequence[float] = INSTANTS,
 ) -> Histories:
-    """Histories of the made-up strike with the three default sensors and four snapshots."""
+    """Histories of the made-up strike with the three default sensors and a snapshot at each instant [s]."""
     time = np.linspace(0.0, END, steps)
     force = contact_force(time)
     channels = {
@@ -46,7 +54,7 @@ def strike(
         + 6e3 * np.sin(2 * np.pi * time / 0.6e-3) * (time > 2e-4),
     }
     units = {"displacement_centre": "m", "contact_force": "N", "reaction_force": "N"}
-    snapshots = tuple(snapshot(t, peak) for t in (0.5e-3, 1.0e-3, 1.5e-3, 2.5e-3))
+    snapshots = tuple(snapshot(t, peak) for t in instants)
     return Histories(time, channels, units, {**BOOKS, **(summary or {})}, snapshots)
 
 
@@ -59,6 +67,8 @@ BOOKS: dict[str, object] = {
     "energy_error": 0.0042,
     "eroded_particles": 3,
     "eroded_mass_fraction": 0.0007,
+    "eroded_shells": 0,
+    "largest_plastic_strain": 0.0,
     "energies_J": {"plate_internal": 400.0, "plate_hourglass": 3.0},
     "shock_equivalent_viscosity_Pa_s": 8.1,
     "solver_version": "0123456789abcdef",
@@ -105,12 +115,20 @@ def _bird(time: float) -> tuple[Array, Array]:
     return np.column_stack((x + 0.5 * below, b * (1 + 8 * below), np.maximum(z, 0.009 + 0.1 * below))), place
 
 
+STANDARD_PEAKS = {"elastic": 8.0e-3, "plastic_kinematic": 4.6e-3, "hydrodynamic": 4.8e-3}  # m
+
+
 def simulate(case: Case, **_: object) -> Histories:
-    """The solver's stand-in: MU lowers the peak, PC shortens the swing, TEROD and CEROD do nothing."""
-    material = case.bird.material
+    """The solver's stand-in: MU lowers the peak, PC shortens the swing, TEROD and CEROD do nothing.
+
+    Another model than NULL has a peak of its own.
+    """
+    material, own = case.bird.material, {"case_hash": case_hash(case)}
+    if material.model in STANDARD_PEAKS:
+        return strike(STANDARD_PEAKS[material.model], own, instants=case.time.snapshots)
     peak = 5.8e-3 * (1.0 - 0.12 * material.viscosity / 1500.0)
     period = 2.45e-3 * (1.0 + 0.06 * material.pressure_cutoff / 1.25e6)
-    return strike(peak, {"case_hash": case_hash(case)}, period=period)
+    return strike(peak, own, period=period, instants=case.time.snapshots)
 
 
 def write_record(path: Path, peak: float = 5.5e-3, period: float = 2.38e-3, provenance: str = "Shot 7.") -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from io import BytesIO
 
 import matplotlib.image as images
@@ -16,13 +17,16 @@ from matplotlib.figure import Figure
 from reports.figures.cloud import cloud_figure
 from reports.figures.comparison import VerifiedCurve, comparison_figure
 from reports.figures.design import design_figure
-from reports.figures.force import force_figure, impulse
+from reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
 from reports.figures.parameters import Mark, ParameterRow, parameters_figure
-from reports.figures.plate_fields import plate_figure
 from reports.figures.setup import SetUp, bird_outline, setup_figure
-from reports.figures.strike import magnification, mid_line, push_direction, strike_figure
+from reports.figures.shapes import shapes_figure
+from reports.figures.stress import stress_figure, stress_scales
 from reports.figures.style import inline_svg, png
+from reports.figures.switches import mark_legends, readings, switches_in, with_switches
 from reports.figures.training import training_figure
+from reports.figures.views import Scene, mid_line, push_direction
+from reports.outcome import impulse
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
 
 RUN = strike()
@@ -69,8 +73,26 @@ def parameters() -> Figure:
     return parameters_figure(rows)
 
 
-def forces() -> Figure:
-    return force_figure(RUN.time, {name: RUN.channels[name] for name in ("contact_force", "reaction_force")}, 45.5)
+def models(channel: str = "displacement_centre") -> Figure:
+    runs = {"elastic": strike(8e-3), "hydrodynamic": strike(4.8e-3), "emulator": strike(5.6e-3)}
+    force = channel != "displacement_centre"
+    curves = [
+        ModelCurve(
+            key,
+            f"{key} bird",
+            run.time,
+            run.channels[channel],
+            None if force else run.at(channel, RECORD_TIMES),
+            impulse(run.time, run.channels[channel]) if force else None,
+        )
+        for key, run in runs.items()
+    ]
+    record = None if force else RecordCurve(RECORD_TIMES, RECORD, np.full(RECORD.size, 5e-5), "record, measured")
+    return models_figure(channel, "N" if force else "m", curves, record, 45.5, (0.0, 2.4e-3))
+
+
+SCENE = Scene(RESTING, 0.01, 0.008, 1.0)
+TITLES = ("elastic", "hydrodynamic")
 
 
 def training() -> Figure:
@@ -100,11 +122,12 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "cloud": cloud,
     "design": design,
     "parameters": parameters,
-    "force": forces,
+    "models": models,
+    "models, force": lambda: models("contact_force"),
     "training": training,
     "setup": lambda: setup_figure(SETUP),
-    "strike": lambda: strike_figure(RUN.snapshots, RESTING, 0.01),
-    "plate": lambda: plate_figure(RUN.snapshots[2], RESTING, push_direction(RUN.snapshots)),
+    "stress": lambda: stress_figure(dict.fromkeys(TITLES, RUN.snapshots[2]), SCENE),
+    "shapes": lambda: shapes_figure(dict.fromkeys(TITLES, RUN.snapshots), (5e-4, 1e-3), SCENE),
 }
 
 every_figure = pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES.keys())
@@ -200,10 +223,51 @@ def test_first_touch_falls_on_the_centre() -> None:
     assert lowest + setup.standoff / np.tan(setup.angle) == pytest.approx(0.0, abs=2e-4)
 
 
-def test_the_bird_comes_from_above_and_the_bending_is_magnified_roundly() -> None:
+def test_the_bird_comes_from_above() -> None:
     assert push_direction(RUN.snapshots) == -1.0
-    assert magnification(RUN.snapshots, RESTING) == 5
     line = mid_line(RESTING)
     assert np.all(np.diff(RESTING[line, 0]) > 0)
     assert np.ptp(RESTING[line, 1]) < 1e-9
     assert len(line) == 51
+
+
+def test_one_scale_of_stress_holds_all_models() -> None:
+    gentle, hard = RUN.snapshots[2], replace(RUN.snapshots[2], bird_stress=30.0 * RUN.snapshots[2].bird_stress)
+    together, alone = stress_scales([gentle, hard]), stress_scales([gentle])
+    assert float(together.bird.vmax or 0.0) > 10.0 * float(alone.bird.vmax or np.inf)
+    assert together.plate.vmax == alone.plate.vmax == pytest.approx(1e-6 * gentle.plate_stress.max())
+
+
+def test_a_running_mean_keeps_a_line_and_delays_nothing() -> None:
+    time = np.linspace(0.0, 2e-3, 401)
+    np.testing.assert_allclose(running_mean(time, 3.0 * time)[20:-20], 3.0 * time[20:-20], rtol=1e-12)
+    bump = np.exp(-(((time - 1e-3) / 2e-4) ** 2))
+    assert time[np.argmax(running_mean(time, bump))] == pytest.approx(1e-3, abs=1e-9)
+
+
+def test_a_curve_and_its_legend_share_one_switch() -> None:
+    figure = models()
+    mark_legends(figure)
+    svg = with_switches(inline_svg(figure, "m"))
+    assert switches_in(figure) == ("record", "elastic", "hydrodynamic", "emulator")
+    for key in ("elastic", "hydrodynamic", "emulator"):
+        assert svg.count(f'data-switch="{key}"') == 4, "curve, residual, legend's line, legend's words"
+    assert "switch-" not in svg.replace("data-switch", "")
+
+
+def test_the_pointer_reads_the_curves_where_they_are_drawn() -> None:
+    """The value at an axes' pixel, found through box and span, is the curve's own."""
+    figure = models()
+    inline_svg(figure, "m")
+    above, below = readings(figure)
+    assert above["unit"] == below["unit"] == "ms"
+    assert above["span"] == pytest.approx([0.0, 2.4])
+    assert [curve["switch"] for curve in above["curves"]] == ["record", "elastic", "hydrodynamic", "emulator"]
+    elastic = above["curves"][1]
+    expected = 1e3 * strike(8e-3).at("displacement_centre", 1e-3 * np.array(elastic["x"]))
+    np.testing.assert_allclose(elastic["y"], expected, rtol=1e-4, atol=1e-6)
+    left, top, width, height = above["box"]
+    whole = 72.0 * figure.get_size_inches()
+    assert left > 20
+    assert left + width <= whole[0]
+    assert top + height < below["box"][1] + below["box"][3] <= whole[1]

@@ -1,0 +1,57 @@
+"""Bird shapes over time: one column a model, one row an instant, all on one scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+
+from data.histories import Snapshot
+from reports.figures.quantities import milliseconds, shown
+from reports.figures.style import WIDE, styled
+from reports.figures.views import Scene, dot_area, draw_bird, draw_section, nearest, window
+
+# Even steps of lightness, dark is high: safe for all kinds of colour vision and in a black-and-white print.
+PRESSURE_COLOURS = LinearSegmentedColormap.from_list("pressure", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
+
+
+def pressure_scale(snapshots: Sequence[Snapshot]) -> Normalize:
+    """From 0 to the 99th percentile of the pieces still alive: single spikes don't wash out the rest."""
+    pressure = np.concatenate([s.pressure[~s.eroded] for s in snapshots])
+    top = float(np.percentile(pressure, 99)) if pressure.size else 0.0
+    return Normalize(0.0, max(float(shown(np.asarray(top), "Pa")[0]), 1e-3))
+
+
+@styled
+def shapes_figure(models: Mapping[str, Sequence[Snapshot]], instants: Sequence[float], scene: Scene) -> Figure:
+    """models: title -> snapshots; instants: [s], the nearest snapshot is shown."""
+    chosen = {title: [nearest(snapshots, t) for t in instants] for title, snapshots in models.items()}
+    every = [snapshot for snapshots in chosen.values() for snapshot in snapshots]
+    norm = pressure_scale(every)
+    x_limits, z_limits = window(every, scene)
+    columns, rows = len(models), len(instants)
+    cell = (WIDE - 0.6) / max(columns, 2)
+    paint = {"s": dot_area(scene.spacing, cell, x_limits), "cmap": PRESSURE_COLOURS, "norm": norm}
+    height = rows * (cell * float(np.ptp(z_limits) / np.ptp(x_limits)) + 0.12) + 1.3
+    figure = Figure(figsize=(WIDE if columns > 1 else WIDE / 2 + 0.8, height), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for column, (title, snapshots) in enumerate(chosen.items()):
+        grid[0, column].set_title(title[:1].upper() + title[1:], fontsize=8.5)
+        for row, snapshot in enumerate(snapshots):
+            axes = grid[row, column]
+            draw_section(axes, snapshot, scene)
+            draw_bird(axes, snapshot, (2, scene.up), paint, shown(snapshot.pressure, "Pa")[0])
+            axes.set(xlim=x_limits, ylim=z_limits, aspect="equal")
+            axes.grid(False)
+            time = float(milliseconds(np.asarray(snapshot.time)))
+            axes.text(0.98, 0.96, f"{time:.2f} ms", transform=axes.transAxes, ha="right", va="top", fontsize=8)
+        grid[-1, column].set_xlabel("x [mm]")
+    figure.supylabel("Height above the plate [mm]", fontsize=9.0)
+    shape = {"location": "bottom", "aspect": 55, "pad": 0.02, "fraction": 0.03, "extend": "both"}
+    bar = figure.colorbar(ScalarMappable(norm, PRESSURE_COLOURS), ax=grid, **shape)
+    bar.set_label("Simulated pressure in the bird [MPa]")
+    return figure

@@ -1,0 +1,121 @@
+"""Von Mises stress of bird and plate at one instant, by each bird model, from the front and from the top."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+
+from data.histories import Array, Snapshot
+from reports.figures.quantities import shown
+from reports.figures.style import WIDE, styled
+from reports.figures.views import Scene, dot_area, draw_bird, mid_line, window
+
+BIRD_COLOURS = LinearSegmentedColormap.from_list("bird", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
+PLATE_COLOURS = colormaps["cividis"]
+LOWEST, DECADES = 1e-3, 4.0  # MPa; the bird's scale spans at most so many decades below its top
+
+
+@dataclass(frozen=True)
+class Scales:
+    """One scale of stress [MPa] for all birds, and one for all plates."""
+
+    bird: LogNorm
+    plate: Normalize
+
+    def paint(self, dots: float) -> dict[str, Any]:
+        """How the bird's pieces are drawn."""
+        return {"s": dots, "cmap": BIRD_COLOURS, "norm": self.bird}
+
+
+def stress_scales(snapshots: Sequence[Snapshot]) -> Scales:
+    """The bird's up to the 99.5th percentile, by decades, because models differ by decades; the plate's from 0."""
+    bird = shown(np.concatenate([s.bird_stress[~s.eroded] for s in snapshots]), "Pa")[0]
+    bird = bird[bird > LOWEST]
+    top = float(np.percentile(bird, 99.5)) if bird.size else 1.0
+    low = max(float(np.percentile(bird, 2)) if bird.size else 0.1, top / 10.0**DECADES, LOWEST)
+    plate = max((float(shown(s.plate_stress, "Pa")[0].max()) for s in snapshots if len(s.plate_stress)), default=1.0)
+    return Scales(LogNorm(min(low, 0.5 * top), top, clip=True), Normalize(0.0, max(plate, 1e-3)))
+
+
+@styled
+def stress_figure(models: Mapping[str, Snapshot], scene: Scene) -> Figure:
+    """models: title -> snapshot at the same instant; two models side by side, each in front and top view."""
+    snapshots = list(models.values())
+    scales = stress_scales(snapshots)
+    x_limits, z_limits = window(snapshots, scene)
+    y_limits = 1e3 * np.array([-1.04, 1.04]) * np.abs(scene.resting[:, 1]).max()
+    columns, bands = min(2, len(models)), -(-len(models) // 2)
+    cell, width = (WIDE - 0.8) / 2, float(np.ptp(x_limits))
+    front, top = cell * float(np.ptp(z_limits)) / width, cell * float(np.ptp(y_limits)) / width
+    dots = dot_area(scene.spacing, cell, x_limits)
+    figure = Figure(
+        figsize=(WIDE if columns == 2 else WIDE / 2 + 0.6, bands * (front + top + 0.75) + 1.5), layout="constrained"
+    )
+    grid = figure.subplots(2 * bands, columns, sharex=True, squeeze=False, height_ratios=[front, top] * bands)
+    for place, (title, snapshot) in enumerate(models.items()):
+        row, column = 2 * (place // 2), place % 2
+        _front(grid[row, column], snapshot, scene, scales, dots)
+        _top(grid[row + 1, column], snapshot, scene, scales, dots)
+        grid[row, column].set_title(title[:1].upper() + title[1:])
+        grid[row, column].set(xlim=x_limits, ylim=z_limits, aspect="equal")
+        grid[row + 1, column].set(ylim=y_limits, aspect="equal", xlabel="x along the plate's length [mm]")
+        grid[row, column].tick_params(labelbottom=False)
+        grid[row + 1, column].tick_params(labelbottom=True)
+    for spare in range(len(models), columns * bands):
+        for row in (0, 1):
+            grid[2 * (spare // 2) + row, spare % 2].set_axis_off()
+    for row in range(2 * bands):
+        grid[row, 0].set_ylabel("y [mm]" if row % 2 else "Height [mm]")
+    _bars(figure, grid, scales)
+    return figure
+
+
+def _front(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: float) -> None:
+    """Bird by its stress; the plate's section along its mid line by the stress of the shells beside that line."""
+    line, up = set(mid_line(scene.resting).tolist()), scene.up
+    beside = [q for q, quad in enumerate(snapshot.quads) if line.intersection(quad.tolist())]
+    nodes, half = shown(snapshot.nodes, "m")[0], 0.5e3 * scene.thickness
+    strips, values = [], []
+    for q in beside:
+        x, z = nodes[snapshot.quads[q], 0], up * nodes[snapshot.quads[q], 2]
+        left, right = int(np.argmin(x)), int(np.argmax(x))
+        ends = (x[left], z[left]), (x[right], z[right])
+        strips.append([(a, b + side * half) for side, pair in ((1, ends), (-1, ends[::-1])) for a, b in pair])
+        values.append(float(shown(snapshot.plate_stress[q : q + 1], "Pa")[0][0]))
+    if strips:
+        paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
+        axes.add_collection(PolyCollection(strips, array=np.array(values), **paint))
+    draw_bird(axes, snapshot, (2, up), scales.paint(dots), _stress(snapshot, scales))
+    axes.grid(False)
+
+
+def _top(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: float) -> None:
+    """Shells by their largest stress through the thickness, and above them the bird by its own."""
+    corners = shown(scene.resting[snapshot.quads][:, :, :2], "m")[0]
+    values = shown(snapshot.plate_stress, "Pa")[0]
+    paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
+    axes.add_collection(PolyCollection(list(corners), array=values, **paint))
+    draw_bird(axes, snapshot, (1, scene.up), scales.paint(dots), _stress(snapshot, scales))
+    axes.grid(False)
+
+
+def _stress(snapshot: Snapshot, scales: Scales) -> Array:
+    """The bird's stress [MPa], what lies below the scale at its low end."""
+    return np.maximum(shown(snapshot.bird_stress, "Pa")[0], float(scales.bird.vmin or LOWEST))
+
+
+def _bars(figure: Figure, grid: np.ndarray, scales: Scales) -> None:
+    shape = {"location": "bottom", "aspect": 45, "pad": 0.012, "fraction": 0.025}
+    plate = figure.colorbar(ScalarMappable(scales.plate, PLATE_COLOURS), ax=grid, **shape)
+    plate.set_label("Simulated von Mises stress in the plate, largest through the thickness [MPa]")
+    bird = figure.colorbar(ScalarMappable(scales.bird, BIRD_COLOURS), ax=grid, extend="both", **shape)
+    bird.set_label("Simulated von Mises stress in the bird [MPa]")

@@ -1,0 +1,89 @@
+"""Bird and plate as they are looked at: from the front (x to the right, impact from above) and from the top."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from data.histories import Array, Snapshot
+from reports.figures.quantities import shown
+from reports.figures.style import GREY
+
+PLATE_FACE, PLATE_EDGE = "#9FB4C4", "#4A5A66"
+
+
+def push_direction(snapshots: Sequence[Snapshot]) -> float:
+    """+1 or -1: the sense of z in which the bird first flies, so that pictures show it coming from above."""
+    return float(np.sign(snapshots[0].velocity[:, 2].mean()) or -1.0)
+
+
+def nearest(snapshots: Sequence[Snapshot], time: float) -> Snapshot:
+    """The snapshot nearest an instant [s]."""
+    return min(snapshots, key=lambda snapshot: abs(snapshot.time - time))
+
+
+def mid_line(resting: Array) -> NDArray[np.intp]:
+    """Numbers of the nodes on the plate's long mid line (the row nearest y = 0), in order of x."""
+    middle = resting[np.argmin(np.abs(resting[:, 1])), 1]
+    row = np.flatnonzero(np.isclose(resting[:, 1], middle, rtol=0.0, atol=1e-6))
+    return row[np.argsort(resting[row, 0])]
+
+
+def window(snapshots: Sequence[Snapshot], scene: Scene) -> tuple[Array, Array]:
+    """x and height limits [mm] around plate and bird; pieces that fly far off don't shrink the rest."""
+    resting, up = scene.resting, scene.up
+    pieces = np.concatenate([s.particles[~s.eroded] for s in snapshots])
+    edge = float(np.abs(resting[:, 0]).max())
+    low, high = np.percentile(pieces[:, 0], (0.5, 99.5)) if len(pieces) else (-edge, edge)
+    x = np.array([max(min(low, -edge), -1.5 * edge) - 0.01, min(max(high, edge), 1.5 * edge) + 0.01])
+    top = float(np.percentile(up * pieces[:, 2], 99.5)) if len(pieces) else 0.0
+    bottom = min(float((up * s.nodes[:, 2]).min()) for s in snapshots)
+    return x * 1e3, np.array([min(bottom, 0.0) - 0.02, max(top, 0.02) + 0.015]) * 1e3
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What all views of one strike share.
+
+    resting: (m, 3) [m], the plate's nodes before the strike; thickness: of the plate [m]; spacing: of the bird's pieces
+    [m], at which they are drawn; up: +1 or -1, the sense of z that is drawn upwards, so that the bird comes from above.
+    """
+
+    resting: Array
+    thickness: float
+    spacing: float
+    up: float
+
+
+def dot_area(spacing: float, inches: float, limits: Array) -> float:
+    """Area [points^2] of a dot as wide as `spacing` [m] where `limits` [mm] take so many inches."""
+    return (1e3 * spacing * 72.0 * inches / float(np.ptp(limits))) ** 2
+
+
+def draw_bird(
+    axes: Axes, snapshot: Snapshot, plane: tuple[int, float], paint: Mapping[str, Any], values: Array
+) -> None:
+    """Pieces as dots by `values` (n,), those nearest the viewer (or the mid-plane) last; eroded ones small and grey.
+
+    plane: the coordinate drawn upwards (1: top view, 2: front view) and the sense of z that is up.
+    """
+    upward, up = plane
+    sign = up if upward == 2 else 1.0
+    depth = np.abs(snapshot.particles[:, 1]) if upward == 2 else -up * snapshot.particles[:, 2]
+    order = np.argsort(depth)[::-1]
+    where, alive = shown(snapshot.particles[order], "m")[0], ~snapshot.eroded[order]
+    axes.scatter(where[~alive, 0], sign * where[~alive, upward], s=1.5, color=GREY, linewidths=0)
+    axes.scatter(where[alive, 0], sign * where[alive, upward], c=values[order][alive], linewidths=0, **paint)
+
+
+def draw_section(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
+    """The plate's section along its long mid line, to scale."""
+    line = mid_line(scene.resting)
+    x, z = shown(snapshot.nodes[line, 0], "m")[0], scene.up * shown(snapshot.nodes[line, 2], "m")[0]
+    half = float(shown(np.asarray(scene.thickness / 2), "m")[0])
+    axes.fill_between(x, z - half, z + half, color=PLATE_FACE, linewidth=0.5, edgecolor=PLATE_EDGE)

@@ -1,0 +1,150 @@
+"""The bird models side by side: constants, errors, what became of the plate, and the curves of every sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from data.histories import Histories
+from reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
+from reports.clock import on_clock
+from reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
+from reports.figures.quantities import quantity, shown_span, significant, words
+from reports.findings import percent
+from reports.models import STANDARD, Model
+from reports.outcome import impulse
+from reports.record import origin, peak
+from reports.results import Results
+from reports.sections.curves import noise
+from reports.sections.models_tables import constants_table, errors_table, outcomes_table, scores
+
+
+def section(results: Results) -> Section:
+    """Words, tables, then one figure a sensor."""
+    blocks: list[Block] = [Paragraph(_words(results))]
+    if told := tuple(_warnings(results)):
+        blocks.append(Warnings(told))
+    tables = (errors_table(results), outcomes_table(results), constants_table(results))
+    figures = (_figure(results, channel) for channel in _channels(results))
+    return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *tables[1:]))
+
+
+def _warnings(results: Results) -> Iterator[str]:
+    """Birds without a strike, and what the standard birds' strikes warn of; the inverted one's stand in the summary."""
+    for model in results.struck.values():
+        if model.run is None:
+            yield f"No strike by the {model.title} bird: {model.failure}"
+        elif model.key in STANDARD:
+            yield from (f"{model.title} bird: {line}" for line in model.run.summary.get("warnings", ()))
+
+
+def finished(results: Results) -> Mapping[str, Histories]:
+    """Models whose strike finished, by key."""
+    return {key: model.run for key, model in results.models.items() if model.run is not None}
+
+
+def nearest(results: Results) -> str:
+    """`RMS error of the 4 bird models ...: nearest is ..., 6.5 %; then ..., 15 %`; nothing with less than two."""
+    found = {model: entry.share for (model, c), entry in scores(results).items() if c == results.channels[0]}
+    order = sorted(found, key=lambda key: found[key])
+    if len(order) < 2:
+        return ""
+    first, *others = (f"{results.models[key].title}, {percent(found[key])}" for key in order)
+    return (
+        f"RMS error of the {len(order)} bird models in {words(results.channels[0])}, of the record's peak: nearest is "
+        f"{first}; then {'; '.join(others)}."
+    )
+
+
+def _words(results: Results) -> str:
+    """What was struck, and which model comes nearest."""
+    count = len(finished(results))
+    if count == 1:
+        return (
+            "Only the inverted bird was struck for this page; without --no-models, birdstrike report adds the elastic, "
+            "plastic-kinematic and hydrodynamic birds."
+        )
+    return (
+        f"The same strike by {count} bird models: the standard ones with the paper's constants, the inverted one at "
+        f"its answer; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
+    )
+
+
+def ranking(results: Results) -> str:
+    """`Nearest to the record's ...: the inverted NULL (emulator), 0.31 mm RMS (5.4 % of the peak); ...`."""
+    sentences = []
+    for channel in results.channels:
+        found = {m: s for (m, c), s in scores(results).items() if c == channel}
+        order = sorted(found, key=lambda key: found[key].rms)
+        unit = results.record.units[channel]
+        parts = [
+            f"{results.models[key].title} {quantity(found[key].rms, unit)} ({percent(found[key].share)} of the peak)"
+            for key in order
+        ]
+        sentences.append(f"RMS distance from the record's {words(channel)}, nearest first: {'; '.join(parts)}.")
+    return " ".join(sentences)
+
+
+def _channels(results: Results) -> tuple[str, ...]:
+    """Channels of the record first, then the case's other sensors."""
+    others = tuple(name for name in results.case.sensors if name not in results.channels)
+    run = next(iter(finished(results).values()), None)
+    return (*results.channels, *(name for name in others if run is not None and name in run.channels))
+
+
+def _figure(results: Results, channel: str) -> Picture:
+    recorded = channel in results.channels
+    unit = results.case.sensors[channel].unit
+    curves = [_curve(results, model, channel) for model in results.models.values() if model.run is not None]
+    record = None
+    if recorded:
+        values, label = results.record.channels[channel], f"record, {origin(results.record)}"
+        record = RecordCurve(results.record.time, values, noise(results, channel), label)
+    ends = [float(curve.time[-1]) for curve in curves]
+    span = shown_span(results.record.time) if recorded else (0.0, min(ends))
+    momentum = results.case.bird.actual_mass * results.case.normal_speed
+    figure = models_figure(channel, unit, curves, record, momentum, span)
+    return drawing(f"models-{channel}", figure, _caption(results, channel, curves, momentum))
+
+
+def _curve(results: Results, model: Model, channel: str) -> ModelCurve:
+    """A model's curve on the record's clock where the record has the channel, on its own where not."""
+    assert model.run is not None
+    run, recorded = model.run, channel in results.channels
+    offset = model.offset if recorded else 0.0
+    values = run.channels[channel]
+    return ModelCurve(
+        key=model.key,
+        title=model.title,
+        time=run.time + offset,
+        values=values,
+        at_record=on_clock(run, channel, results.record.time, offset) if recorded else None,
+        impulse=impulse(run.time, values) if run.units[channel] == "N" else None,
+        leading=model.key not in STANDARD,
+    )
+
+
+def _caption(results: Results, channel: str, curves: list[ModelCurve], momentum: float) -> str:
+    """Peaks and impulses, all simulated, and what the lower panel shows."""
+    unit, parts = results.case.sensors[channel].unit, []
+    for curve in curves:
+        at, top = peak(curve.time, curve.values)
+        text = f"{curve.title} {quantity(top, unit)} at {quantity(at, 's')}"
+        if curve.impulse is not None:
+            given = float(curve.impulse[-1])
+            text += f", impulse {significant(given)} N s ({percent(given / momentum, 3)} of the bird's normal momentum)"
+        parts.append(text)
+    text = f"Simulated {words(channel)} by bird model. Peaks: {'; '.join(parts)}."
+    if any(curve.impulse is not None for curve in curves):
+        text += f" Bold: running mean over {quantity(RUNNING, 's', 2)}; faint: as computed."
+    if channel in results.channels:
+        at, top = peak(*results.record.points(channel))
+        band = noise(results, channel)
+        text += f" The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}; below: "
+        text += "simulated minus record" + (
+            "." if band is None else f", grey: ±2σ of the record's noise ({quantity(float(2 * np.max(band)), unit)})."
+        )
+    else:
+        text += " The record has no such channel."
+    return text

@@ -1,0 +1,92 @@
+"""The strikes in pictures: in motion, by stress at one instant, and the bird's shape over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from data.histories import Snapshot
+from reports.animation import animation
+from reports.blocks import Block, Paragraph, Picture, Section, photograph
+from reports.figures.quantities import milliseconds, quantity, shown
+from reports.figures.shapes import shapes_figure
+from reports.figures.stress import stress_figure
+from reports.figures.views import Scene, nearest, push_direction
+from reports.models import PICTURE_TIME
+from reports.results import Results
+from solver.build_plate import mesh_of
+
+SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
+
+
+def section(results: Results) -> Section:
+    """Animation, stresses, shapes; or why there are none."""
+    seen = {model.title: model.run.snapshots for model in results.models.values() if model.run is not None}
+    seen = {title: snapshots for title, snapshots in seen.items() if snapshots}
+    if not seen:
+        blocks: tuple[Block, ...] = (Paragraph("There is no picture of the strike: no run with snapshots is at hand."),)
+        return Section("pictures", "The strikes in pictures", blocks)
+    scene = _scene(results, next(iter(seen.values())))
+    keys = {model.title: model.key for model in results.models.values()}
+    moving = animation(results, seen, keys, scene) if min(map(len, seen.values())) > 4 else None
+    blocks = (*([moving] if moving else []), _stress(results, seen, scene), _shapes(results, seen, scene))
+    return Section("pictures", "The strikes in pictures", blocks)
+
+
+def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
+    bird, plate = results.case.bird, results.case.plate
+    spacing = (bird.volume / len(snapshots[0].particles)) ** (1.0 / 3.0)
+    return Scene(mesh_of(plate).nodes, plate.thickness, spacing, -push_direction(snapshots))
+
+
+def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:
+    chosen = {title: nearest(snapshots, PICTURE_TIME) for title, snapshots in seen.items()}
+    at = quantity(next(iter(chosen.values())).time, "s")
+    parts = [
+        f"{title}: bird {_mpa(float(np.median(s.bird_stress[~s.eroded])))} (median), plate up to "
+        f"{_mpa(float(s.plate_stress.max()))}"
+        for title, s in chosen.items()
+        if (~s.eroded).any() and len(s.plate_stress)
+    ]
+    plate = results.case.plate
+    yields = "" if plate.rigid else f" The plate's metal yields at {quantity(plate.material.yield_stress, 'Pa')}."
+    caption = (
+        f"Simulated von Mises stress at {at}, from the front (the bird opened at its mid-plane) and from the top. One "
+        f"scale for all birds, by decades, and one for all plates. {'; '.join(parts)}.{yields} "
+        "Grey: eroded pieces, which push nothing."
+    )
+    return photograph("stress", stress_figure(chosen, scene), caption, f"Stress of bird and plate at {at} by model")
+
+
+def _mpa(stress: float) -> str:
+    return quantity(stress, "Pa", 2)
+
+
+def _shapes(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:
+    instants = results.case.time.snapshots[:4] or _evenly(results)
+    last = {title: nearest(snapshots, instants[-1]) for title, snapshots in seen.items()}
+    spread = [f"{title} {_length(s)}" for title, s in last.items()]
+    times = ", ".join(f"{float(milliseconds(np.asarray(t))):.2f}" for t in instants)
+    end = quantity(float(instants[-1]), "s")
+    caption = (
+        f"Simulated bird and plate from the front at {times} ms, to scale, on one scale of pressure (its top is the "
+        f"99th percentile). Length of the bird along the plate at {end}: {', '.join(spread)}; it started "
+        f"{quantity(results.case.bird.length, 'm')} long. Grey: eroded pieces."
+    )
+    figure = shapes_figure(seen, instants, scene)
+    return photograph("shapes", figure, caption, f"Front views of the strike at {times} ms by model")
+
+
+def _evenly(results: Results) -> tuple[float, ...]:
+    start, end = results.case.first_contact, results.case.time.end
+    return tuple(start + share * (end - start) for share in SHAPES)
+
+
+def _length(snapshot: Snapshot) -> str:
+    """Extent along x of all but the outermost hundredth of the pieces that are left."""
+    x = snapshot.particles[~snapshot.eroded, 0]
+    if not x.size:
+        return "nothing left"
+    low, high = np.percentile(shown(x, "m")[0], (0.5, 99.5))
+    return f"{high - low:.0f} mm"

@@ -1,0 +1,112 @@
+"""Errors and ratings of curves against closed forms and against another program's figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data.curves import Measured
+from reports.clock import best_offset
+from reports.iso18571 import SAMPLES, rate
+from reports.outcome import penetration, residual_deflection
+from reports.results import Results
+from reports.scores import score, sprague_geers
+from solver.estimate import first_period
+from tests.reports.synthetic import RECORD_TIMES, displacement, strike
+
+TIME = np.linspace(0.0, 1.0, SAMPLES)
+BUMP = np.sin(np.pi * TIME) ** 2
+
+# objective_rating_metrics 1.3 (VSI TU Graz), unrounded: corridor, phase, magnitude, slope, overall.
+ISO_18571 = {
+    "scaled": (1.1 * BUMP, (0.9325210413337112, 1.0, 0.9581306732257295, 0.95, 0.9546345511786305)),
+    "late": (
+        np.sin(np.pi * np.clip(TIME - 0.04, 0.0, 1.0)) ** 2,
+        (0.8500422945149672, 0.800498753117207, 1.0, 1.0, 0.9001166684294281),
+    ),
+    "rippled": (
+        BUMP + 0.08 * np.sin(18.0 * np.pi * TIME),
+        (0.951463142359795, 1.0, 0.9515198686744764, 0.3250554346019988, 0.8359003175992131),
+    ),
+    "another": (
+        0.7 * np.sin(np.pi * np.clip(1.25 * TIME - 0.1, 0.0, 1.0)) ** 2,
+        (0.43130119919055415, 0.9002493765586035, 0.661240254146032, 0.8407677460633728, 0.6529719550298233),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ISO_18571)
+def test_iso_18571_agrees_with_another_implementation(name: str) -> None:
+    curve, expected = ISO_18571[name]
+    rating = rate(BUMP, curve)
+    found = (rating.corridor, rating.phase, rating.magnitude, rating.slope, rating.overall)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_iso_18571_grades_as_the_standard_does() -> None:
+    assert (rate(BUMP, BUMP).overall, rate(BUMP, BUMP).grade) == (1.0, "excellent")
+    assert rate(BUMP, ISO_18571["late"][0]).grade == "good"
+    assert rate(BUMP, ISO_18571["another"][0]).grade == "fair"
+    assert rate(BUMP, -BUMP).grade == "poor"
+
+
+def test_sprague_geers_of_a_scaled_and_of_a_shifted_sine() -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, 2001)
+    magnitude, phase = sprague_geers(np.sin(t), 1.2 * np.sin(t))
+    assert (magnitude, phase) == pytest.approx((0.2, 0.0), abs=1e-7)
+    magnitude, phase = sprague_geers(np.sin(t), np.sin(t - 0.3))
+    assert (magnitude, phase) == pytest.approx((0.0, 0.3 / np.pi), abs=1e-6)
+
+
+def test_errors_of_a_curve_that_is_a_tenth_too_high() -> None:
+    run, dense = strike(5.5e-3), np.linspace(0.0, 2.6e-3, 400)
+    record = displacement(dense, 5.0e-3)
+    found = score(dense, record, run, "displacement_centre", 0.0)
+    assert found is not None
+    assert found.share == pytest.approx(0.1 * np.sqrt(np.mean(record**2)) / 5.0e-3, rel=1e-3)
+    assert (found.peak, found.peak_share) == pytest.approx((0.5e-3, 0.1), rel=1e-3)
+    assert (found.peak_time, found.magnitude) == pytest.approx((0.0, 0.1), abs=1e-4)
+    assert found.phase == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_late_record_is_met_by_the_clock_and_not_charged_to_the_model(results: Results) -> None:
+    """The record is the run 0.05 ms late; the trigger, known to 0.1 ms, pulls the offset to 0 by very little."""
+    run, late = strike(5.5e-3), displacement(RECORD_TIMES - 0.05e-3, 5.5e-3)
+    record = Measured(RECORD_TIMES, {"displacement_centre": late}, {}, {"displacement_centre": "m"})
+    assert best_offset(replace(results, record=record), run) == pytest.approx(0.05e-3, abs=2e-6)
+
+
+def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results) -> None:
+    """Swings about 2 mm after a short push, with the bird gone."""
+    period = first_period(results.case.plate)
+    assert period is not None
+    time = np.linspace(0.0, 8e-3, 1601)
+    swing = 2e-3 + 1e-3 * np.sin(2 * np.pi * time / period)
+    force = np.where(time < 1e-3, 1e4, 0.0)
+    run = replace(
+        strike(),
+        time=time,
+        channels={"displacement_centre": swing, "contact_force": force},
+        summary={"largest_plastic_strain": 0.01},
+    )
+    found, _ = residual_deflection(results.case, run, "displacement_centre")
+    assert found == pytest.approx(2e-3, rel=1e-2)
+    short = replace(run, time=time[:300], channels={name: values[:300] for name, values in run.channels.items()})
+    found, why = residual_deflection(results.case, short, "displacement_centre")
+    assert found is None
+    assert "time.end" in why
+    assert residual_deflection(results.case, strike(), "displacement_centre")[0] == 0.0
+
+
+def test_a_bird_behind_a_torn_plate_has_gone_through(results: Results) -> None:
+    run = strike(summary={"eroded_shells": 9})
+    assert penetration(results.case, strike()) == "no"
+    assert penetration(results.case, run) == "no, but 9 shells torn"
+    first, last = run.snapshots[0], run.snapshots[-1]
+    half = np.arange(len(last.particles)) % 2 == 0
+    moved = np.where(half[:, None], [0.0, 0.0, -0.2], last.particles)
+    back = replace(last, particles=moved, velocity=-last.velocity, eroded=np.zeros(len(half), bool))
+    through = replace(run, snapshots=(first, back))
+    assert penetration(results.case, through) == "yes, 50 % of the bird"
