@@ -119,6 +119,6 @@ def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, st
 
 
 def _dashes(key: str) -> str:
-    """A curve's dashes as SVG has them, in widths of the line."""
+    """A curve's dashes as SVG has them, short enough for a switch to show them."""
     dashes = DASHES.get(key, "-")
-    return "none" if isinstance(dashes, str) else " ".join(f"{2 * length:g}" for length in dashes[1])
+    return "none" if isinstance(dashes, str) else " ".join(f"{1.2 * length:.3g}" for length in dashes[1])
