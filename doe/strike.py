@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from data.errors import CaseError, RunFailed
@@ -48,11 +48,11 @@ class Finished:
 
     @property
     def histories(self) -> Histories:
-        """The histories, read from the store; without pictures, which stay there. RunFailed where they have gone."""
+        """The histories, read from the store whenever they are asked for. RunFailed where they have gone."""
         found = self.store.load(self.key)
         if found is None:
             raise RunFailed(f"{self.store.path(self.key)} has gone or is damaged", "run the same command again")
-        return replace(found, snapshots=())
+        return found
 
 
 @dataclass(frozen=True)
