@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import RunFailed, UserError
@@ -19,7 +21,10 @@ from inversion.figures import emulator_figures, emulator_warnings, measured_figu
 from inversion.forward import Forward, watched
 from inversion.inversion import Answer, Inversion
 from inversion.network_inversion import network_answer
+from inversion.nuisances import Columns
 from inversion.observations import Observations, observe
+from inversion.posterior import Posterior, Sampling, sample
+from inversion.posterior_figures import identifiability_figures, posterior_figures
 from inversion.proposal import Ground, Proposal, by_emulator, by_network
 from inversion.residual_correlation import ResidualCorrelation
 from inversion.time_origin import TimeOrigin, time_origin
@@ -35,7 +40,10 @@ METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network
 
 @dataclass(frozen=True)
 class Options:
-    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known."""
+    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
+
+    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well.
+    """
 
     trainer: str = "lm"
     method: str = "both"
@@ -43,6 +51,8 @@ class Options:
     noise: Mapping[str, float] = field(default_factory=dict)
     time_offset: float = 0.0
     allow_rank_deficient: bool = False
+    sampling: Sampling | None = Sampling()
+    analyse: bool = True
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -77,6 +87,7 @@ class Outcome:
     emulator: Emulator
     network: NetworkFit | None
     verified: Mapping[str, Verification]
+    posterior: Posterior | None = None
 
 
 def invert(
@@ -86,26 +97,31 @@ def invert(
     options: Options | None = None,
     progress: Progress | None = None,
     emulator: Emulator | None = None,
+    columns: Columns | None = None,
 ) -> Outcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
-    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here.
+    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here. columns: errors that
+    every model carries besides the emulator's: uncertain speed or mass, mesh error, a stated discrepancy.
     Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
     """
     choice, report = options or Options(), progress or _silent
     methods = choice.methods()
-    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f))
+    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
         drift = clock_drift(located.ground.calibrator, located.ground.modes[0], located.origin)
+        if located.ground.calibrator.model.known is not None:
+            drift = np.column_stack([drift, located.ground.calibrator.model.known])
         answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
         proposals["network"] = by_network(located.ground, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.ground)
+    posterior = located.ground.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
     warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
@@ -124,30 +140,48 @@ def invert(
         case_hash=dataset.case_hash,
         seed=choice.seed,
         residual=located.residual,
+        posterior=posterior_figures(posterior, located.ground.coordinates) if posterior else None,
+        identifiability=identifiability_figures(located.ground, choice.seed) if choice.analyse else None,
     )
-    return Outcome(inversion, located.observations, located.emulator, network, verified)
+    return Outcome(inversion, located.observations, located.emulator, network, verified, posterior)
 
 
 def locate(
-    dataset: Dataset, measured: Measured, choice: Options, fitted: Emulator | None, progress: Progress
+    dataset: Dataset,
+    measured: Measured,
+    choice: Options,
+    fitted: Emulator | None,
+    progress: Progress,
+    columns: Columns | None = None,
 ) -> Located:
-    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud."""
+    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud.
+
+    The columns of known error are taken at a first fit without them.
+    """
     observations = observe(measured, dataset, choice.noise)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
-    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.8 * f))
+    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
     calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    if columns is not None:
+        known = columns(observations, calibrator.fit(choice.seed)[0])
+        calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
     best_fit, modes, residual = calibrator.judged(choice.seed)
     origin, held = time_origin(calibrator, modes)
     found = clouds.cloud(dataset, observations, replace(best_fit, t0=origin.value))
+    posterior = None
+    if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
+        judged = replace(calibrator, model=replace(calibrator.model, observations=residual.widen(observations)))
+        posterior = sample(judged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
     first = list(residual.warnings) if found.inside else [clouds.warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
+    first += posterior.warnings if posterior else ()
     warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
-    ground = Ground(dataset, design, calibrator, modes, found.inside)
+    ground = Ground(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(ground, observations, origin, found, residual, warnings)
 
 

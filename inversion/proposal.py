@@ -16,6 +16,7 @@ from inversion.emulator_inversion import emulator_estimates, no_separate_values
 from inversion.identifiability import intervals
 from inversion.inversion import Combination, Estimate
 from inversion.network_inversion import NetworkAnswer, network_estimates
+from inversion.posterior import Posterior
 from inversion.words import plain, quantity
 from surrogate.inverse_network import NetworkFit
 
@@ -31,13 +32,17 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Ground:
-    """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve."""
+    """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve.
+
+    posterior: drawn about the modes, None where the design is deficient or it was not asked for.
+    """
 
     dataset: Dataset
     design: DesignFigures
     calibrator: Calibrator
     modes: tuple[Mode, ...]
     inside_cloud: bool
+    posterior: Posterior | None = None
 
     @property
     def coordinates(self) -> Coordinates:
@@ -49,7 +54,9 @@ def by_emulator(ground: Ground) -> Proposal:
     """The best fit of the emulator."""
     if ground.design.deficient:
         return _carried(ground, ground.modes[0].z, intervals(ground.modes))
-    estimates = emulator_estimates(ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud)
+    estimates = emulator_estimates(
+        ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud, ground.posterior
+    )
     return Proposal(ground.modes[0].theta, estimates, None)
 
 

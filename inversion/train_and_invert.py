@@ -15,6 +15,7 @@ from inversion.figures import TRAINING_FILE
 from inversion.forward import Forward, StoredSolver
 from inversion.inversion import Inversion
 from inversion.invert import Options, Outcome, invert
+from inversion.posterior_figures import DRAWS_FILE, write_draws
 from inversion.verification import write_verification
 from solver.case import Case, case_hash, load_case
 from surrogate.files import save_emulator, save_network
@@ -78,6 +79,8 @@ def write(folder: Path, outcome: Outcome, dataset: Dataset, measured: Measured) 
     if outcome.network is not None:
         save_network(folder / "network.npz", outcome.network.network)
         outcome.network.training.write(folder / TRAINING_FILE)
+    if outcome.posterior is not None:
+        write_draws(folder / DRAWS_FILE, outcome.posterior, dataset.names)
     for method, verification in outcome.verified.items():
         if verification.histories is not None:
             write_histories(folder / f"verified_{method}.csv", verification.histories)
