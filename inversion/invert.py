@@ -31,7 +31,7 @@ from inversion.time_origin import TimeOrigin, time_origin
 from inversion.verification import Verification, channel_scores, overall, verify
 from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
 from surrogate.holdout import input_times
-from surrogate.inverse_network import NetworkFit, fit_network
+from surrogate.inverse_network import HIDDEN, NetworkFit, fit_network
 
 Progress = Callable[[float], None]
 
@@ -42,7 +42,8 @@ METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network
 class Options:
     """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
 
-    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well.
+    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
+    hidden: neurons, None for a search; copies: noisy copies of every training run.
     """
 
     trainer: str = "lm"
@@ -53,6 +54,8 @@ class Options:
     allow_rank_deficient: bool = False
     sampling: Sampling | None = Sampling()
     analyse: bool = True
+    hidden: int | None = HIDDEN
+    copies: int = 0
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -188,7 +191,17 @@ def locate(
 def train_network(located: Located, read: Mapping[str, Array], choice: Options, progress: Progress) -> NetworkFit:
     """Train on the runs at the measured instants `read`, moved to the model's clock."""
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
-    return fit_network(located.ground.dataset, on_model_clock, choice.trainer, seed=choice.seed, progress=progress)
+    chosen = [c.noise[np.isin(c.times, read[c.name])] for c in located.observations.channels]
+    return fit_network(
+        located.ground.dataset,
+        on_model_clock,
+        choice.trainer,
+        choice.hidden,
+        choice.seed,
+        progress,
+        np.concatenate(chosen),
+        choice.copies,
+    )
 
 
 def verify_all(

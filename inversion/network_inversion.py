@@ -57,7 +57,9 @@ def network_answer(
     rng = np.random.default_rng(seed)
     moved = drift[chosen].reshape(len(values), -1)
     draws = (
-        values + noise * rng.normal(size=(NOISE_DRAWS, len(values))) + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
+        values
+        + noise * rng.normal(size=(NOISE_DRAWS, len(values)))
+        + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
     )
     noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
     theta = np.clip(raw, dataset.lows, dataset.highs)

@@ -94,7 +94,9 @@ def sample(
     free = np.array([True] * len(modes[0].z) + [calibrator.sigma > 0.0])
     rng = np.random.default_rng(seed)
     with threadpool_limits(limits=1, user_api="blas"):
-        chains = [_Chain(density, free, _start(density, modes, rules.walkers, free, rng), rng) for _ in range(rules.ensembles)]
+        chains = [
+            _Chain(density, free, _start(density, modes, rules.walkers, free, rng), rng) for _ in range(rules.ensembles)
+        ]
         found = None
         while found is None or (not found.converged and found.steps < rules.most):
             for chain in chains:

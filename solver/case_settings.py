@@ -10,8 +10,13 @@ from pydantic import Field, ValidationInfo, field_validator
 from solver.case_fields import Between, Count, Later, OneOf, Section, complaint, each_of
 from solver.case_sections import quantities, quantity_at
 
-NUISANCE = {"time_offset": Between("0 ms", "10 ms")}
-NUISANCE_LATER = ("speed", "mass", "thickness", "angle")
+NUISANCE = {
+    "time_offset": Between("0 ms", "10 ms"),
+    "speed": Between("0 m/s", "50 m/s"),
+    "mass": Between("0 g", "1000 g"),
+    "thickness": Between("0 mm", "10 mm"),
+    "angle": Between("0 deg", "20 deg"),
+}
 NOT_SOUGHT = {}
 
 
@@ -97,8 +102,7 @@ class InversionSettings(Section):
 
 
 def _nuisance(name: str, sigma: Any) -> float:
-    """Sigma in SI of a nuisance that this version carries."""
+    """Sigma in SI of a known nuisance."""
     if name not in NUISANCE:
-        reason = "is not available in this version" if name in NUISANCE_LATER else "is unknown"
-        raise complaint(f"{reason}; available: {', '.join(NUISANCE)}")
+        raise complaint(f"is unknown; available: {', '.join(NUISANCE)}")
     return NUISANCE[name].validate(sigma)
