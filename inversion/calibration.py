@@ -95,7 +95,11 @@ class Calibrator:
     def information(self, mode: Mode) -> Array:
         """Fisher information (r, r) of z at `mode`, of the data alone, the time origin marginalised by its prior."""
         tau = mode.t0 / self.sigma if self.sigma else 0.0
-        rows = self._derivatives(np.append(mode.z, tau), self._whitening(mode.theta, mode.t0), mode.box)
+        return self.data_information(mode.z, tau, self._whitening(mode.theta, mode.t0), mode.box)
+
+    def data_information(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Array:
+        """The same at any z (r,) of a box and time origin tau [sigmas], for residuals whitened so."""
+        rows = self._derivatives(np.append(z, tau), whitening, box)
         data = rows[: len(self.model.observations.values)]
         slopes, shift = data[:, :-1], data[:, -1]
         lost = slopes.T @ shift
@@ -119,7 +123,7 @@ class Calibrator:
 
     def _whitening(self, theta: Array, t0: float) -> Whitening:
         """Noise and the emulator's own error where the fit stands."""
-        return Whitening.of(self.model.observations.noise, self.model.error_factor(theta, t0))
+        return Whitening.of(self.model.noise, self.model.error_factor(theta, t0))
 
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""

@@ -29,6 +29,12 @@ class CurveModel:
         """End of the simulated record [s]."""
         return float(next(iter(self.emulator.channels.values())).time[-1])
 
+    @property
+    def noise(self) -> Array:
+        """(n,) standard deviations of the points by themselves: measurement noise, and jitter beyond the components."""
+        parts = (self.emulator.channels[c.name].outside_at(c.times) for c in self.observations.channels)
+        return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
+
     def scores(self, theta: Array) -> list[Array]:
         """Component scores of every channel at theta (q, k) SI; the costly part, the same for every time origin."""
         u = self.emulator.inputs(theta)

@@ -1,8 +1,8 @@
 """The likelihood of many parameter points at once, on the few combinations of the measured points that a model can move.
 
-log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0) and C = noise + emulator error + known errors. In units
-of the noise, all model curves, whatever theta and t0, lie in a space of a few dozen dimensions: outside it d and C are
-the same for every point, so that part is a constant and is dropped.
+log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known errors
+and the components that no process predicts, those as they stand at the best fit's time origin. Whitened by C0, all curves
+of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point and are dropped.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from data.histories import Array
 from inversion.calibration import Calibrator, Mode
 from inversion.coordinates import Box
 from inversion.curve_model import CurveModel
+from inversion.whitening import Whitening
 from surrogate.gaussian_process import GaussianProcess
 
 NODES = 33  # time origins at which the model is tabulated
@@ -27,31 +28,29 @@ FARTHEST = 8.0  # standard deviations of the time origin about its best values, 
 class Likelihood:
     """Log posterior density of p = (z, tau), tau the time origin in its sigmas.
 
-    taus: (t,) at which the tables stand, one where the clocks are the same; data: (r,) the record; table: (t, r, 1 +
-    kept), mean curve and the predicted components of all channels; rest: (t, r, r), unit noise, unpredicted components
-    and known errors.
+    taus: (t,) at which the table stands, one where the clocks are the same; data: (r,) the whitened record; table:
+    (t, r, 1 + kept), mean curve and the predicted components of all channels, whitened.
     """
 
     calibrator: Calibrator
     taus: Array
     data: Array
     table: Array
-    rest: Array
 
     @classmethod
     def of(cls, calibrator: Calibrator, modes: tuple[Mode, ...]) -> Likelihood:
         """Tabulate the model of a calibration about the time origins of its best fits."""
-        model, noise = calibrator.model, calibrator.model.observations.noise
+        model, noise = calibrator.model, calibrator.model.noise
         taus = _taus(calibrator, modes)
-        columns = [[part / noise[:, None] for part in _columns(model, tau * calibrator.sigma)] for tau in taus]
-        known = np.zeros((len(noise), 0)) if model.known is None else model.known / noise[:, None]
-        size = np.array([process.scale for _, process in _processes(model)])
-        moved = [np.hstack([mean, kept * size, left]) for mean, kept, left in columns[:: max(1, len(columns) // 8)]]
-        u, s, _ = np.linalg.svd(np.hstack([*moved, known]), full_matrices=False)
+        left = _columns(model, modes[0].t0)[2]
+        whitening = Whitening.of(noise, left if model.known is None else np.hstack([left, model.known]))
+        columns = [whitening.apply(np.hstack(_columns(model, tau * calibrator.sigma)[:2]).T).T for tau in taus]
+        size = np.array([1.0, *(process.scale for _, process in _processes(model))])
+        moved = columns[:: max(1, len(columns) // 8)]
+        u, s, _ = np.linalg.svd(np.hstack([part * size for part in moved]), full_matrices=False)
         basis = u[:, s > FELT * np.sqrt(len(moved))]
-        table = np.stack([basis.T @ np.hstack([mean, kept]) for mean, kept, _ in columns])
-        rest = np.stack([_covariance(basis.T @ left, basis.T @ known) for _, _, left in columns])
-        return cls(calibrator, taus, basis.T @ (model.observations.values / noise), table, rest)
+        data = basis.T @ whitening.apply(model.observations.values)
+        return cls(calibrator, taus, data, np.stack([basis.T @ part for part in columns]))
 
     def log_posterior(self, p: Array) -> Array:
         """(q,) up to a constant, at p (q, r + 1); minus infinity outside the boxes and the allowed time origins."""
@@ -80,29 +79,28 @@ class Likelihood:
 
     def _log_likelihood(self, z: Array, tau: Array) -> Array:
         scores, variances = self._scores(self.theta(z))
-        table, rest = self._at(tau)
-        covariance = rest + (table[..., 1:] * variances[:, None, :]) @ table[..., 1:].transpose(0, 2, 1)
-        d = self.data - table[..., 0] - (table[..., 1:] @ scores[..., None])[..., 0]
+        table = self._at(tau)
+        components = table[..., 1:]
+        covariance = (components * variances[:, None, :]) @ components.transpose(0, 2, 1) + np.eye(len(self.data))
+        d = self.data - table[..., 0] - (components @ scores[..., None])[..., 0]
         factor = np.linalg.cholesky(covariance)
         square = (d * np.linalg.solve(covariance, d[..., None])[..., 0]).sum(axis=1)
         return -0.5 * square - np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
 
-    def _at(self, tau: Array) -> tuple[Array, Array]:
-        """Tables at each tau (q,): cubic between four nodes for the curves, linear for the covariance."""
+    def _at(self, tau: Array) -> Array:
+        """The table (q, r, 1 + kept) at each tau (q,), cubic between four nodes."""
         if len(self.taus) == 1:
-            return tuple(np.broadcast_to(t[0], (len(tau), *t[0].shape)) for t in (self.table, self.rest))  # pyright: ignore[reportReturnType]
+            return np.broadcast_to(self.table[0], (len(tau), *self.table[0].shape))
         place = (tau - self.taus[0]) / (self.taus[1] - self.taus[0])
         i = np.clip(place.astype(int), 1, len(self.taus) - 3)
         w = (place - i)[:, None, None]
         before, here, after, beyond = (self.table[i + k] for k in (-1, 0, 1, 2))
-        curves = (
+        return (
             -w * (w - 1) * (w - 2) / 6 * before
             + (w + 1) * (w - 1) * (w - 2) / 2 * here
             - (w + 1) * w * (w - 2) / 2 * after
             + (w + 1) * w * (w - 1) / 6 * beyond
         )
-        near = np.clip(np.round(place).astype(int), 0, len(self.taus) - 1)
-        return curves, self.rest[near]
 
     def _scores(self, theta: Array) -> tuple[Array, Array]:
         """Mean and variance (q, kept) of the predicted components of all channels."""
@@ -142,10 +140,6 @@ def _columns(model: CurveModel, t0: float) -> tuple[Array, Array, Array]:
         left.append(basis[many:].T * np.sqrt(emulator.unpredicted[many:]))
     parts = np.concatenate(means)[:, None], block_diag(*kept), block_diag(*left)
     return tuple(np.asarray(part, dtype=np.float64) for part in parts)  # pyright: ignore[reportReturnType]
-
-
-def _covariance(left: Array, known: Array) -> Array:
-    return np.eye(len(left)) + left @ left.T + known @ known.T
 
 
 def _within(box: Box, z: Array) -> Array:

@@ -66,7 +66,8 @@ def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
     """Root mean square over the measured points of the emulator's standard deviation in units of the noise."""
     alone = replace(calibrator.model, known=None)
     factor = alone.error_factor(mode.theta, mode.t0) / alone.observations.noise[:, None]
-    return float(np.sqrt((factor**2).sum() / len(factor)))
+    jitter = (alone.noise / alone.observations.noise) ** 2 - 1.0
+    return float(np.sqrt(((factor**2).sum() + jitter.sum()) / len(factor)))
 
 
 def next_point(located: Located) -> Array:
