@@ -28,9 +28,9 @@ class Coverage:
     """Over `truths` truths: name -> figure.
 
     identified: share of the truths at which the parameter was called identified; hits: share of the 95 % intervals that
-    held the truth, where it was (None where it never was); hits_all: at all truths; error: root mean square of posterior
-    mean minus truth, share of the range; bound, bound_with_emulator: van Trees, of the noise alone and with the
-    emulator's error; made_by: who made the records.
+    held the truth, where it was (None where it never was); hits_all: at all truths; error: root mean square of
+    posterior mean minus truth, share of the range; bound, bound_with_emulator: van Trees, of the noise alone and with
+    the emulator's error; made_by: who made the records.
     """
 
     made_by: str

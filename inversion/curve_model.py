@@ -49,7 +49,8 @@ class CurveModel:
         return np.concatenate(parts, axis=1)
 
     def error_factor(self, theta: Array, t0: float) -> Array:
-        """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known besides.
+        """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known
+        besides.
 
         Channels err independently but for the known columns.
         """

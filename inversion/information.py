@@ -1,8 +1,9 @@
 """The information bound: how well any estimator can do on average over the truths of the prior (van Trees).
 
-E[(estimate - truth)^2] >= diag (E[F] + P)^-1 with Fisher information F of the data, averaged over the truths, and P that
-of the prior. Van Trees, "Detection, estimation, and modulation theory I", 1968, sect. 2.4; Gill and Levit, Bernoulli 1
-(1995) 59. The normal prior is taken whole: cutting it off at the ends of the range can only help an estimator there.
+E[(estimate - truth)^2] >= diag (E[F] + P)^-1 with Fisher information F of the data, averaged over the truths, and P
+that of the prior. Van Trees, "Detection, estimation, and modulation theory I", 1968, sect. 2.4; Gill and Levit,
+Bernoulli 1 (1995) 59. The normal prior is taken whole: cutting it off at the ends of the range can only help an
+estimator there.
 """
 
 from __future__ import annotations

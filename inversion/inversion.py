@@ -205,8 +205,9 @@ class Inversion:
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
     SI; runs_used: finished runs of the campaign, those of a refinement included; residual: of the emulator's best fit.
-    None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what the
-    model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative amplitude.
+    None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
+    the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
+    amplitude.
     """
 
     methods: Mapping[str, Answer]

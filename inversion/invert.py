@@ -52,7 +52,7 @@ class Options:
     noise: Mapping[str, float] = field(default_factory=dict)
     time_offset: float = 0.0
     allow_rank_deficient: bool = False
-    sampling: Sampling | None = Sampling()
+    sampling: Sampling | None = field(default_factory=Sampling)
     analyse: bool = True
     hidden: int | None = HIDDEN
     copies: int = 0

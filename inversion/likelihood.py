@@ -1,8 +1,8 @@
-"""The likelihood of many parameter points at once, on the few combinations of the measured points that a model can move.
+"""The likelihood of many parameter points at once, on the few combinations of the points that a model can move.
 
-log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known errors
-and the components that no process predicts, those as they stand at the best fit's time origin. Whitened by C0, all curves
-of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point and are dropped.
+log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known
+errors and the components that no process predicts, as they stand at the best fit's time origin. Whitened by C0, all
+curves of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from data.histories import Array
@@ -64,10 +65,10 @@ class Likelihood:
             density[allowed] = self._log_likelihood(z, tau) - 0.5 * (prior.sum(axis=1) + tau**2)
         return density
 
-    def allowed(self, z: Array, tau: Array) -> Array:
+    def allowed(self, z: Array, tau: Array) -> NDArray[np.bool_]:
         """(q,) whether runs stand behind each point."""
         inside = np.any([_within(box, z) for box in self.calibrator.coordinates.boxes], axis=0)
-        return inside & (tau >= self.taus[0]) & (tau <= self.taus[-1])
+        return np.asarray(inside & (tau >= self.taus[0]) & (tau <= self.taus[-1]))
 
     def theta(self, z: Array) -> Array:
         """Parameters (q, k) SI; points in no box are taken as they are."""
@@ -142,5 +143,5 @@ def _columns(model: CurveModel, t0: float) -> tuple[Array, Array, Array]:
     return tuple(np.asarray(part, dtype=np.float64) for part in parts)  # pyright: ignore[reportReturnType]
 
 
-def _within(box: Box, z: Array) -> Array:
-    return ((z >= box.lows) & (z <= box.highs)).all(axis=1)
+def _within(box: Box, z: Array) -> NDArray[np.bool_]:
+    return np.asarray(((z >= box.lows) & (z <= box.highs)).all(axis=1))

@@ -48,8 +48,8 @@ def network_answer(
 ) -> NetworkAnswer:
     """The network's parameters for the measured values, clipped to the ranges.
 
-    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s), change
-    of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
+    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s),
+    change of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import emcee
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from data.histories import Array
@@ -112,12 +113,12 @@ def sample(
 class _Chain:
     """One ensemble of walkers over the coordinates that are free."""
 
-    def __init__(self, density: Likelihood, free: Array, start: Array, rng: np.random.Generator) -> None:
+    def __init__(self, density: Likelihood, free: NDArray[np.bool_], start: Array, rng: np.random.Generator) -> None:
         moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.1), (emcee.moves.StretchMove(), 0.3)]
         self.sampler = emcee.EnsembleSampler(
             len(start), int(free.sum()), lambda p: density.log_posterior(_whole(p, free)), moves=moves, vectorize=True
         )
-        seeded = np.random.RandomState(int(rng.integers(2**31))).get_state()  # noqa: NPY002 (emcee's own generator)
+        seeded = np.random.RandomState(int(rng.integers(2**31))).get_state()
         self.state = emcee.State(start, random_state=seeded)
 
     def run(self, steps: int) -> None:
@@ -125,13 +126,15 @@ class _Chain:
         self.state = self.sampler.run_mcmc(self.state, steps, skip_initial_state_check=True)
 
 
-def _whole(p: Array, free: Array) -> Array:
+def _whole(p: Array, free: NDArray[np.bool_]) -> Array:
     whole = np.zeros((len(p), len(free)))
     whole[:, free] = p
     return whole
 
 
-def _start(density: Likelihood, modes: tuple[Mode, ...], walkers: int, free: Array, rng: np.random.Generator) -> Array:
+def _start(
+    density: Likelihood, modes: tuple[Mode, ...], walkers: int, free: NDArray[np.bool_], rng: np.random.Generator
+) -> Array:
     """Walkers about the modes in turn, half as wide again as these are, where runs stand behind the emulator.
 
     The calibration has searched every box, so the modes are all there is; a walker from the prior would take thousands
@@ -157,10 +160,10 @@ def _reflected(z: Array, lows: Array, highs: Array) -> Array:
     return lows + np.minimum(place, 2.0 * room - place)
 
 
-def _posterior(density: Likelihood, mode: Mode, chains: list[_Chain], free: Array) -> Posterior:
+def _posterior(density: Likelihood, mode: Mode, chains: list[_Chain], free: NDArray[np.bool_]) -> Posterior:
     """The second half of all chains, as draws and as figures of their agreement."""
     length = chains[0].sampler.iteration
-    kept = [chain.sampler.get_chain(discard=length // 2) for chain in chains]
+    kept = [np.asarray(chain.sampler.get_chain(discard=length // 2)) for chain in chains]
     ensembles = np.stack([part.transpose(1, 0, 2) for part in kept])  # (ensembles, walkers, draws, free)
     walkers = ensembles.reshape(-1, *ensembles.shape[2:])
     rhat, ess = _agreement(ensembles)

@@ -22,7 +22,7 @@ AT_END = 1e-3  # of a range
 
 @dataclass(frozen=True)
 class Profile:
-    """values: (p,) SI; rise: (p,) of minus twice the log posterior over the best fit's; at_bound: (p) keys at an end."""
+    """values: (p,) SI; rise: (p,) of minus twice the log posterior; at_bound: (p) other keys at an end."""
 
     name: str
     values: Array
@@ -79,7 +79,7 @@ def _moved(mode: Mode, box: Box) -> Mode:
 
 
 def _at_bound(calibrator: Calibrator, mode: Mode, i: int) -> tuple[str, ...]:
-    """Other parameters at the end of where they may be; one that is off in this box changes nothing and is not named."""
+    """Other parameters at the end of where they may be, but for those that are off there."""
     near = np.minimum(mode.z - mode.box.lows, mode.box.highs - mode.z) < AT_END
     named = near & ~mode.box.flat & (np.arange(len(mode.z)) != i)
     return tuple(calibrator.coordinates.names[j] for j in np.flatnonzero(named))

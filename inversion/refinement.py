@@ -1,4 +1,4 @@
-"""Refinement: runs added where the answer may lie and the emulator is least sure, until its error is below the noise."""
+"""Refinement: runs where the answer may lie and the emulator is least sure, until its error is below the noise."""
 
 from __future__ import annotations
 

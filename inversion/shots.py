@@ -1,8 +1,8 @@
 """Several shots, one bird: their campaigns, records and forward models as one, the parameters shared.
 
 A channel of the second shot is called `displacement_centre@2`, and so on, so that emulator, network and posterior see
-one strike with more sensors. What is each shot's own stays its own: its clock, its noise, its nuisances. Later shots are
-laid on the first one's clock by their own fits, and what is uncertain in that is a column of their error.
+one strike with more sensors. What is each shot's own stays its own: its clock, its noise, its nuisances. Later shots
+are laid on the first one's clock by their own fits, and what is uncertain in that is a column of their error.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from data.curves import Measured
@@ -121,8 +122,8 @@ def joined(shots: Sequence[Shot]) -> Joint:
 def with_scatter(joint: Joint) -> tuple[Joint, float]:
     """The joint record with the shot-to-shot scatter that makes it most likely, and that scatter (1 sigma, relative).
 
-    Each shot's curves may be larger or smaller by a factor of its own, normal about 1; the scatter is the one of SCATTERS
-    at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried).
+    Each shot's curves may be larger or smaller by a factor of its own, normal about 1; the scatter is the one of
+    SCATTERS at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried).
     """
     alone = replace(joint.options, method="emulator", sampling=None, analyse=False)
     names = list(joint.measured.channels)
@@ -193,7 +194,7 @@ def _dataset(shots: Sequence[Shot]) -> Dataset:
     )
 
 
-def _rows(dataset: Dataset, points: Array) -> Array:
+def _rows(dataset: Dataset, points: Array) -> NDArray[np.int64]:
     """Row of the data set at each point (n, k), -1 where it has none."""
     scale = dataset.highs - dataset.lows
     apart = np.abs((dataset.parameters[None] - points[:, None]) / scale).max(axis=2)
@@ -236,7 +237,7 @@ def _own(shot: Shot, number: int, observations: Observations, mode: Mode, datase
     )
     own = replace(observations, channels=mine)
     t0 = mode.t0 if number == 0 else 0.0
-    parts = [np.zeros((len(own.values), 0))]
+    parts: list[Array] = [np.zeros((len(own.values), 0))]
     if shot.columns is not None:
         parts.append(shot.columns(own, replace(mode, t0=t0)))
     if number and shot.options.time_offset:

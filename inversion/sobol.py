@@ -31,7 +31,7 @@ class SobolIndices:
 def sobol_indices(
     emulator: Emulator, channel: str, instants: int = INSTANTS, seed: int = 0, base: int = BASE
 ) -> SobolIndices:
-    """Indices of one channel, each parameter uniform over those parts of its range where runs stand behind the emulator."""
+    """Indices of one channel, each parameter uniform over the parts of its range that the emulator covers."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SALib divides by a variance of 0 where nothing has moved yet
         from SALib.analyze import sobol as analyse  # with multiprocess behind it, so only who asks waits for it

@@ -42,9 +42,9 @@ Record = str | Path | Measured
 class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
 
-    refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every training
-    run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves of a mesh
-    study (convergence.csv), whose uncertainty every model then carries.
+    refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every
+    training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
+    of a mesh study (convergence.csv), whose uncertainty every model then carries.
     """
 
     refine: int = 0
@@ -142,7 +142,8 @@ def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
     """Each record with its case, None for the first campaign's own; raises UserError."""
     if cases and len(cases) != len(records):
         raise UserError(
-            f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or none"
+            f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or "
+            "none"
         )
     return list(zip(records, cases or [None] * len(records), strict=True))
 
@@ -157,7 +158,7 @@ def _shot(
     forward: Forward | None,
 ) -> Shot:
     """A record with the campaign of its case."""
-    doe, dataset, base = _campaign(folders, case)
+    dataset, base = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
     solver = forward or StoredSolver(base, RunStore(out / "runs"), tuple(RunStore(f / "runs") for f in folders))
     nuisances = case_nuisances(base)
@@ -185,15 +186,15 @@ def _shot(
     return Shot(dataset, read, solver, own, columns if said else None, tuple(said))
 
 
-def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Path, Dataset, Case]:
+def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case]:
     """The campaign that was run for a case; raises UserError when none was."""
     datasets = [load_dataset(folder) for folder in folders]
     if case is not None and len(folders) > 1:
         given = case if isinstance(case, Case) else load_case(case)
-        for folder, dataset in zip(folders, datasets, strict=True):
+        for dataset in datasets:
             if case_hash(given) == dataset.case_hash:
-                return folder, dataset, given
-    return folders[0], datasets[0], campaign_case(folders[0], datasets[0], case)
+                return dataset, given
+    return datasets[0], campaign_case(folders[0], datasets[0], case)
 
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:

@@ -77,7 +77,7 @@ class CurveEmulator:
         return mean + self.scores(u) @ basis[: len(self.processes)]
 
     def error_factor(self, u: Array, times: Array) -> Array:
-        """F (t, c): F F^T + diag(outside) is the covariance of the curve's error at one point u (d,), jitter included."""
+        """F (t, c): F F^T + diag(outside) is the covariance of the curve's error at a point u (d,), jitter included."""
         variance = self.unpredicted.copy()
         variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
         return self.at(times)[1].T * np.sqrt(variance)
@@ -183,11 +183,12 @@ def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
 
 
 def _of_a_new_run(curves: Array, predicted: int) -> tuple[float, Array]:
-    """Of the curves (n, m), each left out in turn: how much of its jitter the others' components hold, and what they do not.
+    """Of the curves (n, m), each left out in turn: how much of its jitter the others' components hold, and what they
+    do not.
 
-    A run's jitter has as many directions as the curve has instants, its components only as many as there are other runs,
-    and these were chosen to hold those runs. Share: of the components' own variance beyond the `predicted` first, at most
-    1; outside: (m,) variance of the rest.
+    A run's jitter has as many directions as the curve has instants, its components only as many as there are other
+    runs, and these were chosen to hold those runs. Share: of the components' own variance beyond the `predicted`
+    first, at most 1; outside: (m,) variance of the rest.
     """
     inside, expected, outside = 0.0, 0.0, np.zeros(curves.shape[1])
     with threadpool_limits(limits=1, user_api="blas"):
@@ -203,7 +204,7 @@ def _of_a_new_run(curves: Array, predicted: int) -> tuple[float, Array]:
 
 
 def _components(rows: Array) -> tuple[Array, Array]:
-    """Squared singular values (c,), falling, and right singular vectors (c, m) of rows (n, m), by the small Gram matrix."""
+    """Squared singular values (c,), falling, and right singular vectors (c, m) of rows (n, m), by the Gram matrix."""
     squares, vectors = np.linalg.eigh(rows @ rows.T)
     kept = np.flatnonzero(squares > 1e-12 * max(squares[-1], 1e-300))[::-1]
     return squares[kept], vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]

@@ -1,7 +1,7 @@
 """Many networks at once: Levenberg-Marquardt in one batch, each network with its own weights and damping.
 
-The rules of `levenberg_marquardt`, on (N, ...) tensors: a network whose step fails keeps its Jacobian and raises its mu,
-one that has reached a stopping rule leaves the batch. Nothing of one network touches another.
+The rules of `levenberg_marquardt`, on (N, ...) tensors: a network whose step fails keeps its Jacobian and raises its
+mu, one that has reached a stopping rule leaves the batch. Nothing of one network touches another.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ def search(
     settings: Settings | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[HiddenSize, ...]:
-    """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. Every fold is every fourth row."""
+    """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row."""
     found: list[HiddenSize] = []
     for i, hidden in enumerate(sizes):
         shape = Shape(x.shape[1], hidden, t.shape[1])

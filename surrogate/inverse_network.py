@@ -32,8 +32,8 @@ class InverseNetwork:
     """A trained network with the scalings that belong to it.
 
     names: (k) dotted case keys it returns; times: channel -> instants [s] it reads, in the order of its inputs;
-    weights: (p,), or (N, p) of an ensemble, whose mean answers; inputs, outputs: scalings of the sampled values (SI) and
-    of the parameters (SI).
+    weights: (p,), or (N, p) of an ensemble, whose mean answers; inputs, outputs: scalings of the sampled values (SI)
+    and of the parameters (SI).
     """
 
     names: tuple[str, ...]
@@ -129,8 +129,8 @@ def _tried(sizes: Sequence[hidden_size.HiddenSize]) -> str:
     shown = ", ".join(f"{s.hidden}: {100 * s.mean:.0f} ({100 * s.spread:.0f})" for s in sizes)
     chosen = hidden_size.best(sizes).hidden
     return (
-        f"{chosen} hidden neurons have the smallest cross-validated error of {hidden_size.STARTS} starts each; in % of the "
-        f"ranges, with the starts' spread: {shown}"
+        f"{chosen} hidden neurons have the smallest cross-validated error of {hidden_size.STARTS} starts each; in % of "
+        f"the ranges, with the starts' spread: {shown}"
     )
 
 

@@ -1,4 +1,4 @@
-"""`birdstrike compare-methods`: all inversions side by side on a strike with known truth, and what the intervals hold."""
+"""`birdstrike compare-methods`: all inversions on a strike with known truth, and whether the intervals hold."""
 
 from __future__ import annotations
 
@@ -30,9 +30,11 @@ def command(
     table: Annotated[bool, typer.Option(help="The table of all methods, 12 conditions.")] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Run every method on records of known truth: errors, verified errors, runs and seconds beside the information bound.
+    """Run every method on records of known truth: errors, verified errors, runs and seconds beside the information
+    bound.
 
-    Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out campaign
+    Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out
+    campaign
     """
     from data.files import write_atomically, write_json
     from inversion.side_by_side import side_by_side
@@ -63,8 +65,8 @@ def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
     from inversion.forward import StoredSolver
     from inversion.side_by_side import Bench
     from inversion.train_and_invert import campaign_case
-    from solver.case_sections import at
     from solver.case import load_case
+    from solver.case_sections import at
 
     dataset = load_dataset(doe)
     loaded = campaign_case(doe, dataset, load_case(case))
