@@ -37,6 +37,8 @@ NOISELESS = 1e-3  # of NOISES[1]: what a record without noise is taken to have, 
 FIRST = 0.1  # of the record: before it nothing moves
 DIFFERENCE = 0.02  # of a range, for the derivatives of the solver, which jitters below
 
+LOOPS = 6  # iterations of the optimiser with the solver in its loop, each k + 1 runs
+
 
 @dataclass(frozen=True)
 class Condition:
@@ -167,7 +169,7 @@ def _solver_in_the_loop(bench: Bench, record: Observations) -> tuple[Array, int]
         return (stacked(bench.forward(theta), record, 0.0) - record.values) / record.noise
 
     start = np.full(len(lows), 0.5)
-    found = least_squares(residual, start, bounds=(0.0, 1.0), diff_step=DIFFERENCE / 0.5, xtol=1e-3, max_nfev=12)
+    found = least_squares(residual, start, bounds=(0.0, 1.0), diff_step=DIFFERENCE / 0.5, xtol=1e-3, max_nfev=LOOPS)
     return lows + found.x * span, runs - len(bench.dataset.runs)
 
 

@@ -1,8 +1,8 @@
 """Bayesian regularisation, MATLAB's `trainbr`: small weights are rewarded as far as the data allow.
 
 F = beta sum e^2 + alpha sum w^2 is minimised by Levenberg-Marquardt; after each step, with H = beta J^T J + alpha I,
-gamma = p - alpha tr H^-1 (the effective number of weights), alpha = gamma / (2 sum w^2), beta = (m - gamma) / (2 sum e^2).
-Foresee and Hagan, "Gauss-Newton approximation to Bayesian learning", IJCNN 1997; MacKay, Neural Comput. 4 (1992) 415.
+gamma = p - alpha tr H^-1 (the effective number of weights), alpha = gamma / (2 sum w^2), beta = (m - gamma) / (2
+sum e^2). Foresee and Hagan, "Gauss-Newton approximation to Bayesian learning", IJCNN 1997; MacKay, Neural Comput. 4 (1992) 415.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def _train(
     weighing = Weighing.of(float(shape.weights), float(weights @ weights), error, residuals)
     history = [(error / residuals, samples.test_mse(shape, weights), mu)]
     why = f"all {rules.epochs} epochs used"
+    here = _Curvature.at(shape, weights, samples)
     while len(history) <= rules.epochs:
-        here = _Curvature.at(shape, weights, samples)
         gradient = weighing.beta * here.rows.T @ here.error + weighing.alpha * weights
         if 2.0 * float(np.linalg.norm(gradient)) < rules.min_gradient:
             why = f"gradient below {rules.min_gradient:.0e}"
@@ -85,7 +85,8 @@ def _train(
             break
         weights, error, mu = found
         before, was = weighing.gamma, history[-1][0]
-        gamma = _Curvature.at(shape, weights, samples).effective(weighing)
+        here = _Curvature.at(shape, weights, samples)
+        gamma = here.effective(weighing)
         weighing = Weighing.of(gamma, float(weights @ weights), error, residuals)
         history.append((error / residuals, samples.test_mse(shape, weights), mu))
         still = abs(gamma - before) < STEADY * gamma and abs(history[-1][0] - was) < STEADY * was

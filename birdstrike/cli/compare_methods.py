@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,7 +23,7 @@ def command(
     doe: Annotated[
         Path, typer.Argument(metavar="DOE", help="Campaign of the case (run-doe); all its sensors are used.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for comparison.json and comparison.md; run again to resume.")],
+    out: Annotated[Path, typer.Option(help="Folder for comparison.json, comparison.md and the runs paid.")],
     case: Annotated[str, typer.Option(help="The case, whose own values are the truth.")] = CASE,
     truths: Annotated[int, typer.Option(min=0, help="Emulator-made truths for the coverage of the intervals.")] = 200,
     solver_truths: Annotated[int, typer.Option(min=0, help="Solver-made truths for the same.")] = 20,
@@ -36,17 +36,28 @@ def command(
     Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out
     campaign
     """
-    from data.files import write_atomically, write_json
     from inversion.side_by_side import side_by_side
 
     bench, channels = _bench(doe, out, case)
     rows: list[Row] = []
+    found: dict[str, list[Coverage]] = {}
     if table:
         with progress_bar("all methods") as progress:
-            rows = list(side_by_side(bench, channels, progress))
-    found = _coverages(bench, channels, truths, solver_truths)
+            for row in side_by_side(bench, channels, progress):
+                rows.append(row)
+                _write(out, bench, rows, found)
+    for condition, entry in _coverages(bench, channels, truths, solver_truths):
+        found.setdefault(condition, []).append(entry)
+        _write(out, bench, rows, found)
+    say(f"Written to {out}: comparison.json, comparison.md.")
+    return {"out": str(out), "rows": len(rows)}
+
+
+def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> None:
+    """What is known so far: an interrupted comparison keeps it."""
+    from data.files import write_atomically, write_json
+
     content = {
-        "case": case,
         "campaign_runs": len(bench.dataset.runs),
         "truth": dict(bench.truth),
         "table": [asdict(row) for row in rows],
@@ -54,8 +65,6 @@ def command(
     }
     write_json(out / "comparison.json", content)
     write_atomically(out / "comparison.md", markdown(rows, found))
-    say(f"Written to {out}: comparison.json, comparison.md.")
-    return {"out": str(out), "rows": len(rows)}
 
 
 def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
@@ -76,7 +85,7 @@ def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
     return Bench.of(dataset, solver, truth, channels), channels
 
 
-def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> dict[str, list[Coverage]]:
+def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> Iterator[tuple[str, Coverage]]:
     """Coverage under two conditions: the paper's 12 points with much noise, and a good record of three channels."""
     from inversion.calibration import Calibrator
     from inversion.coordinates import parameter_coordinates
@@ -84,21 +93,17 @@ def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: in
     from inversion.curve_model import CurveModel
     from inversion.side_by_side import Condition
 
-    found: dict[str, list[Coverage]] = {}
     for condition in (Condition(0.05e-3, 12, channels[:1]), Condition(0.02e-3, 200, channels)):
         emulator = bench.emulators[condition.channels]
         coordinates = parameter_coordinates(bench.dataset, emulator.regions)
         calibrator = Calibrator(CurveModel(emulator, bench.record(condition)), coordinates, 0.0)
-        entries: list[Coverage] = []
         for count, forward in ((many, None), (by_solver, bench.forward)):
             if count:
                 with progress_bar(f"{count} truths, {condition}") as progress:
-                    entries.append(coverage(calibrator, count, 0, forward, progress))
-        found[str(condition)] = entries
-    return found
+                    yield str(condition), coverage(calibrator, count, 0, forward, progress)
 
 
-def markdown(rows: Sequence[Row], found: dict[str, list[Coverage]]) -> str:
+def markdown(rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> str:
     """Both tables for people."""
     lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
     if rows:
