@@ -41,6 +41,7 @@ def emulator_estimates(
 
 
 OUTSIDE = "the model cannot produce the record, so its best fit does not tell this parameter"
+COARSE = "the emulator is too coarse to follow the record, so its best fit does not tell this parameter: add runs"
 
 
 def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:

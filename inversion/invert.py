@@ -20,12 +20,13 @@ from inversion.design_gate import design_figures, refuse_deficient
 from inversion.figures import emulator_figures, emulator_warnings, measured_figures, training_figures
 from inversion.forward import Forward, watched
 from inversion.inversion import Answer, Inversion
+from inversion.misfit import whitened
 from inversion.network_inversion import network_answer
-from inversion.nuisances import Columns
+from inversion.nuisances import Columns, stacked
 from inversion.observations import Observations, observe
 from inversion.posterior import Posterior, Sampling, sample
 from inversion.posterior_figures import identifiability_figures, posterior_figures
-from inversion.proposal import Ground, Proposal, by_emulator, by_network
+from inversion.proposal import Ground, Proposal, by_emulator, by_network, too_coarse
 from inversion.residual_correlation import ResidualCorrelation
 from inversion.time_origin import TimeOrigin, time_origin
 from inversion.verification import Verification, channel_scores, overall, verify
@@ -126,6 +127,10 @@ def invert(
         proposals["emulator"] = by_emulator(located.ground)
     posterior = located.ground.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    cloud = clouds.whose_fault(located.cloud, _whitened(located, verified), _q2(located.emulator))
+    if cloud.coarse:
+        warnings[0] = clouds.warning(cloud, located.observations)
+        proposals = {method: too_coarse(proposal) for method, proposal in proposals.items()}
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
     warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
     inversion = Inversion(
@@ -138,7 +143,7 @@ def invert(
         warnings=tuple(warnings),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
-        cloud=located.cloud,
+        cloud=cloud,
         measured=measured_figures(measured, located.observations),
         case_hash=dataset.case_hash,
         seed=choice.seed,
@@ -240,6 +245,18 @@ def answered(located: Located, proposal: Proposal, verification: Verification) -
         run=str(key) if key is not None else None,
         failure=verification.failure,
     )
+
+
+def _whitened(located: Located, verified: Mapping[str, Verification]) -> float | None:
+    """The smallest root mean square error of a verification run in units of the noise; None without a run."""
+    record, t0 = located.observations, located.origin.value
+    runs = [v.histories for v in verified.values() if v.histories is not None]
+    errors = [whitened(stacked(run, record, t0), record.values, record.noise) for run in runs]
+    return min(errors, default=None)
+
+
+def _q2(emulator: Emulator) -> dict[str, float | None]:
+    return {name: curve.validation.q2 for name, curve in emulator.channels.items()}
 
 
 def _silent(_: float) -> None:

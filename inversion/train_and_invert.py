@@ -18,6 +18,7 @@ from data.store import RunStore
 from doe.campaign import load_dataset
 from inversion.calibration import Mode
 from inversion.figures import TRAINING_FILE
+from inversion.filters import FilteredForward, filtered_dataset, filtered_record
 from inversion.forward import Forward, StoredSolver
 from inversion.inversion import Inversion
 from inversion.invert import Options, Outcome, invert
@@ -44,7 +45,8 @@ class Extras:
 
     refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every
     training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
-    of a mesh study (convergence.csv), whose uncertainty every model then carries.
+    of a mesh study (convergence.csv), whose uncertainty every model then carries;
+    filter: a named zero-phase filter for record and model alike.
     """
 
     refine: int = 0
@@ -52,6 +54,7 @@ class Extras:
     copies: int = 0
     discrepancy: float = 0.0
     mesh: Path | None = None
+    filter: str | None = None
 
 
 def train_and_invert(
@@ -160,7 +163,11 @@ def _shot(
     """A record with the campaign of its case."""
     dataset, base = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
-    solver = forward or StoredSolver(base, RunStore(out / "runs"), tuple(RunStore(f / "runs") for f in folders))
+    stores = tuple(RunStore(folder / "runs") for folder in folders)
+    solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores)
+    if more.filter:
+        dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+        solver = FilteredForward(solver, more.filter)
     nuisances = case_nuisances(base)
     said = [
         f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances

@@ -2,7 +2,8 @@
 
 F = beta sum e^2 + alpha sum w^2 is minimised by Levenberg-Marquardt; after each step, with H = beta J^T J + alpha I,
 gamma = p - alpha tr H^-1 (the effective number of weights), alpha = gamma / (2 sum w^2), beta = (m - gamma) / (2
-sum e^2). Foresee and Hagan, "Gauss-Newton approximation to Bayesian learning", IJCNN 1997; MacKay, Neural Comput. 4 (1992) 415.
+sum e^2). Foresee and Hagan, "Gauss-Newton approximation to Bayesian learning", IJCNN 1997; MacKay, Neural Comput. 4
+(1992) 415.
 """
 
 from __future__ import annotations

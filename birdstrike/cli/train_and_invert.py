@@ -59,6 +59,9 @@ def command(
     mesh: Annotated[
         Path | None, typer.Option(help="convergence.csv of birdstrike converge: the mesh's uncertainty is carried.")
     ] = None,
+    filter: Annotated[  # noqa: A002 (the option's name)
+        str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
+    ] = None,
     allow_rank_deficient: Annotated[
         bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
     ] = False,
@@ -70,7 +73,7 @@ def command(
     """
     from inversion.train_and_invert import Extras, train_and_invert
 
-    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh)
+    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter)
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
             doe,
