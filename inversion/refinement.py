@@ -73,7 +73,7 @@ def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
 def next_point(located: Located) -> Array:
     """Parameters (k,) SI where posterior density times emulator variance is greatest, among the posterior's draws.
 
-    Where nothing was drawn (no fit explains the record) the best fit itself.
+    Where nothing was drawn (no fit explains the record, or the posterior was not asked for) the best fit itself.
     """
     ground, posterior = located.ground, located.ground.posterior
     if posterior is None:

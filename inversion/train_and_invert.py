@@ -24,6 +24,7 @@ from inversion.inversion import Inversion
 from inversion.invert import Options, Outcome, invert
 from inversion.nuisances import case_nuisances, discrepancy_columns, mesh_columns, nuisance_columns
 from inversion.observations import Observations
+from inversion.posterior import Sampling
 from inversion.posterior_figures import DRAWS_FILE, write_draws
 from inversion.refinement import refine
 from inversion.shots import Joint, Shot, joined, with_scatter
@@ -46,7 +47,8 @@ class Extras:
     refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every
     training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
     of a mesh study (convergence.csv), whose uncertainty every model then carries;
-    filter: a named zero-phase filter for record and model alike.
+    filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
+    else the intervals are linearised.
     """
 
     refine: int = 0
@@ -55,6 +57,7 @@ class Extras:
     discrepancy: float = 0.0
     mesh: Path | None = None
     filter: str | None = None
+    posterior: bool = True
 
 
 def train_and_invert(
@@ -86,6 +89,8 @@ def train_and_invert(
         allow_rank_deficient=allow_rank_deficient,
         hidden=more.hidden,
         copies=more.copies,
+        sampling=Sampling() if more.posterior else None,
+        analyse=more.posterior,
     )
     options.methods()
     shots = [

@@ -62,6 +62,9 @@ def command(
     filter: Annotated[  # noqa: A002 (the option's name)
         str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
     ] = None,
+    posterior: Annotated[
+        bool, typer.Option(help="Draw the posterior and say what is identifiable; else linearised intervals.")
+    ] = True,
     allow_rank_deficient: Annotated[
         bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
     ] = False,
@@ -73,7 +76,7 @@ def command(
     """
     from inversion.train_and_invert import Extras, train_and_invert
 
-    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter)
+    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior)
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
             doe,

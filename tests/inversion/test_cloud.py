@@ -13,7 +13,7 @@ from inversion.invert import Options, invert
 from surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, pulse, record, truth
 
-OPTIONS = Options(noise={CHANNEL: 3e-5})
+OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 3e-5})
 
 
 def foreign(measured: Measured) -> Measured:
