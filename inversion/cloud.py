@@ -77,8 +77,8 @@ def warning(found: Cloud, observations: Observations) -> str:
     """What a user must know about a measurement outside the cloud."""
     if found.coarse:
         return (
-            f"the emulator is too coarse for this curve: its best fit misses by {found.fit:.1f} times noise and its own "
-            f"error, but {found.coarse}. No parameter is identified: add runs (--refine N)"
+            f"the emulator is too coarse for this curve: its best fit misses by {found.fit:.1f} times noise and its "
+            f"own error; {found.coarse}. No parameter is identified: add runs (--refine N)"
         )
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()

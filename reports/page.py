@@ -13,7 +13,18 @@ from reports.blocks import Section
 from reports.folder import read_results
 from reports.record import origin, short_name
 from reports.results import Results
-from reports.sections import books, campaign, curves, parameters, reproducibility, setup, strike, summary, surrogates
+from reports.sections import (
+    books,
+    campaign,
+    curves,
+    identifiability,
+    parameters,
+    reproducibility,
+    setup,
+    strike,
+    summary,
+    surrogates,
+)
 from reports.sections.reproducibility import installed
 
 SECTIONS: tuple[Callable[[Results], Section], ...] = (
@@ -21,6 +32,7 @@ SECTIONS: tuple[Callable[[Results], Section], ...] = (
     setup.section,
     curves.section,
     parameters.section,
+    identifiability.section,
     strike.section,
     campaign.section,
     surrogates.section,

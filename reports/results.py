@@ -35,7 +35,8 @@ class Results:
 
     record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
     where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
-    label -> its summary; failures: run's label -> reason.
+    label -> its summary; failures: run's label -> reason; draws: of the
+    posterior, name -> (n,) SI, None where there are none.
     """
 
     folder: Path
@@ -49,6 +50,7 @@ class Results:
     campaign: Mapping[str, Any]
     books: Mapping[str, Books]
     failures: Mapping[str, str]
+    draws: Mapping[str, Array] | None = None
 
     @property
     def case_name(self) -> str:

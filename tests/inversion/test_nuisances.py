@@ -1,4 +1,4 @@
-"""What every model carries besides its parameters: columns of error, and intervals that hold the truth because of them."""
+"""What every model carries besides its parameters: intervals that hold the truth because of it."""
 
 from __future__ import annotations
 

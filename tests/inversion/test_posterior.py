@@ -1,4 +1,4 @@
-"""The sampled posterior against the Gaussian written out in full, and against the linearised one where that is right."""
+"""The sampled posterior against the Gaussian written out in full, and against the linearised one."""
 
 from __future__ import annotations
 

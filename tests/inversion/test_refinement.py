@@ -1,4 +1,4 @@
-"""Runs added near the answer: fewer than a larger campaign would need, until the emulator errs by less than the noise."""
+"""Runs added near the answer, until the emulator errs by less than the noise."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ def test_coarse_campaign_is_refined_to_one_per_cent_of_the_ranges() -> None:
 
 
 def test_good_emulator_needs_no_run(dataset) -> None:
-    same, found = refine(dataset, record(truth(SHARE)), forward, replace(QUICK, noise={CHANNEL: 1e-3}, sampling=None), 5)
+    same, found = refine(
+        dataset, record(truth(SHARE)), forward, replace(QUICK, noise={CHANNEL: 1e-3}, sampling=None), 5
+    )
     assert same is dataset
     assert found == RefinementFigures((), found.error, found.reason)
     assert found.error[0] < 1.0

@@ -85,7 +85,7 @@ def test_profile_of_a_parameter_that_is_felt_is_bounded_by_the_data(erosion: Cal
     assert compression.sentence == "compression erosion: below not bounded; above not bounded"
 
 
-def test_sobol_indices_follow_the_pulse(dataset: Dataset, emulator: Emulator) -> None:
+def test_sobol_indices_follow_the_pulse(emulator: Emulator) -> None:
     """The bump at 2.2 ms is added by the rebound alone, so that both its indices are its own share of the variance."""
     found = sobol_indices(emulator, CHANNEL, instants=13, base=128)
     early = int(np.argmin(np.abs(found.times - 0.75e-3)))

@@ -22,6 +22,7 @@ TITLES = (
     "Test set-up",
     "The record (measured) and the simulated curves",
     "Inverted parameters",
+    "What the record tells",
     "The simulated strike",
     "The campaign's design",
     "Network and emulator",

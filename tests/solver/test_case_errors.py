@@ -48,7 +48,7 @@ NOT_YET = [
     ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
     ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
     ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
-    ("inversion.nuisance.speed", "1 m/s", f"~ = 1 m/s {LATER}; available: time_offset"),
+    ("inversion.nuisance.wind", "1 m/s", "~ = 1 m/s is unknown; available: time_offset, speed, mass, thickness, angle"),
 ]
 BETWEEN_FIELDS = [
     ("bird.length", "9 cm", "~ = 9 cm is less than the diameter; length is overall, hemispheres included"),
@@ -116,7 +116,7 @@ def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
 
 
 def test_every_wrong_nuisance_and_every_wrong_limit_is_named() -> None:
-    wrong = {"inversion.nuisance.speed": "1 m/s", "inversion.nuisance.wind": "3", "inversion.nuisance.time_offset": "5"}
+    wrong = {"inversion.nuisance.speed": "1 mm", "inversion.nuisance.wind": "3", "inversion.nuisance.time_offset": "5"}
     assert {line.split(" = ")[0] for line in errors_with(wrong)} == set(wrong)
     key = 'inversion.parameters."bird.material.viscosity".range'
     assert [line.split(" = ")[0] for line in errors_with({key: '["abc", "def"]'})] == [f"{key}.0", f"{key}.1"]

@@ -48,7 +48,7 @@ def test_mean_of_fifty_does_better_than_the_average_of_them() -> None:
 
 
 def test_regularisation_uses_few_weights_and_does_not_follow_the_noise() -> None:
-    """40 noisy samples, 25 weights: trained to the end the plain network fits the noise, the regularised one does not."""
+    """40 noisy samples, 25 weights: trained to its end the plain network fits the noise, this one does not."""
     samples = smooth_surface(40)
     noisy = replace(samples, t=samples.t + 0.05 * np.random.default_rng(1).normal(size=samples.t.shape))
     start = nguyen_widrow(SHAPE, 0)
