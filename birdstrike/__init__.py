@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
+    from birdstrike.cli.compare_methods import compare_methods
     from birdstrike.cli.converge import converge
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
@@ -28,6 +29,7 @@ _PUBLIC = {
     "load_case": ("solver.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("birdstrike.cli.simulate", "simulate"),
+    "compare_methods": ("birdstrike.cli.compare_methods", "compare_methods"),
     "converge": ("birdstrike.cli.converge", "converge"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
@@ -39,6 +41,7 @@ _PUBLIC = {
 __all__ = [
     "check",
     "close_the_loop",
+    "compare_methods",
     "converge",
     "load_case",
     "report",

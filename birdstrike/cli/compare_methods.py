@@ -36,8 +36,26 @@ def command(
     Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out
     campaign
     """
+    rows = compare_methods(doe, out, case, truths, solver_truths, table)
+    say(f"Written to {out}: comparison.json, comparison.md.")
+    return {"out": str(out), "rows": len(rows)}
+
+
+def compare_methods(
+    doe: str | Path,
+    out: str | Path,
+    case: str = CASE,
+    truths: int = 200,
+    solver_truths: int = 20,
+    table: bool = True,
+) -> list[Row]:
+    """Write comparison.json and comparison.md into `out` and return the table's rows (see inversion.side_by_side).
+
+    The truth is the case's own values; raises UserError for a campaign of another case.
+    """
     from inversion.side_by_side import side_by_side
 
+    doe, out = Path(doe), Path(out)
     bench, channels = _bench(doe, out, case)
     rows: list[Row] = []
     found: dict[str, list[Coverage]] = {}
@@ -49,8 +67,7 @@ def command(
     for condition, entry in _coverages(bench, channels, truths, solver_truths):
         found.setdefault(condition, []).append(entry)
         _write(out, bench, rows, found)
-    say(f"Written to {out}: comparison.json, comparison.md.")
-    return {"out": str(out), "rows": len(rows)}
+    return rows
 
 
 def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> None:
