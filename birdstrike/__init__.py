@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
+    from birdstrike.cli.compare_methods import compare_methods
     from birdstrike.cli.converge import converge
     from birdstrike.cli.export import export
     from birdstrike.cli.import_curve import import_curve
@@ -31,6 +32,7 @@ _PUBLIC = {
     "load_case": ("solver.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("birdstrike.cli.simulate", "simulate"),
+    "compare_methods": ("birdstrike.cli.compare_methods", "compare_methods"),
     "converge": ("birdstrike.cli.converge", "converge"),
     "new": ("birdstrike.cli.new", "new"),
     "import_curve": ("birdstrike.cli.import_curve", "import_curve"),
@@ -45,6 +47,7 @@ _PUBLIC = {
 __all__ = [
     "check",
     "close_the_loop",
+    "compare_methods",
     "converge",
     "export",
     "import_curve",

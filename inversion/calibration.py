@@ -82,6 +82,29 @@ class Calibrator:
         earliest = (self.model.observations.last - self.model.end) / self.sigma
         return max(-FARTHEST_OFFSET, min(earliest, 0.0)), FARTHEST_OFFSET
 
+    def held(self, mode: Mode, i: int, value: float) -> Mode:
+        """The best fit near `mode` with coordinate i held at `value`, inside the mode's box."""
+        lows, highs = mode.box.lows.copy(), mode.box.highs.copy()
+        lows[i] = highs[i] = value
+        z = mode.z.copy()
+        z[i] = value
+        box = replace(mode.box, lows=lows, highs=highs)
+        tau = mode.t0 / self.sigma if self.sigma else 0.0
+        return self._refine(z, tau, self._whitening(mode.theta, mode.t0), box)
+
+    def information(self, mode: Mode) -> Array:
+        """Fisher information (r, r) of z at `mode`, of the data alone, the time origin marginalised by its prior."""
+        tau = mode.t0 / self.sigma if self.sigma else 0.0
+        return self.data_information(mode.z, tau, self._whitening(mode.theta, mode.t0), mode.box)
+
+    def data_information(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Array:
+        """The same at any z (r,) of a box and time origin tau [sigmas], for residuals whitened so."""
+        rows = self._derivatives(np.append(z, tau), whitening, box)
+        data = rows[: len(self.model.observations.values)]
+        slopes, shift = data[:, :-1], data[:, -1]
+        lost = slopes.T @ shift
+        return slopes.T @ slopes - np.outer(lost, lost) / (1.0 + shift @ shift)
+
     def _search(self, box: Box, seed: int) -> list[Mode]:
         """Fits from the best few of many candidates in a box."""
         draws = qmc.Sobol(len(box.lows), rng=seed).random(CANDIDATES)
@@ -100,7 +123,7 @@ class Calibrator:
 
     def _whitening(self, theta: Array, t0: float) -> Whitening:
         """Noise and the emulator's own error where the fit stands."""
-        return Whitening.of(self.model.observations.noise, self.model.error_factor(theta, t0))
+        return Whitening.of(self.model.noise, self.model.error_factor(theta, t0))
 
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""
@@ -140,7 +163,7 @@ class Calibrator:
         places = np.vstack([z, z + np.diag(up - z), z + np.diag(down - z)])
         scores = self.model.scores(self.coordinates.theta(places, box))
         curves = self.model.curves(scores, tau * self.sigma)
-        width = np.maximum(up - down, 1e-300)
+        width = np.where(up - down > 1e-3 * STEP, up - down, np.inf)  # no slope where a coordinate is held
         slopes = (curves[1 : r + 1] - curves[r + 1 :]) / width[:, None]
         shift = self._time_slope([s[:1] for s in scores], tau)
         data = -whitening.apply(np.vstack([slopes, shift]))

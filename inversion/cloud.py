@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -17,6 +18,7 @@ from surrogate.inverse_network import sampled
 REJECT = 1e-3
 NOISE_MAY_BE_WRONG_BY = 1.5
 ENVELOPE_SIGMAS = 3.0
+POOR_Q2 = 0.9
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,8 @@ class Cloud:
     more than 1.5 of their standard deviations, since a stated noise is rarely better known), or when most points lie
     outside the runs' envelope; fit: root mean square of the best fit's whitened residual (1 = noise);
     outside_envelope: share of points beyond the envelope by more than 3 standard deviations of the noise;
-    nearest_run: run number; nearest_distance: channel -> its RMS distance from the measurement, SI.
+    coarse: why it may be the emulator that cannot follow the record, not the model; nearest_run: run number;
+    nearest_distance: channel -> its RMS distance from the measurement, SI.
     """
 
     inside: bool
@@ -35,6 +38,7 @@ class Cloud:
     outside_envelope: float
     nearest_run: int
     nearest_distance: dict[str, float]
+    coarse: str = ""
 
 
 def cloud(dataset: Dataset, observations: Observations, best: Mode) -> Cloud:
@@ -53,8 +57,29 @@ def cloud(dataset: Dataset, observations: Observations, best: Mode) -> Cloud:
     return Cloud(bool(inside), fit, float(beyond.mean()), int(dataset.runs[nearest]), distance)
 
 
+def whose_fault(found: Cloud, verified: float | None, q2: Mapping[str, float | None]) -> Cloud:
+    """The judgement once the solver has run; verified: its best whitened RMS error at an answer, q2: of the emulator.
+
+    A solver's run within noise shows that the model can produce the record; a poor emulator shows nothing.
+    """
+    if found.inside:
+        return found
+    if verified is not None and verified <= NOISE_MAY_BE_WRONG_BY:
+        text = (
+            f"the solver's run at an answer misses by {verified:.1f} times the noise only, so the model can produce it"
+        )
+        return replace(found, coarse=text)
+    poor = [f"{plain(name)} (Q2 {value:.2f})" for name, value in q2.items() if value is not None and value < POOR_Q2]
+    return replace(found, coarse=f"the emulator predicts {', '.join(poor)} poorly") if poor else found
+
+
 def warning(found: Cloud, observations: Observations) -> str:
     """What a user must know about a measurement outside the cloud."""
+    if found.coarse:
+        return (
+            f"the emulator is too coarse for this curve: its best fit misses by {found.fit:.1f} times noise and its "
+            f"own error; {found.coarse}. No parameter is identified: add runs (--refine N)"
+        )
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()
     where = ", ".join(f"{quantity(value, units[name])} RMS in {plain(name)}" for name, value in near)

@@ -47,6 +47,11 @@ class Coordinates:
         """Parameters (..., k) SI at z (..., r) of a box, to the last bit inside it: rounding may not cross a limit."""
         return np.clip(self.base + z @ self.basis, box.theta_lows, box.theta_highs)
 
+    def prior_sd(self) -> Array:
+        """(r,) standard deviation of the prior, the ends of 0..1 cut off."""
+        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
+        return np.asarray(truncnorm.std(low, high)) * self.sd
+
     def prior_width(self) -> Array:
         """(r,) width of the prior's central 95 % interval on 0..1."""
         low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd

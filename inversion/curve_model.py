@@ -14,15 +14,26 @@ from surrogate.emulator import Emulator
 
 @dataclass(frozen=True)
 class CurveModel:
-    """f(theta, t0): the model at (measured instant - t0), all channels one after the other."""
+    """f(theta, t0): the model at (measured instant - t0), all channels one after the other.
+
+    known: (n, s) SI further errors common to many points, a column for one standard deviation of each: uncertain speed
+    or thickness, mesh error, a stated discrepancy; none by default.
+    """
 
     emulator: Emulator
     observations: Observations
+    known: Array | None = None
 
     @property
     def end(self) -> float:
         """End of the simulated record [s]."""
         return float(next(iter(self.emulator.channels.values())).time[-1])
+
+    @property
+    def noise(self) -> Array:
+        """(n,) standard deviations of the points by themselves: measurement noise, and jitter beyond the components."""
+        parts = (self.emulator.channels[c.name].outside_at(c.times) for c in self.observations.channels)
+        return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
 
     def scores(self, theta: Array) -> list[Array]:
         """Component scores of every channel at theta (q, k) SI; the costly part, the same for every time origin."""
@@ -38,7 +49,12 @@ class CurveModel:
         return np.concatenate(parts, axis=1)
 
     def error_factor(self, theta: Array, t0: float) -> Array:
-        """F (n, c): F F^T is the covariance of the emulator's error at theta (k,); channels are independent."""
+        """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known
+        besides.
+
+        Channels err independently but for the known columns.
+        """
         u = self.emulator.inputs(theta[None])[0]
         factors = (self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
-        return np.asarray(block_diag(*factors), dtype=np.float64)
+        blocks = np.asarray(block_diag(*factors), dtype=np.float64)
+        return blocks if self.known is None else np.hstack([blocks, self.known])

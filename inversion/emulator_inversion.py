@@ -1,4 +1,4 @@
-"""Inversion by the forward emulator: the best fit, linearised 95 % intervals, and what is not identified."""
+"""Inversion by the forward emulator: the most probable values, their 95 % intervals, and what is not identified."""
 
 from __future__ import annotations
 
@@ -7,29 +7,41 @@ from inversion.calibration import Calibrator, Mode
 from inversion.design_gate import DesignFigures
 from inversion.identifiability import NEWS, intervals, reason
 from inversion.inversion import Estimate
+from inversion.posterior import Posterior
 
 
 def emulator_estimates(
-    dataset: Dataset, calibrator: Calibrator, modes: tuple[Mode, ...], inside_cloud: bool
+    dataset: Dataset,
+    calibrator: Calibrator,
+    modes: tuple[Mode, ...],
+    inside_cloud: bool,
+    posterior: Posterior | None = None,
 ) -> dict[str, Estimate]:
-    """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud."""
+    """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud.
+
+    The most probable value with the posterior's central interval (linearised where none was drawn); a parameter that
+    is not identified has its whole range.
+    """
     coordinates = calibrator.coordinates
-    span, prior = intervals(modes), coordinates.prior_width()
+    span, prior = posterior.interval() if posterior else intervals(modes), coordinates.prior_width()
     theta = modes[0].theta
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        width = float(span[i, 1] - span[i, 0]) / float(prior[i])
-        identified = inside_cloud and width < NEWS
         if not inside_cloud:
             estimates[name] = Estimate(float(theta[i]), None, dataset.units[i], False, OUTSIDE)
             continue
+        width = float(span[i, 1] - span[i, 0]) / float(prior[i])
+        identified = width < NEWS
         why = reason(calibrator, modes, i, width, identified)
-        low, high = (float(dataset.lows[i] + z * (dataset.highs[i] - dataset.lows[i])) for z in span[i])
-        estimates[name] = Estimate(float(theta[i]), (low, high), dataset.units[i], identified, why)
+        low, high = float(dataset.lows[i]), float(dataset.highs[i])
+        told = tuple(low + float(z) * (high - low) for z in span[i])
+        interval = (told[0], told[1]) if identified else (low, high)
+        estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
     return estimates
 
 
 OUTSIDE = "the model cannot produce the record, so its best fit does not tell this parameter"
+COARSE = "the emulator is too coarse to follow the record, so its best fit does not tell this parameter: add runs"
 
 
 def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:

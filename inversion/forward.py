@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol, runtime_checkable
 
 from data.errors import RunFailed
 from data.histories import Histories
@@ -44,7 +45,20 @@ class StoredSolver:
         found = state.histories
         return replace(found, summary={**found.summary, "run_key": state.key})
 
+    def watched(self, progress: Callable[[float], None]) -> StoredSolver:
+        """The same with its progress reported, 0..1 for each run."""
+        return replace(self, progress=progress)
+
+
+@runtime_checkable
+class Watchable(Protocol):
+    """A forward model that can report how far a run has come."""
+
+    def watched(self, progress: Callable[[float], None]) -> Forward:
+        """The same with its progress reported."""
+        ...
+
 
 def watched(forward: Forward, progress: Callable[[float], None]) -> Forward:
     """The forward model with its progress reported, where it can."""
-    return replace(forward, progress=progress) if isinstance(forward, StoredSolver) else forward
+    return forward.watched(progress) if isinstance(forward, Watchable) else forward

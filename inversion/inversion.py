@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 from data.files import write_atomically
 from inversion.cloud import Cloud
 from inversion.design_gate import DesignFigures
+from inversion.directions import Direction
 from inversion.residual_correlation import ResidualCorrelation
 from inversion.time_origin import TimeOrigin
 
@@ -121,11 +122,92 @@ class MeasuredFigures:
 
 
 @dataclass(frozen=True)
+class PosteriorFigures:
+    """The emulator's posterior, draws in `draws` (CSV, SI). name -> figure; `time_offset` [s] among the names.
+
+    contraction: 1 - (posterior sd / prior sd)^2 of the parameters; correlation: rows in the order of `names`;
+    rhat, effective: of the parameters; acceptance, steps: of the chains; converged: R-hat <= 1.01, 400 effective draws.
+    """
+
+    names: tuple[str, ...]
+    most_probable: Mapping[str, float]
+    mean: Mapping[str, float]
+    sd: Mapping[str, float]
+    interval_95: Mapping[str, tuple[float, float]]
+    contraction: Mapping[str, float]
+    correlation: tuple[tuple[float, ...], ...]
+    rhat: Mapping[str, float | None]
+    effective: Mapping[str, float]
+    acceptance: float
+    steps: int
+    converged: bool
+    draws: str
+
+
+@dataclass(frozen=True)
+class ProfileFigures:
+    """values: SI; rise: of minus twice the log posterior; at_bound: other parameters at an end; sentence: in words."""
+
+    values: tuple[float, ...]
+    rise: tuple[float, ...]
+    at_bound: tuple[tuple[str, ...], ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class SobolFigures:
+    """One channel over time [s]: sd SI over the ranges; name -> first-order and total index, null where sd is 0."""
+
+    times: tuple[float, ...]
+    sd: tuple[float, ...]
+    first: Mapping[str, tuple[float | None, ...]]
+    total: Mapping[str, tuple[float | None, ...]]
+
+
+@dataclass(frozen=True)
+class IdentifiabilityFigures:
+    """Singular directions (the best told first), profile likelihood by parameter, Sobol indices by channel."""
+
+    directions: tuple[Direction, ...]
+    profiles: Mapping[str, ProfileFigures]
+    sobol: Mapping[str, SobolFigures]
+
+
+@dataclass(frozen=True)
+class RefinementFigures:
+    """Runs added near the answer; error: of the emulator at the answer in units of noise, before each and at the end.
+
+    added: one entry a run, name -> SI; reason: why it ended.
+    """
+
+    added: tuple[dict[str, float], ...]
+    error: tuple[float, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class ShotFigures:
+    """One of several records that were inverted together.
+
+    suffix: of its channels' names; time_offset [s]; inside: what its own fit says of the cloud.
+    """
+
+    path: str
+    suffix: str
+    case_hash: str
+    time_offset: float
+    inside: bool
+
+
+@dataclass(frozen=True)
 class Inversion:
     """The whole result.
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
-    SI; runs_used: finished runs of the campaign; residual: of the emulator's best fit, None in older files.
+    SI; runs_used: finished runs of the campaign, those of a refinement included; residual: of the emulator's best fit.
+    None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
+    the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
+    amplitude.
     """
 
     methods: Mapping[str, Answer]
@@ -143,6 +225,12 @@ class Inversion:
     seed: int
     schema_version: int = SCHEMA_VERSION
     residual: ResidualCorrelation | None = None
+    posterior: PosteriorFigures | None = None
+    identifiability: IdentifiabilityFigures | None = None
+    refinement: RefinementFigures | None = None
+    known_errors: tuple[str, ...] = ()
+    shots: tuple[ShotFigures, ...] = ()
+    shot_scatter: float | None = None
 
     def save(self, path: Path) -> None:
         """Write JSON; what is not finite becomes null."""

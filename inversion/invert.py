@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import RunFailed, UserError
@@ -18,15 +20,19 @@ from inversion.design_gate import design_figures, refuse_deficient
 from inversion.figures import emulator_figures, emulator_warnings, measured_figures, training_figures
 from inversion.forward import Forward, watched
 from inversion.inversion import Answer, Inversion
+from inversion.misfit import whitened
 from inversion.network_inversion import network_answer
+from inversion.nuisances import Columns, stacked
 from inversion.observations import Observations, observe
-from inversion.proposal import Ground, Proposal, by_emulator, by_network
+from inversion.posterior import Posterior, Sampling, sample
+from inversion.posterior_figures import identifiability_figures, posterior_figures
+from inversion.proposal import Ground, Proposal, by_emulator, by_network, too_coarse
 from inversion.residual_correlation import ResidualCorrelation
 from inversion.time_origin import TimeOrigin, time_origin
 from inversion.verification import Verification, channel_scores, overall, verify
 from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
 from surrogate.holdout import input_times
-from surrogate.inverse_network import NetworkFit, fit_network
+from surrogate.inverse_network import HIDDEN, NetworkFit, fit_network
 
 Progress = Callable[[float], None]
 
@@ -35,7 +41,11 @@ METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network
 
 @dataclass(frozen=True)
 class Options:
-    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known."""
+    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
+
+    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
+    hidden: neurons, None for a search; copies: noisy copies of every training run.
+    """
 
     trainer: str = "lm"
     method: str = "both"
@@ -43,6 +53,10 @@ class Options:
     noise: Mapping[str, float] = field(default_factory=dict)
     time_offset: float = 0.0
     allow_rank_deficient: bool = False
+    sampling: Sampling | None = field(default_factory=Sampling)
+    analyse: bool = True
+    hidden: int | None = HIDDEN
+    copies: int = 0
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -77,6 +91,7 @@ class Outcome:
     emulator: Emulator
     network: NetworkFit | None
     verified: Mapping[str, Verification]
+    posterior: Posterior | None = None
 
 
 def invert(
@@ -86,27 +101,36 @@ def invert(
     options: Options | None = None,
     progress: Progress | None = None,
     emulator: Emulator | None = None,
+    columns: Columns | None = None,
 ) -> Outcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
-    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here.
+    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here. columns: errors that
+    every model carries besides the emulator's: uncertain speed or mass, mesh error, a stated discrepancy.
     Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
     """
     choice, report = options or Options(), progress or _silent
     methods = choice.methods()
-    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f))
+    located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
         drift = clock_drift(located.ground.calibrator, located.ground.modes[0], located.origin)
+        if located.ground.calibrator.model.known is not None:
+            drift = np.column_stack([drift, located.ground.calibrator.model.known])
         answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
         proposals["network"] = by_network(located.ground, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.ground)
+    posterior = located.ground.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
+    cloud = clouds.whose_fault(located.cloud, _whitened(located, verified), _q2(located.emulator))
+    if cloud.coarse:
+        warnings[0] = clouds.warning(cloud, located.observations)
+        proposals = {method: too_coarse(proposal) for method, proposal in proposals.items()}
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
     warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
     inversion = Inversion(
@@ -119,42 +143,70 @@ def invert(
         warnings=tuple(warnings),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
-        cloud=located.cloud,
+        cloud=cloud,
         measured=measured_figures(measured, located.observations),
         case_hash=dataset.case_hash,
         seed=choice.seed,
         residual=located.residual,
+        posterior=posterior_figures(posterior, located.ground.coordinates) if posterior else None,
+        identifiability=identifiability_figures(located.ground, choice.seed) if choice.analyse else None,
     )
-    return Outcome(inversion, located.observations, located.emulator, network, verified)
+    return Outcome(inversion, located.observations, located.emulator, network, verified, posterior)
 
 
 def locate(
-    dataset: Dataset, measured: Measured, choice: Options, fitted: Emulator | None, progress: Progress
+    dataset: Dataset,
+    measured: Measured,
+    choice: Options,
+    fitted: Emulator | None,
+    progress: Progress,
+    columns: Columns | None = None,
 ) -> Located:
-    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud."""
+    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud.
+
+    The columns of known error are taken at a first fit without them.
+    """
     observations = observe(measured, dataset, choice.noise)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
-    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.8 * f))
+    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
     calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    if columns is not None:
+        known = columns(observations, calibrator.fit(choice.seed)[0])
+        calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
     best_fit, modes, residual = calibrator.judged(choice.seed)
     origin, held = time_origin(calibrator, modes)
     found = clouds.cloud(dataset, observations, replace(best_fit, t0=origin.value))
+    posterior = None
+    if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
+        judged = replace(calibrator, model=replace(calibrator.model, observations=residual.widen(observations)))
+        posterior = sample(judged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
     first = list(residual.warnings) if found.inside else [clouds.warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
+    first += posterior.warnings if posterior else ()
     warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
-    ground = Ground(dataset, design, calibrator, modes, found.inside)
+    ground = Ground(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(ground, observations, origin, found, residual, warnings)
 
 
 def train_network(located: Located, read: Mapping[str, Array], choice: Options, progress: Progress) -> NetworkFit:
     """Train on the runs at the measured instants `read`, moved to the model's clock."""
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
-    return fit_network(located.ground.dataset, on_model_clock, choice.trainer, seed=choice.seed, progress=progress)
+    chosen = [c.noise[np.isin(c.times, read[c.name])] for c in located.observations.channels]
+    return fit_network(
+        located.ground.dataset,
+        on_model_clock,
+        choice.trainer,
+        choice.hidden,
+        choice.seed,
+        progress,
+        np.concatenate(chosen),
+        choice.copies,
+    )
 
 
 def verify_all(
@@ -193,6 +245,18 @@ def answered(located: Located, proposal: Proposal, verification: Verification) -
         run=str(key) if key is not None else None,
         failure=verification.failure,
     )
+
+
+def _whitened(located: Located, verified: Mapping[str, Verification]) -> float | None:
+    """The smallest root mean square error of a verification run in units of the noise; None without a run."""
+    record, t0 = located.observations, located.origin.value
+    runs = [v.histories for v in verified.values() if v.histories is not None]
+    errors = [whitened(stacked(run, record, t0), record.values, record.noise) for run in runs]
+    return min(errors, default=None)
+
+
+def _q2(emulator: Emulator) -> dict[str, float | None]:
+    return {name: curve.validation.q2 for name, curve in emulator.channels.items()}
 
 
 def _silent(_: float) -> None:

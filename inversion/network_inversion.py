@@ -48,15 +48,18 @@ def network_answer(
 ) -> NetworkAnswer:
     """The network's parameters for the measured values, clipped to the ranges.
 
-    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) change of the
-    stacked curve for one standard deviation of the time origin, by which the inputs were shifted.
+    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s),
+    change of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]
     raw = fit.network.predict(values[None])[0]
     rng = np.random.default_rng(seed)
+    moved = drift[chosen].reshape(len(values), -1)
     draws = (
-        values + noise * rng.normal(size=(NOISE_DRAWS, len(values))) + rng.normal(size=(NOISE_DRAWS, 1)) * drift[chosen]
+        values
+        + noise * rng.normal(size=(NOISE_DRAWS, len(values)))
+        + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
     )
     noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
     theta = np.clip(raw, dataset.lows, dataset.highs)

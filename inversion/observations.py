@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import MeasuredError
 from data.histories import Array
+from inversion.record_care import clipped, outliers
 from inversion.words import quantity
 
 DEFAULT_NOISE = 0.01  # of the channel's measured peak, when nobody states any
@@ -76,9 +78,11 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) ->
     warnings: list[str] = []
     for name in measured.channels:
         channel, left_out = _points(measured, dataset, name)
+        channel, cut = _without(channel, clipped(channel.values), "clipped (the same reading in a row)")
         channel, assumed = _with_noise(channel, measured, noise.get(name))
+        channel, odd = _without(channel, outliers(channel.values, channel.noise), "far off their neighbours")
         channels.append(channel)
-        warnings += [text for text in (left_out, assumed) if text]
+        warnings += [text for text in (left_out, cut, assumed, odd) if text]
     return Observations(tuple(channels), tuple(warnings))
 
 
@@ -111,6 +115,18 @@ def _points(measured: Measured, dataset: Dataset, name: str) -> tuple[Channel, s
         channel,
         f"{name}: {before} points before and {after} after the simulated record {span} are left out of the fit",
     )
+
+
+def _without(channel: Channel, marked: NDArray[np.bool_], why: str) -> tuple[Channel, str]:
+    """The channel without the marked points, and a warning that names their instants; or as it is, and nothing."""
+    if not marked.any():
+        return channel, ""
+    times = channel.times[marked]
+    where = f"{times[0] * 1e3:.4g} ms" if len(times) == 1 else f"{times[0] * 1e3:.4g} .. {times[-1] * 1e3:.4g} ms"
+    text = f"{channel.name}: {len(times)} points at {where} are {why} and are left out of the fit"
+    kept = ~marked
+    parts = {"times": channel.times[kept], "values": channel.values[kept], "noise": channel.noise[kept]}
+    return replace(channel, **parts), text
 
 
 def _with_noise(channel: Channel, measured: Measured, stated: float | None) -> tuple[Channel, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from data.histories import Array
 from inversion.calibration import Calibrator, Mode
 from inversion.coordinates import Coordinates
 from inversion.design_gate import DesignFigures
-from inversion.emulator_inversion import emulator_estimates, no_separate_values
+from inversion.emulator_inversion import COARSE, OUTSIDE, emulator_estimates, no_separate_values
 from inversion.identifiability import intervals
 from inversion.inversion import Combination, Estimate
 from inversion.network_inversion import NetworkAnswer, network_estimates
+from inversion.posterior import Posterior
 from inversion.words import plain, quantity
 from surrogate.inverse_network import NetworkFit
 
@@ -31,13 +32,17 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Ground:
-    """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve."""
+    """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve.
+
+    posterior: drawn about the modes, None where the design is deficient or it was not asked for.
+    """
 
     dataset: Dataset
     design: DesignFigures
     calibrator: Calibrator
     modes: tuple[Mode, ...]
     inside_cloud: bool
+    posterior: Posterior | None = None
 
     @property
     def coordinates(self) -> Coordinates:
@@ -49,7 +54,9 @@ def by_emulator(ground: Ground) -> Proposal:
     """The best fit of the emulator."""
     if ground.design.deficient:
         return _carried(ground, ground.modes[0].z, intervals(ground.modes))
-    estimates = emulator_estimates(ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud)
+    estimates = emulator_estimates(
+        ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud, ground.posterior
+    )
     return Proposal(ground.modes[0].theta, estimates, None)
 
 
@@ -62,6 +69,13 @@ def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Propos
         return _carried(ground, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
     estimates = network_estimates(ground.dataset, fit, answer, ground.coordinates, ground.inside_cloud)
     return Proposal(answer.theta, estimates, None)
+
+
+def too_coarse(proposal: Proposal) -> Proposal:
+    """The same where it is the emulator that cannot follow the record, not the model."""
+    why = {OUTSIDE: COARSE}
+    known = {name: replace(e, reason=why.get(e.reason, e.reason)) for name, e in proposal.estimates.items()}
+    return replace(proposal, estimates=known)
 
 
 def _carried(ground: Ground, z: Array, span: Array | None) -> Proposal:

@@ -2,61 +2,211 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from data.curves import Measured, read_measured, write_histories
+import numpy as np
+
+from data.curves import Measured, read_histories, read_measured, write_histories
 from data.dataset import Dataset
 from data.errors import UserError
+from data.histories import Array
 from data.paths import resolve_measured
 from data.store import RunStore
 from doe.campaign import load_dataset
+from inversion.calibration import Mode
 from inversion.figures import TRAINING_FILE
+from inversion.filters import FilteredForward, filtered_dataset, filtered_record
 from inversion.forward import Forward, StoredSolver
 from inversion.inversion import Inversion
 from inversion.invert import Options, Outcome, invert
+from inversion.nuisances import case_nuisances, discrepancy_columns, mesh_columns, nuisance_columns
+from inversion.observations import Observations
+from inversion.posterior import Sampling
+from inversion.posterior_figures import DRAWS_FILE, write_draws
+from inversion.refinement import refine
+from inversion.shots import Joint, Shot, joined, with_scatter
 from inversion.verification import write_verification
+from inversion.words import quantity
 from solver.case import Case, case_hash, load_case
+from solver.case_settings import NUISANCE
 from surrogate.files import save_emulator, save_network
+from surrogate.inverse_network import HIDDEN
 
 Progress = Callable[[float], None]
+One = str | Path
+Record = str | Path | Measured
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What may be asked for beyond one campaign, one record and the paper's network.
+
+    refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every
+    training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
+    of a mesh study (convergence.csv), whose uncertainty every model then carries;
+    filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
+    else the intervals are linearised.
+    """
+
+    refine: int = 0
+    hidden: int | None = HIDDEN
+    copies: int = 0
+    discrepancy: float = 0.0
+    mesh: Path | None = None
+    filter: str | None = None
+    posterior: bool = True
 
 
 def train_and_invert(
-    doe_dir: str | Path,
-    measured: str | Path | Measured,
+    doe_dir: One | Sequence[One],
+    measured: Record | Sequence[Record],
     out: str | Path,
     trainer: str = "lm",
     method: str = "both",
-    case: str | Path | Case | None = None,
+    case: One | Case | Sequence[One | Case] | None = None,
     forward: Forward | None = None,
     seed: int = 0,
     progress: Progress | None = None,
     allow_rank_deficient: bool = False,
+    extras: Extras | None = None,
 ) -> Inversion:
     """Train on the campaign in `doe_dir`, invert `measured`, verify by the solver, and write everything to `out`.
 
-    case: the campaign's own by default; forward: another forward model in the solver's place.
-    Writes inversion.json, verification.csv, verified_<method>.csv, emulator.npz and, with the network, network.npz and
-    training.csv. Raises UserError (exit code 1) and RunFailed (exit code 2).
+    Several records are inverted together: case i belongs to record i (the first campaign's own by default), and the
+    campaign of that case must be among `doe_dir`. forward: another forward model in the solver's place.
+    Writes inversion.json, verification.csv, verified_<method>.csv, posterior.csv, emulator.npz and, with the network,
+    network.npz and training.csv. Raises UserError (exit code 1) and RunFailed (exit code 2).
     """
-    doe, folder = Path(doe_dir), Path(out)
-    dataset = load_dataset(doe)
-    base = campaign_case(doe, dataset, case)
-    record = measured if isinstance(measured, Measured) else read_measured(resolve_measured(measured))
+    folder, more = Path(out), extras or Extras()
+    folders = [Path(one) for one in _listed(doe_dir)]
     options = Options(
         trainer=trainer,
         method=method,
         seed=seed,
-        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
-        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
         allow_rank_deficient=allow_rank_deficient,
+        hidden=more.hidden,
+        copies=more.copies,
+        sampling=Sampling() if more.posterior else None,
+        analyse=more.posterior,
     )
+    options.methods()
+    shots = [
+        _shot(folders, record, own, folder, options, more, forward)
+        for record, own in _with_cases(_listed(measured), _listed(case))
+    ]
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
-    solver = forward or StoredSolver(base, RunStore(folder / "runs"), (RunStore(doe / "runs"),))
-    outcome = invert(dataset, record, solver, options, progress)
+    outcome, dataset, record = inverted(shots, more, progress)
     write(folder, outcome, dataset, record)
     return outcome.inversion
+
+
+def inverted(shots: Sequence[Shot], more: Extras, progress: Progress | None) -> tuple[Outcome, Dataset, Measured]:
+    """One or several shots, refined if asked for, with the runs and the record that the answer rests on."""
+    joint, scatter = Joint.alone(shots[0]), None
+    if len(shots) > 1:
+        joint, scatter = with_scatter(joined(shots))
+    report = progress or (lambda _: None)
+    dataset, refinement, share = joint.dataset, None, 0.0
+    if more.refine:
+        share = 0.6
+        dataset, refinement = refine(
+            dataset,
+            joint.measured,
+            joint.forward,
+            joint.options,
+            more.refine,
+            joint.columns,
+            lambda f: report(share * f),
+        )
+    outcome = invert(
+        dataset,
+        joint.measured,
+        joint.forward,
+        joint.options,
+        lambda f: report(share + (1.0 - share) * f),
+        columns=joint.columns,
+    )
+    inversion = replace(
+        outcome.inversion,
+        refinement=refinement,
+        shots=joint.figures,
+        shot_scatter=scatter,
+        known_errors=joint.known_errors,
+    )
+    return replace(outcome, inversion=inversion), dataset, joint.measured
+
+
+def _listed(given: Any) -> list[Any]:
+    """What was given once or several times, as a list; None is none."""
+    if given is None:
+        return []
+    return list(given) if isinstance(given, list | tuple) else [given]
+
+
+def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
+    """Each record with its case, None for the first campaign's own; raises UserError."""
+    if cases and len(cases) != len(records):
+        raise UserError(
+            f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or "
+            "none"
+        )
+    return list(zip(records, cases or [None] * len(records), strict=True))
+
+
+def _shot(
+    folders: list[Path],
+    record: Record,
+    case: One | Case | None,
+    out: Path,
+    options: Options,
+    more: Extras,
+    forward: Forward | None,
+) -> Shot:
+    """A record with the campaign of its case."""
+    dataset, base = _campaign(folders, case)
+    read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
+    stores = tuple(RunStore(folder / "runs") for folder in folders)
+    solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores)
+    if more.filter:
+        dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
+        solver = FilteredForward(solver, more.filter)
+    nuisances = case_nuisances(base)
+    said = [
+        f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
+    ]
+    if more.discrepancy:
+        said.append(f"a stated discrepancy of {100 * more.discrepancy:g} % of each peak")
+    bands = read_histories(more.mesh) if more.mesh else None
+    if more.mesh:
+        said.append(f"the mesh's uncertainty from {more.mesh}")
+
+    def columns(observations: Observations, mode: Mode) -> Array:
+        theta = {name: float(v) for name, v in zip(dataset.names, mode.theta, strict=True)}
+        parts = [nuisance_columns(solver, nuisances, theta, observations, mode.t0)]
+        parts += [discrepancy_columns(more.discrepancy, observations)] if more.discrepancy else []
+        parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
+        return np.hstack(parts)
+
+    own = replace(
+        options,
+        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
+        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
+    )
+    return Shot(dataset, read, solver, own, columns if said else None, tuple(said))
+
+
+def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case]:
+    """The campaign that was run for a case; raises UserError when none was."""
+    datasets = [load_dataset(folder) for folder in folders]
+    if case is not None and len(folders) > 1:
+        given = case if isinstance(case, Case) else load_case(case)
+        for dataset in datasets:
+            if case_hash(given) == dataset.case_hash:
+                return dataset, given
+    return datasets[0], campaign_case(folders[0], datasets[0], case)
 
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:
@@ -78,6 +228,8 @@ def write(folder: Path, outcome: Outcome, dataset: Dataset, measured: Measured) 
     if outcome.network is not None:
         save_network(folder / "network.npz", outcome.network.network)
         outcome.network.training.write(folder / TRAINING_FILE)
+    if outcome.posterior is not None:
+        write_draws(folder / DRAWS_FILE, outcome.posterior, dataset.names)
     for method, verification in outcome.verified.items():
         if verification.histories is not None:
             write_histories(folder / f"verified_{method}.csv", verification.histories)

@@ -7,7 +7,7 @@ from inversion.words import quantity
 
 
 def verdict(inversion: Inversion) -> str:
-    """The verified errors side by side, the best first; in the first channel's unit and in per cent of the peak."""
+    """The verified errors side by side, the best first; in the channel's unit, and in per cent of the peaks."""
     if inversion.best is None:
         return "no verification run finished, so no answer is confirmed"
     winner = f"the {inversion.best} ({error_words(inversion.methods[inversion.best])})"
@@ -18,8 +18,11 @@ def verdict(inversion: Inversion) -> str:
 
 
 def error_words(answer: Answer) -> str:
-    """ "0.31 mm RMS, 5.4 % of the peak", or why there is none."""
+    """ "0.31 mm RMS, 5.4 % of the peak", "4.1 % RMS of the 3 channels' peaks", or why there is none."""
     if answer.verified_rmse is None or answer.verified_relative is None:
         return f"its run failed: {answer.failure}"
+    share = 100 * answer.verified_relative
+    if len(answer.channels) > 1:
+        return f"{share:.1f} % RMS of the {len(answer.channels)} channels' peaks"
     first = next(iter(answer.channels.values()))
-    return f"{quantity(answer.verified_rmse, first.unit)} RMS, {100 * answer.verified_relative:.1f} % of the peak"
+    return f"{quantity(answer.verified_rmse, first.unit)} RMS, {share:.1f} % of the peak"

@@ -46,6 +46,7 @@ def read_results(folder: Path) -> Results:
         simulated=simulated,
         verified=verified,
         convergence=_convergence(inverted, inversion),
+        draws=_draws(inverted, inversion),
         campaign=campaign,
         books=_books(doe, campaign, inversion, verified),
         failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
@@ -121,6 +122,14 @@ def _convergence(inverted: Path, inversion: Inversion) -> Convergence | None:
         return None
     table = pd.read_csv(inverted / inversion.training.history)
     return Convergence(*(table[column].to_numpy(float) for column in ("epoch", "mse", "test_mse")))
+
+
+def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
+    """The posterior's draws, name -> SI; None where none were made or the file was taken away."""
+    if inversion.posterior is None or not (inverted / inversion.posterior.draws).is_file():
+        return None
+    table = pd.read_csv(inverted / inversion.posterior.draws)
+    return {name: table[name].to_numpy(float) for name in inversion.posterior.names}
 
 
 def _books(

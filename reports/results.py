@@ -36,8 +36,8 @@ class Results:
 
     record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
     where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
-    label -> its summary; failures: run's label -> reason; struck: the bird models' strikes, {} where none were asked
-    for.
+    label -> its summary; failures: run's label -> reason; draws: of the posterior, name -> (n,) SI, None for
+    none; struck: the bird models' strikes, {} where none were asked for.
     """
 
     folder: Path
@@ -51,6 +51,7 @@ class Results:
     campaign: Mapping[str, Any]
     books: Mapping[str, Books]
     failures: Mapping[str, str]
+    draws: Mapping[str, Array] | None = None
     struck: Mapping[str, Model] = field(default_factory=dict)
 
     @property

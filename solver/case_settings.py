@@ -116,7 +116,7 @@ class InversionSettings(Section):
 
 
 def _nuisance(name: str, sigma: Any) -> float:
-    """Sigma in SI of a nuisance that this version carries."""
+    """Sigma in SI of a known nuisance."""
     if name not in NUISANCE:
         raise complaint(f"is unknown; available: {', '.join(NUISANCE)}")
     return NUISANCE[name].validate(sigma)

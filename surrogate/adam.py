@@ -38,7 +38,19 @@ def train(
     """Train from the weights `start`; Adam may go uphill, so the best weights are kept. Nothing is drawn at random."""
     import torch  # takes seconds to load, so only who trains with Adam waits for it
 
-    rules = settings or Settings()
+    rules, threads = settings or Settings(), torch.get_num_threads()
+    torch.set_num_threads(1)  # matrices of this size lose more to waking threads than they gain
+    try:
+        return _train(shape, start, samples, rules, progress)
+    finally:
+        torch.set_num_threads(threads)
+
+
+def _train(
+    shape: Shape, start: Array, samples: Samples, rules: Settings, progress: Callable[[float], None] | None
+) -> Training:
+    import torch
+
     weights = torch.tensor(start, dtype=torch.float64, requires_grad=True)
     x, t = torch.as_tensor(samples.x), torch.as_tensor(samples.t)
     optimiser = torch.optim.Adam([weights], lr=rules.learning_rate)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from sklearn.decomposition import PCA
 from sklearn.gaussian_process.kernels import Kernel
+from threadpoolctl import threadpool_limits
 
 from data.dataset import Dataset
 from data.errors import UserError
@@ -32,7 +33,8 @@ class CurveEmulator:
 
     time: (m,) [s]; mean: (m,) SI; basis: (c, m) SI, all components of the runs; processes: Gaussian processes of the
     first components, those that can be predicted; unpredicted: (c,) variance of the scores of the others, 0 for the
-    first: they stay at their mean and count as error.
+    first: they stay at their mean and count as error; outside: (m,) variance, SI squared, of what a new run has beyond
+    all components: each instant by itself.
     """
 
     time: Array
@@ -40,6 +42,7 @@ class CurveEmulator:
     basis: Array
     processes: tuple[GaussianProcess, ...]
     unpredicted: Array
+    outside: Array
     validation: Validation
 
     @classmethod
@@ -60,8 +63,9 @@ class CurveEmulator:
         else:
             processes = [GaussianProcess.with_kernel(u, scores[:, c], kernel) for c, kernel in enumerate(kernels)]
         basis, mean = np.asarray(pca.components_) * size, np.asarray(pca.mean_) * size
-        unpredicted = np.where(np.arange(len(basis)) < len(processes), 0.0, scores.var(axis=0, ddof=1))
-        return cls(time, mean, basis, tuple(processes), unpredicted, _validate(curves, mean, basis, processes))
+        share, outside = _of_a_new_run(curves, len(processes))
+        unpredicted = np.where(np.arange(len(basis)) < len(processes), 0.0, share * scores.var(axis=0, ddof=1))
+        return cls(time, mean, basis, tuple(processes), unpredicted, outside, _validate(curves, mean, basis, processes))
 
     def scores(self, u: Array) -> Array:
         """Mean scores (q, kept) at scaled features u (q, d)."""
@@ -73,10 +77,14 @@ class CurveEmulator:
         return mean + self.scores(u) @ basis[: len(self.processes)]
 
     def error_factor(self, u: Array, times: Array) -> Array:
-        """F (t, c): F F^T is the covariance of the curve's error at one point u (d,), the solver's jitter included."""
+        """F (t, c): F F^T + diag(outside) is the covariance of the curve's error at a point u (d,), jitter included."""
         variance = self.unpredicted.copy()
         variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
         return self.at(times)[1].T * np.sqrt(variance)
+
+    def outside_at(self, times: Array) -> Array:
+        """(t,) `outside` at `times` [s]."""
+        return np.interp(times, self.time, self.outside)
 
     def at(self, times: Array) -> tuple[Array, Array]:
         """Mean (t,) and basis (c, t) at `times` [s]: linear between samples, at rest before them, NaN after."""
@@ -110,14 +118,15 @@ class Emulator:
         self.check(theta)
         emulator, u = self.channels[channel], self.inputs(theta)
         t = emulator.time if times is None else times
-        sd = [np.linalg.norm(emulator.error_factor(row, t), axis=1) for row in u]
-        return emulator.curves(u, t), np.stack(sd)
+        variance = [(emulator.error_factor(row, t) ** 2).sum(axis=1) + emulator.outside_at(t) for row in u]
+        return emulator.curves(u, t), np.sqrt(np.stack(variance))
 
     def covariance(self, theta: Array, channel: str, times: Array) -> Array:
         """Covariance (t, t) of the error of a channel's curve at one point theta (k,) SI; raises ExtrapolationError."""
         self.check(theta[None])
-        factor = self.channels[channel].error_factor(self.inputs(theta[None])[0], times)
-        return factor @ factor.T
+        emulator = self.channels[channel]
+        factor = emulator.error_factor(self.inputs(theta[None])[0], times)
+        return factor @ factor.T + np.diag(emulator.outside_at(times))
 
     def inputs(self, theta: Array) -> Array:
         """Scaled features (q, d) of parameters theta (q, k) SI; features that no run varies are left out."""
@@ -171,6 +180,34 @@ def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
             break
         processes.append(process)
     return processes
+
+
+def _of_a_new_run(curves: Array, predicted: int) -> tuple[float, Array]:
+    """Of the curves (n, m), each left out in turn: how much of its jitter the others' components hold, and what they
+    do not.
+
+    A run's jitter has as many directions as the curve has instants, its components only as many as there are other
+    runs, and these were chosen to hold those runs. Share: of the components' own variance beyond the `predicted`
+    first, at most 1; outside: (m,) variance of the rest.
+    """
+    inside, expected, outside = 0.0, 0.0, np.zeros(curves.shape[1])
+    with threadpool_limits(limits=1, user_api="blas"):
+        for i in range(len(curves)):
+            others = np.delete(curves, i, axis=0)
+            mean = others.mean(axis=0)
+            squares, components = _components(others - mean)
+            along = components @ (curves[i] - mean)
+            inside += float((along[predicted:] ** 2).sum())
+            expected += float(squares[predicted:].sum()) / (len(others) - 1)
+            outside += (curves[i] - mean - along @ components) ** 2
+    return (min(1.0, inside / expected) if expected > 0.0 else 1.0), outside / len(curves)
+
+
+def _components(rows: Array) -> tuple[Array, Array]:
+    """Squared singular values (c,), falling, and right singular vectors (c, m) of rows (n, m), by the Gram matrix."""
+    squares, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = np.flatnonzero(squares > 1e-12 * max(squares[-1], 1e-300))[::-1]
+    return squares[kept], vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]
 
 
 def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:

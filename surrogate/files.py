@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from data.dataset import Dataset
+from data.files import whole_file
 from surrogate.emulator import CurveEmulator, Emulator
 from surrogate.features import Region
 from surrogate.gaussian_process import kernel_of
@@ -16,11 +17,17 @@ from surrogate.network import Shape
 from surrogate.scaling import Scaling
 
 
+def _save(path: Path, **arrays: Any) -> None:
+    """An npz that is whole or absent."""
+    with whole_file(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **arrays)
+
+
 def save_network(path: Path, network: InverseNetwork) -> None:
     """One npz: weights, sizes, scalings, and what each input and output is."""
     shape = network.shape
     times: dict[str, Any] = {f"times_{i}": t for i, t in enumerate(network.times.values())}
-    np.savez(
+    _save(
         path,
         names=network.names,
         weights=network.weights,
@@ -58,7 +65,7 @@ def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
         arrays[f"time_{i}"] = curve.time
         arrays[f"curves_{i}"] = dataset.curves[channel][used]
         arrays[f"kernels_{i}"] = np.array([p.kernel.theta for p in curve.processes])
-    np.savez(path, **arrays)
+    _save(path, **arrays)
 
 
 def load_emulator(path: Path) -> Emulator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from data.dataset import Dataset
 from data.errors import UserError
 from data.histories import Array
-from surrogate import adam, levenberg_marquardt
+from surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
 from surrogate.holdout import held_out
 from surrogate.network import Shape, forward, nguyen_widrow
 from surrogate.scaling import Scaling
@@ -19,7 +19,12 @@ from surrogate.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value
-TRAINERS = {"lm": levenberg_marquardt.train, "adam": adam.train}
+TRAINERS = {
+    "lm": levenberg_marquardt.train,
+    "adam": adam.train,
+    "br": bayesian_regularisation.train,
+    "ensemble": ensemble.train,
+}
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,8 @@ class InverseNetwork:
     """A trained network with the scalings that belong to it.
 
     names: (k) dotted case keys it returns; times: channel -> instants [s] it reads, in the order of its inputs;
-    inputs, outputs: scalings of the sampled values (SI) and of the parameters (SI).
+    weights: (p,), or (N, p) of an ensemble, whose mean answers; inputs, outputs: scalings of the sampled values (SI)
+    and of the parameters (SI).
     """
 
     names: tuple[str, ...]
@@ -39,7 +45,8 @@ class InverseNetwork:
 
     def predict(self, values: Array) -> Array:
         """Parameters (n, k) SI from sampled values (n, inputs) SI, channel after channel; not clipped to any range."""
-        return self.outputs.from_unit(forward(self.shape, self.weights, self.inputs.to_unit(values)))
+        x, members = self.inputs.to_unit(values), np.atleast_2d(self.weights)
+        return self.outputs.from_unit(np.mean([forward(self.shape, w, x) for w in members], axis=0))
 
 
 @dataclass(frozen=True)
@@ -75,13 +82,17 @@ def fit_network(
     dataset: Dataset,
     times: Mapping[str, Array],
     trainer: str = "lm",
-    hidden: int = HIDDEN,
+    hidden: int | None = HIDDEN,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    noise: Array | None = None,
+    copies: int = 0,
 ) -> NetworkFit:
     """Train on all runs but the held-out ones; inputs and outputs scaled to 0..1 over what it is trained on.
 
-    Outputs over the case's ranges. trainer: "lm" (Levenberg-Marquardt) or "adam".
+    Outputs over the case's ranges. trainer: "lm" (Levenberg-Marquardt), "adam", "br" (Bayesian regularisation) or
+    "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
+    training runs; copies: of every training run with noise (inputs,) SI on its inputs.
     """
     if trainer not in TRAINERS:
         raise UserError(f'trainer = "{trainer}" is unknown; use one of: {", ".join(TRAINERS)}')
@@ -90,11 +101,37 @@ def fit_network(
     train = np.setdiff1d(np.arange(len(theta)), test)
     inputs, outputs = Scaling.over(values[train], _least(dataset, times)), Scaling(dataset.lows, dataset.highs)
     x, t = inputs.to_unit(values), outputs.to_unit(theta)
+    notes = _notes(inputs)
+    if hidden is None:
+        tried = hidden_size.search(x[train], t[train], seed=seed)
+        hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
     shape = Shape(values.shape[1], hidden, theta.shape[1])
-    samples = Samples(x[train], t[train], x[test], t[test])
-    training = TRAINERS[trainer](shape, nguyen_widrow(shape, seed), samples, progress=progress)
+    learnt = _augmented(inputs, values[train], noise, copies, seed)
+    samples = Samples(learnt, np.tile(t[train], (copies + 1, 1)), x[test], t[test])
+    start = ensemble.starts(shape, ensemble.MEMBERS, seed) if trainer == "ensemble" else nguyen_widrow(shape, seed)
+    training = TRAINERS[trainer](shape, start, samples, progress=progress)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, outputs)
-    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], _notes(inputs))
+    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes)
+
+
+def _augmented(inputs: Scaling, values: Array, noise: Array | None, copies: int, seed: int) -> Array:
+    """Scaled inputs of the training runs (n, inputs), then their noisy copies: ((copies + 1) n, inputs)."""
+    if not copies:
+        return inputs.to_unit(values)
+    if noise is None:
+        raise UserError("copies with noise need the noise of every input")
+    draws = np.random.default_rng(seed).normal(size=(copies, *values.shape)) * noise
+    return inputs.to_unit(np.vstack([values, *(values + draw for draw in draws)]))
+
+
+def _tried(sizes: Sequence[hidden_size.HiddenSize]) -> str:
+    """The search in words."""
+    shown = ", ".join(f"{s.hidden}: {100 * s.mean:.0f} ({100 * s.spread:.0f})" for s in sizes)
+    chosen = hidden_size.best(sizes).hidden
+    return (
+        f"{chosen} hidden neurons have the smallest cross-validated error of {hidden_size.STARTS} starts each; in % of "
+        f"the ranges, with the starts' spread: {shown}"
+    )
 
 
 def _least(dataset: Dataset, times: Mapping[str, Array]) -> Array:

@@ -34,6 +34,7 @@ class Settings:
     mu_max: float = 1e10
     mu_min: float = 1e-20  # damping that underflows to 0 could never rise again
     min_gradient: float = 1e-7  # norm of the gradient of the mean squared error
+    max_fail: int = 6  # epochs in a row on which the validation error may rise, where there is a validation set
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,10 @@ def train(
     settings: Settings | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Training:
-    """Train from the weights `start`; every step lowers the training error, so the last weights are the best."""
+    """Train from the weights `start`; every step lowers the training error, so the last weights are the best.
+
+    With a validation set in the samples, those with its smallest error are.
+    """
     # Matrices of this size lose more to waking threads than they gain.
     with threadpool_limits(limits=1, user_api="blas"):
         return _train(shape, start, samples, settings or Settings(), progress)
@@ -96,6 +100,7 @@ def _train(
     weights, mu = np.array(start, dtype=np.float64), max(rules.mu, rules.mu_min)
     workspace = np.zeros((len(samples.x), shape.outputs, shape.weights))
     history = [(samples.mse(shape, weights), samples.test_mse(shape, weights), mu)]
+    watch = _Watch(samples.stop_mse(shape, weights), weights)
     while not (status := _finished(rules, len(history) - 1, history[-1][0])):
         here = Linearised.at(shape, weights, samples, workspace)
         if here.gradient < rules.min_gradient:
@@ -106,10 +111,31 @@ def _train(
             status = f"{_stopped(history)}: no step lowers it, damping beyond {rules.mu_max:.0e}"
             break
         history.append((mse, samples.test_mse(shape, weights), mu))
+        watch = watch.seen(samples.stop_mse(shape, weights), weights)
+        if watch.fails >= rules.max_fail:
+            status = f"{_stopped(history)}: the validation error rose {watch.fails} times in a row"
+            break
         if progress is not None:
             progress((len(history) - 1) / rules.epochs)
     mse, test_mse, damping = np.array(history).T
+    if np.isfinite(watch.least):
+        weights = watch.best
     return Training("lm", weights, mse, test_mse, damping, status)
+
+
+@dataclass(frozen=True)
+class _Watch:
+    """The validation set's smallest error (NaN: there is none), the weights that had it, and rises in a row since."""
+
+    least: float
+    best: Array
+    fails: int = 0
+
+    def seen(self, mse: float, weights: Array) -> _Watch:
+        """After one more epoch."""
+        if not mse >= self.least:
+            return _Watch(mse, weights)
+        return _Watch(self.least, self.best, self.fails + 1)
 
 
 def _lower(

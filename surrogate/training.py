@@ -15,12 +15,17 @@ from surrogate.network import Shape, forward
 
 @dataclass(frozen=True)
 class Samples:
-    """Scaled inputs x (n, inputs) and targets t (n, outputs) to train on, and a test set that only watches."""
+    """Scaled inputs x (n, inputs) and targets t (n, outputs) to train on, and a test set that only watches.
+
+    x_stop, t_stop: a validation set whose error ends the training early, if given.
+    """
 
     x: Array
     t: Array
     x_test: Array
     t_test: Array
+    x_stop: Array | None = None
+    t_stop: Array | None = None
 
     def mse(self, shape: Shape, weights: Array) -> float:
         """Mean squared error of the scaled outputs on the training samples."""
@@ -30,6 +35,12 @@ class Samples:
         """The same on the test samples; NaN where there are none."""
         return mean_square(forward(shape, weights, self.x_test) - self.t_test)
 
+    def stop_mse(self, shape: Shape, weights: Array) -> float:
+        """The same on the validation samples; NaN where there are none."""
+        if self.x_stop is None or self.t_stop is None:
+            return float("nan")
+        return mean_square(forward(shape, weights, self.x_stop) - self.t_stop)
+
 
 @dataclass(frozen=True)
 class Training:
@@ -38,7 +49,8 @@ class Training:
     weights: (shape.weights,) the best on the training samples; mse: (epochs + 1,) mean squared error of the scaled
     outputs on the training samples, the start included; test_mse: (epochs + 1,) on the test samples, NaN where there
     are none; damping: (epochs + 1,) Levenberg-Marquardt's mu after each epoch, NaN for a trainer that has none;
-    status: a sentence that says why it stopped.
+    status: a sentence that says why it stopped; effective_weights: of Bayesian regularisation. Of an ensemble of N,
+    weights is (N, shape.weights) and the errors are means over its members.
     """
 
     trainer: str
@@ -47,6 +59,7 @@ class Training:
     test_mse: Array
     damping: Array
     status: str
+    effective_weights: float | None = None
 
     @property
     def epochs(self) -> int:

@@ -22,6 +22,7 @@ COMMANDS = (
     "import",
     "run-doe",
     "train-and-invert",
+    "compare-methods",
     "report",
     "export",
     "close-the-loop",

@@ -21,6 +21,8 @@ class Trainer(StrEnum):
 
     lm = "lm"
     adam = "adam"
+    br = "br"
+    ensemble = "ensemble"
 
 
 class Method(StrEnum):
@@ -33,27 +35,61 @@ class Method(StrEnum):
 
 @framed
 def command(
-    doe: Annotated[Path, typer.Argument(metavar="DOE", help="Folder of a finished campaign (run-doe).")],
-    measured: Annotated[str, typer.Option(help="Measured-data CSV, or the name of a shipped curve.")],
+    doe: Annotated[
+        list[Path], typer.Argument(metavar="DOE...", help="Folder of a finished campaign (run-doe); one for each case.")
+    ],
+    measured: Annotated[
+        list[str], typer.Option(help="Measured-data CSV, or the name of a shipped curve; again for each further shot.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder for inversion.json and what belongs to it.")],
-    trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    trainer: Annotated[
+        Trainer, typer.Option(help="Levenberg-Marquardt, Adam, Bayesian regularisation, or 50 networks at once.")
+    ] = Trainer.lm,
     method: Annotated[Method, typer.Option(help="Inverse network, forward emulator, or both.")] = Method.both,
-    case: Annotated[str | None, typer.Option(help="The measurement's case; by default the campaign's own.")] = None,
+    case: Annotated[
+        list[str], typer.Option(help="The measurement's case, one for each; by default the campaign's own.")
+    ] = [],  # noqa: B006 (typer copies it)
     seed: Annotated[int, typer.Option(min=0, help="Start of the network and of the emulator's fit.")] = 0,
+    refine: Annotated[int, typer.Option(min=0, help="Runs that may be added where the answer may lie.")] = 0,
+    hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
+    copies: Annotated[int, typer.Option(min=0, help="Copies of every training run with the sensor's noise.")] = 0,
+    discrepancy: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Slow error of the model, share of each channel's peak (1 sigma).")
+    ] = 0.0,
+    mesh: Annotated[
+        Path | None, typer.Option(help="convergence.csv of birdstrike converge: the mesh's uncertainty is carried.")
+    ] = None,
+    filter: Annotated[  # noqa: A002 (the option's name)
+        str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
+    ] = None,
+    posterior: Annotated[
+        bool, typer.Option(help="Draw the posterior and say what is identifiable; else linearised intervals.")
+    ] = True,
     allow_rank_deficient: Annotated[
         bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
     ] = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Train on a campaign, invert a measured curve, and re-run the solver at each answer.
+    """Train on a campaign, invert one or several measured curves, and re-run the solver at each answer.
 
-    Example: birdstrike train-and-invert campaign --measured table7_group5 --out inversion
+    Example: birdstrike train-and-invert campaign --measured table7_group5 --out inversion --refine 5
     """
-    from inversion.train_and_invert import train_and_invert
+    from inversion.train_and_invert import Extras, train_and_invert
 
+    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior)
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
-            doe, measured, out, trainer.value, method.value, case, None, seed, progress, allow_rank_deficient
+            doe,
+            measured,
+            out,
+            trainer.value,
+            method.value,
+            case,
+            None,
+            seed,
+            progress,
+            allow_rank_deficient,
+            extras,
         )
     for line in lines(inversion):
         say(line)
@@ -61,8 +97,19 @@ def command(
         console.print(table(inversion, name, answer))
         for line in reasons(answer):
             say(line)
-    say(closing(inversion, doe, out))
+    say(closing(inversion, doe[0], out))
     return {"out": str(out), "inversion": str(out / "inversion.json"), **summary(inversion)}
+
+
+def _neurons(text: str) -> int | None:
+    """Hidden neurons; None for a search. Raises UserError."""
+    from data.errors import UserError
+
+    if text == "search":
+        return None
+    if not text.isdecimal() or not 1 <= int(text) <= 100:
+        raise UserError(f'--hidden = {text} must be a number from 1 to 100, or "search"')
+    return int(text)
 
 
 def lines(inversion: Inversion) -> Iterator[str]:
@@ -78,6 +125,33 @@ def lines(inversion: Inversion) -> Iterator[str]:
         known = "no variance to predict" if q2 is None else f"leave-one-out Q2 {q2:.4f}"
         yield f"emulator of {channel}: {inversion.emulator.components[channel]} components, {known}"
     yield inversion.time_offset.sentence
+    yield from told(inversion)
+
+
+def told(inversion: Inversion) -> Iterator[str]:
+    """Posterior, directions, refinement and shots, one line each."""
+    if inversion.known_errors:
+        yield f"carried by the model: {'; '.join(inversion.known_errors)}"
+    for shot in inversion.shots:
+        yield f"shot {shot.path}: time origin {shot.time_offset * 1e3:+.3f} ms on its own"
+    if inversion.shot_scatter is not None:
+        yield f"shot-to-shot scatter of the curves' size: {100 * inversion.shot_scatter:g} % (1 sigma)"
+    if inversion.refinement is not None:
+        ends = inversion.refinement
+        yield (
+            f"refinement: {len(ends.added)} runs added; emulator's error at the answer {ends.error[0]:.2f} -> "
+            f"{ends.error[-1]:.2f} of the noise; {ends.reason}"
+        )
+    if (posterior := inversion.posterior) is not None:
+        worst = max((rhat for rhat in posterior.rhat.values() if rhat is not None), default=float("nan"))
+        yield (
+            f"posterior: {posterior.steps} steps, R-hat {worst:.3f}, "
+            f"{min(posterior.effective.values()):.0f} effective draws or more of each parameter"
+        )
+    if inversion.identifiability is not None and inversion.cloud.inside:
+        weak = [d.words for d in inversion.identifiability.directions if d.null]
+        if weak:
+            yield f"directions the record does not tell: {'; '.join(weak)}"
 
 
 def table(inversion: Inversion, name: str, answer: Answer) -> Table:

@@ -9,11 +9,13 @@ import pytest
 
 from data.curves import Measured
 from data.dataset import Dataset
+from inversion.cloud import Cloud, warning, whose_fault
 from inversion.invert import Options, invert
+from inversion.observations import observe
 from surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, pulse, record, truth
 
-OPTIONS = Options(noise={CHANNEL: 3e-5})
+OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 3e-5})
 
 
 def foreign(measured: Measured) -> Measured:
@@ -71,3 +73,18 @@ def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset, emu
     found = invert(dataset, far, forward, replace(OPTIONS, method="emulator"), emulator=emulator).inversion.cloud
     assert not found.inside
     assert found.outside_envelope > 0.5
+
+
+def test_coarse_emulator_is_not_a_model_that_cannot(dataset: Dataset) -> None:
+    """The solver's own curve between runs, noise a tenth of what the emulator can follow: a run beside it tells."""
+    theta = truth((0.4, 0.6, 0.45, 0.5))
+    found = Cloud(False, 4.0, 0.0, 3, {CHANNEL: 1e-4})
+    q2: dict[str, float | None] = {CHANNEL: 0.99}
+    observations = observe(record(theta), dataset, {CHANNEL: 1e-5})
+    assert whose_fault(found, 7.0, q2) == found
+    assert "the model can produce it" in warning(whose_fault(found, 1.1, q2), observations)
+    poor = whose_fault(found, 7.0, {CHANNEL: 0.5})
+    assert "displacement centre (Q2 0.50)" in warning(poor, observations)
+    assert "cannot produce" not in warning(poor, observations)
+    inside = replace(found, inside=True)
+    assert whose_fault(inside, 9.0, {CHANNEL: 0.1}) == inside

@@ -27,7 +27,7 @@ def estimates(campaign: Dataset, theta: list[float], noise: float = 3e-5) -> dic
     values = np.interp(TIMES, eroding.TIME, eroding.curve(np.array(theta)))
     values = values + noise * np.random.default_rng(0).normal(size=len(TIMES))
     measured = type(measured)(TIMES, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "eroding.csv")
-    options = Options(method="emulator", noise={CHANNEL: noise})
+    options = Options(sampling=None, analyse=False, method="emulator", noise={CHANNEL: noise})
     return dict(invert(campaign, measured, eroding.forward, options).inversion.methods["emulator"].parameters)
 
 
@@ -79,7 +79,7 @@ def test_active_limit_is_found_on_its_own_side(campaign: Dataset) -> None:
 def test_two_parameters_that_make_up_for_each_other_name_each_other() -> None:
     """Few early points: peak and period of the pulse can be traded."""
     dataset, times = stand_in.campaign(stand_in.spread()), np.linspace(0.4e-3, 0.7e-3, 6)
-    options = Options(method="emulator", noise={CHANNEL: 5e-5})
+    options = Options(sampling=None, analyse=False, method="emulator", noise={CHANNEL: 5e-5})
     found = (
         invert(dataset, record(truth(0.5), times), stand_in.forward, options).inversion.methods["emulator"].parameters
     )

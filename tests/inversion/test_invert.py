@@ -23,7 +23,7 @@ from tests.inversion import eroding
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, forward, pulse, record, truth
 
 SHARE = (0.4, 0.6, 0.45, 0.5)
-OPTIONS = Options(noise={CHANNEL: 1e-5})
+OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 1e-5})
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_best_is_the_better_verified_and_the_verdict_says_so(clean: Outcome) -> 
 
 
 def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset, emulator: Emulator) -> None:
-    options = Options(method="network", noise={CHANNEL: 1e-9})
+    options = Options(sampling=None, analyse=False, method="network", noise={CHANNEL: 1e-9})
     outcome = invert(dataset, record(truth(0.5)), forward, options, emulator=emulator)
     assert outcome.network is not None
     for i, estimate in enumerate(outcome.inversion.methods["network"].parameters.values()):
@@ -84,7 +84,9 @@ def test_network_on_few_runs_gives_no_interval(dataset: Dataset) -> None:
 
 
 def test_noise_that_the_network_amplifies_is_in_its_interval(dataset: Dataset, emulator: Emulator) -> None:
-    options = [Options(method="network", noise={CHANNEL: noise}) for noise in (1e-7, 2e-4)]
+    options = [
+        Options(sampling=None, analyse=False, method="network", noise={CHANNEL: noise}) for noise in (1e-7, 2e-4)
+    ]
     quiet, loud = (invert(dataset, record(truth(0.5)), forward, o, emulator=emulator).inversion for o in options)
     for name, estimate in quiet.methods["network"].parameters.items():
         other = loud.methods["network"].parameters[name].interval_95
@@ -98,7 +100,9 @@ def test_network_that_answers_nonsense_identifies_nothing() -> None:
     campaign = eroding.campaign()
     values = np.interp(TIMES, TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
     measured = replace(record(truth(0.5)), channels={CHANNEL: values + 0.1e-3 * np.cos(1e5 * TIMES)})
-    found = invert(campaign, measured, eroding.forward, Options(noise={CHANNEL: 0.1e-3})).inversion
+    found = invert(
+        campaign, measured, eroding.forward, Options(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
+    ).inversion
     assert found.cloud.inside
     assert any("outside its range" in warning for warning in found.warnings)
     assert not any(estimate.identified for estimate in found.methods["network"].parameters.values())
@@ -145,7 +149,9 @@ def test_two_channels_are_inverted_together(dataset: Dataset) -> None:
         channels={name: run.at(name, TIMES) for name in (CHANNEL, "contact_force")},
         units=dict(run.units),
     )
-    found = invert(dataset, measured, forward, Options(noise={CHANNEL: 1e-5, "contact_force": 0.05})).inversion
+    found = invert(
+        dataset, measured, forward, Options(sampling=None, analyse=False, noise={CHANNEL: 1e-5, "contact_force": 0.05})
+    ).inversion
     assert found.training is not None
     assert found.training.shape == "24-9-4"
     answer = found.methods["emulator"]
@@ -183,7 +189,7 @@ def test_no_verification_at_all_is_a_failed_run(dataset: Dataset, emulator: Emul
 
 def test_unknown_method_is_an_error(dataset: Dataset) -> None:
     with pytest.raises(UserError, match='method = "magic" is unknown'):
-        invert(dataset, record(truth(0.5)), forward, Options(method="magic"))
+        invert(dataset, record(truth(0.5)), forward, Options(sampling=None, analyse=False, method="magic"))
 
 
 def test_json_has_the_keys_other_programs_read(clean: Outcome, tmp_path) -> None:

@@ -27,6 +27,7 @@ TITLES = (
     "The strikes in pictures",
     "The record (measured) and the simulated curves",
     "Inverted parameters",
+    "What the record tells",
     "The campaign's design",
     "Network and emulator",
     "Verification and balance of every strike",

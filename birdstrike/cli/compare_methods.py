@@ -1,0 +1,153 @@
+"""`birdstrike compare-methods`: all inversions on a strike with known truth, and whether the intervals hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from birdstrike.cli.frame import Json, framed, progress_bar, say
+
+if TYPE_CHECKING:
+    from inversion.coverage import Coverage
+    from inversion.side_by_side import Bench, Row
+
+CASE = "synthetic_strike"
+
+
+@framed
+def command(
+    doe: Annotated[
+        Path, typer.Argument(metavar="DOE", help="Campaign of the case (run-doe); all its sensors are used.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for comparison.json, comparison.md and the runs paid.")],
+    case: Annotated[str, typer.Option(help="The case, whose own values are the truth.")] = CASE,
+    truths: Annotated[int, typer.Option(min=0, help="Emulator-made truths for the coverage of the intervals.")] = 200,
+    solver_truths: Annotated[int, typer.Option(min=0, help="Solver-made truths for the same.")] = 20,
+    table: Annotated[bool, typer.Option(help="The table of all methods, 12 conditions.")] = True,
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Run every method on records of known truth: errors, verified errors, runs and seconds beside the information
+    bound.
+
+    Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out
+    campaign
+    """
+    rows = compare_methods(doe, out, case, truths, solver_truths, table)
+    say(f"Written to {out}: comparison.json, comparison.md.")
+    return {"out": str(out), "rows": len(rows)}
+
+
+def compare_methods(
+    doe: str | Path,
+    out: str | Path,
+    case: str = CASE,
+    truths: int = 200,
+    solver_truths: int = 20,
+    table: bool = True,
+) -> list[Row]:
+    """Write comparison.json and comparison.md into `out` and return the table's rows (see inversion.side_by_side).
+
+    The truth is the case's own values; raises UserError for a campaign of another case.
+    """
+    from inversion.side_by_side import side_by_side
+
+    doe, out = Path(doe), Path(out)
+    bench, channels = _bench(doe, out, case)
+    rows: list[Row] = []
+    found: dict[str, list[Coverage]] = {}
+    if table:
+        with progress_bar("all methods") as progress:
+            for row in side_by_side(bench, channels, progress):
+                rows.append(row)
+                _write(out, bench, rows, found)
+    for condition, entry in _coverages(bench, channels, truths, solver_truths):
+        found.setdefault(condition, []).append(entry)
+        _write(out, bench, rows, found)
+    return rows
+
+
+def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> None:
+    """What is known so far: an interrupted comparison keeps it."""
+    from data.files import write_atomically, write_json
+
+    content = {
+        "campaign_runs": len(bench.dataset.runs),
+        "truth": dict(bench.truth),
+        "table": [asdict(row) for row in rows],
+        "coverage": {name: [asdict(entry) for entry in entries] for name, entries in found.items()},
+    }
+    write_json(out / "comparison.json", content)
+    write_atomically(out / "comparison.md", markdown(rows, found))
+
+
+def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
+    """The campaign, its solver and the truth: the case's own values."""
+    from data.store import RunStore
+    from doe.campaign import load_dataset
+    from inversion.forward import StoredSolver
+    from inversion.side_by_side import Bench
+    from inversion.train_and_invert import campaign_case
+    from solver.case import load_case
+    from solver.case_sections import at
+
+    dataset = load_dataset(doe)
+    loaded = campaign_case(doe, dataset, load_case(case))
+    truth = {name: float(at(loaded.model_dump(), name)) for name in dataset.names}
+    solver = StoredSolver(loaded, RunStore(out / "runs"), (RunStore(doe / "runs"),))
+    channels = tuple(dataset.curves)
+    return Bench.of(dataset, solver, truth, channels), channels
+
+
+def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> Iterator[tuple[str, Coverage]]:
+    """Coverage under two conditions: the paper's 12 points with much noise, and a good record of three channels."""
+    from inversion.calibration import Calibrator
+    from inversion.coordinates import parameter_coordinates
+    from inversion.coverage import coverage
+    from inversion.curve_model import CurveModel
+    from inversion.side_by_side import Condition
+
+    for condition in (Condition(0.05e-3, 12, channels[:1]), Condition(0.02e-3, 200, channels)):
+        emulator = bench.emulators[condition.channels]
+        coordinates = parameter_coordinates(bench.dataset, emulator.regions)
+        calibrator = Calibrator(CurveModel(emulator, bench.record(condition)), coordinates, 0.0)
+        for count, forward in ((many, None), (by_solver, bench.forward)):
+            if count:
+                with progress_bar(f"{count} truths, {condition}") as progress:
+                    yield str(condition), coverage(calibrator, count, 0, forward, progress)
+
+
+def markdown(rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> str:
+    """Both tables for people."""
+    lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
+    if rows:
+        names = list(rows[0].errors)
+        heads = [*(name.rsplit(".", 1)[-1] for name in names), "emulated curve", "verified", "runs", "seconds"]
+        lines += ["| " + " | ".join(["condition", "method", *heads]) + " |", "|" + "---|" * (len(heads) + 2)]
+        for i, row in enumerate(rows):
+            if row.bounds and (i == 0 or rows[i - 1].condition != row.condition):
+                shares = [f"{100 * row.bounds[name]:.2g}" for name in names]
+                lines.append("| " + " | ".join([row.condition, "*information bound*", *shares, "", "", "", ""]) + " |")
+            shares = [f"{100 * row.errors[name]:.2g}" for name in names]
+            predicted = "–" if row.predicted is None else f"{row.predicted:.2f}"
+            figures = [predicted, f"{row.verified:.2f}", str(row.runs), f"{row.seconds:.1f}"]
+            lines.append("| " + " | ".join([row.condition, row.method, *shares, *figures]) + " |")
+    for condition, entries in found.items():
+        for entry in entries:
+            lines += ["", f"{condition}: {entry.truths} truths made by the {entry.made_by}.", ""]
+            heads = ["identified", "95 % hold", "hold, all", "RMS error", "bound", "with emulator's error", "ratio"]
+            lines += ["| parameter | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]
+            for name in entry.error:
+                hits = entry.hits[name]
+                cells = [
+                    f"{100 * entry.identified[name]:.0f} %",
+                    "–" if hits is None else f"{100 * hits:.1f} %",
+                    f"{100 * entry.hits_all[name]:.1f} %",
+                    *(f"{100 * part[name]:.2f} %" for part in (entry.error, entry.bound, entry.bound_with_emulator)),
+                    f"{entry.error[name] / entry.bound[name]:.2f}",
+                ]
+                lines.append(f"| {name.rsplit('.', 1)[-1]} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,63 @@
+"""What the record tells of the parameters: posterior, directions, profiles, and when which parameter acts."""
+
+from __future__ import annotations
+
+from inversion.inversion import IdentifiabilityFigures, PosteriorFigures
+from reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
+from reports.figures.posterior import corner_figure, sobol_figure
+from reports.figures.quantities import symbol, words
+from reports.results import Results
+
+
+def section(results: Results) -> Section:
+    """Only what was asked for and could be drawn."""
+    blocks: list[Block] = []
+    posterior, told = results.inversion.posterior, results.inversion.identifiability
+    if posterior is not None and results.draws is not None:
+        blocks.append(_corner(results, posterior))
+    if told is not None and results.inversion.cloud.inside:
+        blocks += [_directions(told), *_profiles(told)]
+    if told is not None:
+        for channel, indices in told.sobol.items():
+            caption = (
+                f"Which parameter's range makes {words(channel)} vary, and when: total Sobol indices by the emulator. "
+                "They add up to more than 1 where parameters act together."
+            )
+            blocks.append(drawing(f"sobol_{channel}", sobol_figure(indices.times, indices.total), caption))
+    if not blocks:
+        blocks.append(Paragraph("Neither posterior nor identifiability was asked for: the intervals are linearised."))
+    return Section("identifiability", "What the record tells", tuple(blocks))
+
+
+def _corner(results: Results, posterior: PosteriorFigures) -> Block:
+    draws = results.draws or {}
+    units = dict(zip(results.dataset.names, results.dataset.units, strict=True)) | {"time_offset": "s"}
+    figure = corner_figure({name: draws[name] for name in posterior.names}, units, posterior.most_probable)
+    worst = max((value for value in posterior.rhat.values() if value is not None), default=float("nan"))
+    contraction = ", ".join(f"{symbol(name)} {100 * value:.0f} %" for name, value in posterior.contraction.items())
+    caption = (
+        f"Posterior by the emulator: histograms of each parameter and pair, red: the most probable point. "
+        f"{posterior.steps} steps, R-hat at most {worst:.3f}, {min(posterior.effective.values()):.0f} effective draws "
+        f"or more. Variance taken from the prior: {contraction}."
+    )
+    return photograph("posterior", figure, caption, "Corner plot of the posterior's draws")
+
+
+def _directions(told: IdentifiabilityFigures) -> Table:
+    rows = tuple(
+        (direction.words, f"{direction.strength:.2g}", "no" if direction.null else "yes")
+        for direction in told.directions
+    )
+    caption = (
+        "Directions of the parameters, each scaled by its prior, and how strongly the record tells them: below 1 the "
+        "prior says more than the record."
+    )
+    return Table(("direction", "strength", "told by the record"), rows, caption, frozenset({1}))
+
+
+def _profiles(told: IdentifiabilityFigures) -> tuple[Table, ...]:
+    if not told.profiles:
+        return ()
+    rows = tuple((symbol(name), profile.sentence.split(": ", 1)[1]) for name, profile in told.profiles.items())
+    caption = "Profile likelihood: what bounds each parameter when all others follow."
+    return (Table(("parameter", "bounds"), rows, caption),)

@@ -1,0 +1,62 @@
+"""How many hidden neurons: cross-validated errors of several starts for every size, mean and spread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.histories import Array
+from surrogate.ensemble import starts, train
+from surrogate.levenberg_marquardt import Settings
+from surrogate.network import Shape, forward
+from surrogate.training import Samples
+
+SIZES = tuple(range(7, 15))  # those that the authors of the bird-strike network tried
+FOLDS = 4
+STARTS = 10
+
+
+@dataclass(frozen=True)
+class HiddenSize:
+    """One size: mean and standard deviation over the starts of the cross-validated root mean square error.
+
+    In parts of the parameters' ranges.
+    """
+
+    hidden: int
+    mean: float
+    spread: float
+
+
+def search(
+    x: Array,
+    t: Array,
+    sizes: Sequence[int] = SIZES,
+    seed: int = 0,
+    settings: Settings | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[HiddenSize, ...]:
+    """Sizes with their errors, in the order given; x (n, inputs), t (n, outputs) scaled. A fold: every fourth row."""
+    found: list[HiddenSize] = []
+    for i, hidden in enumerate(sizes):
+        shape = Shape(x.shape[1], hidden, t.shape[1])
+        errors = np.sqrt(np.mean([_squares(shape, x, t, fold, seed, settings) for fold in range(FOLDS)], axis=0))
+        found.append(HiddenSize(hidden, float(errors.mean()), float(errors.std(ddof=1))))
+        if progress is not None:
+            progress((i + 1) / len(sizes))
+    return tuple(found)
+
+
+def best(found: Sequence[HiddenSize]) -> HiddenSize:
+    """The smallest mean error."""
+    return min(found, key=lambda size: size.mean)
+
+
+def _squares(shape: Shape, x: Array, t: Array, fold: int, seed: int, settings: Settings | None) -> Array:
+    """(starts,) mean squared error on one fold of networks that were trained on the others."""
+    out = np.arange(len(x)) % FOLDS == fold
+    samples = Samples(x[~out], t[~out], x[out], t[out])
+    weights = train(shape, starts(shape, STARTS, seed), samples, settings).weights
+    return np.array([np.mean((forward(shape, w, x[out]) - t[out]) ** 2) for w in weights])

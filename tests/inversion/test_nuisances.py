@@ -1,0 +1,99 @@
+"""What every model carries besides its parameters: intervals that hold the truth because of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data.dataset import Dataset
+from data.errors import UserError
+from data.histories import Histories
+from inversion.calibration import Mode
+from inversion.invert import Options, invert
+from inversion.nuisances import (
+    Nuisance,
+    case_nuisances,
+    discrepancy_columns,
+    mesh_columns,
+    nuisance_columns,
+    stacked,
+)
+from inversion.observations import Observations, observe
+from solver.case import load_case
+from surrogate.emulator import Emulator
+from tests.inversion.stand_in import CHANNEL, NAMES, TIME, forward, record, truth
+
+SPEED = Nuisance("speed", "impact.speed", 90.0, 0.9)
+
+
+def faster(theta: Mapping[str, float]) -> Histories:
+    """The pulse, in proportion to the speed."""
+    run = forward(theta)
+    size = theta.get("impact.speed", 90.0) / 90.0
+    return replace(run, channels={name: size * values for name, values in run.channels.items()})
+
+
+def columns(observations: Observations, mode: Mode) -> np.ndarray:
+    theta = dict(zip(NAMES, map(float, mode.theta), strict=True))
+    return nuisance_columns(faster, [SPEED], theta, observations, mode.t0)
+
+
+def test_column_is_the_change_for_one_sigma(dataset: Dataset) -> None:
+    observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
+    theta = dict(zip(NAMES, map(float, truth(0.5)), strict=True))
+    found = nuisance_columns(faster, [SPEED], theta, observations, 0.0)
+    np.testing.assert_allclose(found[:, 0], 0.01 * stacked(forward(theta), observations, 0.0), rtol=1e-9)
+
+
+def test_interval_holds_the_truth_of_a_shot_that_was_faster_than_it_was_said_to_be(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    """2 % more speed is 2 % more of the peak, 4 % of its range, and far more than the noise would allow."""
+    fast = record(truth(0.5))
+    fast = replace(fast, channels={CHANNEL: 1.02 * fast.channels[CHANNEL]})
+    options = Options(method="emulator", noise={CHANNEL: 1e-5}, sampling=None, analyse=False)
+    peak = NAMES[0]
+    blind = invert(dataset, fast, forward, options, emulator=emulator).inversion.methods["emulator"].parameters[peak]
+    aware = invert(dataset, fast, forward, options, emulator=emulator, columns=columns).inversion
+    told = aware.methods["emulator"].parameters[peak]
+    assert blind.interval_95 is not None
+    assert told.interval_95 is not None
+    assert not blind.interval_95[0] < truth(0.5)[0] < blind.interval_95[1]
+    assert told.interval_95[0] < truth(0.5)[0] < told.interval_95[1]
+    assert told.identified
+
+
+def test_case_says_how_uncertain_speed_mass_and_thickness_are() -> None:
+    case = load_case(
+        "reference_strike",
+        {
+            "inversion.nuisance.speed": "0.5 m/s",
+            "inversion.nuisance.mass": "18 g",
+            "inversion.nuisance.thickness": "0.05 mm",
+        },
+    )
+    found = {n.name: n for n in case_nuisances(case)}
+    assert found["speed"].key == "impact.speed"
+    assert found["mass"].key == "bird.density"  # this bird is given by its density
+    assert found["mass"].sigma == pytest.approx(9.0, rel=0.01)  # 18 g of 1.8 kg
+    assert found["thickness"].value == pytest.approx(0.01)
+
+
+def test_discrepancy_has_the_stated_size_and_is_slow(dataset: Dataset) -> None:
+    observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
+    covariance = (found := discrepancy_columns(0.03, observations)) @ found.T
+    peak = observations.channels[0].peak
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), 0.03 * peak, rtol=0.01)
+    assert covariance[0, 1] > 0.9 * covariance[0, 0]
+    assert abs(covariance[0, -1]) < 0.01 * covariance[0, 0]
+
+
+def test_mesh_band_is_two_sigma_and_a_missing_one_is_an_error(dataset: Dataset) -> None:
+    observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
+    bands = Histories(TIME, {f"{CHANNEL}_uncertainty": np.full(len(TIME), 1e-4)}, {f"{CHANNEL}_uncertainty": "m"})
+    np.testing.assert_allclose(mesh_columns(bands, observations, 0.0), 5e-5)
+    with pytest.raises(UserError, match="run birdstrike converge"):
+        mesh_columns(replace(bands, channels={}), observations, 0.0)

@@ -1,0 +1,97 @@
+"""The sampled posterior against the Gaussian written out in full, and against the linearised one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from data.dataset import Dataset
+from inversion.calibration import Calibrator
+from inversion.coordinates import parameter_coordinates
+from inversion.curve_model import CurveModel
+from inversion.identifiability import intervals
+from inversion.likelihood import Likelihood
+from inversion.observations import observe
+from inversion.posterior import Sampling, sample
+from inversion.posterior_figures import posterior_figures
+from surrogate.emulator import Emulator
+from surrogate.gaussian_process import GaussianProcess
+from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, record, truth
+
+NOISE = 5e-5
+
+
+def calibrator(dataset: Dataset, emulator: Emulator, sigma: float = 0.0, known: np.ndarray | None = None) -> Calibrator:
+    observations = observe(record(truth(0.45), TIMES, noise=NOISE, t0=0.3 * sigma), dataset, {CHANNEL: NOISE})
+    return Calibrator(
+        CurveModel(emulator, observations, known), parameter_coordinates(dataset, emulator.regions), sigma
+    )
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.05e-3], ids=["known clock", "unknown clock"])
+def test_density_is_that_of_the_full_gaussian(dataset: Dataset, emulator: Emulator, sigma: float) -> None:
+    """Differences of the log posterior between points, with a known error common to all instants."""
+    problem = calibrator(dataset, emulator, sigma, known=np.linspace(2e-5, 8e-5, 12)[:, None])
+    modes, rng = problem.fit(), np.random.default_rng(0)
+    tau = modes[0].t0 / sigma if sigma else 0.0
+    spread = 0.5 * np.sqrt(np.diag(modes[0].covariance)[:-1])
+    points = np.column_stack([modes[0].z + spread * rng.normal(size=(6, 4)), np.full(6, tau)])
+    found = Likelihood.of(problem, modes).log_posterior(points)
+    model, box = problem.model, problem.coordinates.boxes[0]
+    expected = []
+    for p in points:
+        theta = problem.coordinates.theta(p[:-1], box)
+        factor = model.error_factor(theta, p[-1] * sigma)
+        covariance = np.diag(model.noise**2) + factor @ factor.T
+        curve = model.curves(model.scores(theta[None]), p[-1] * sigma)[0]
+        likelihood = multivariate_normal(curve, covariance).logpdf(model.observations.values)
+        prior = ((p[:-1] - problem.coordinates.mean) / problem.coordinates.sd) ** 2
+        expected.append(likelihood - 0.5 * (prior.sum() + p[-1] ** 2))
+    np.testing.assert_allclose(found - found[0], np.array(expected) - expected[0], atol=2e-2)
+
+
+def test_draws_agree_with_the_linearised_posterior_where_the_data_are_good(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    problem = calibrator(dataset, emulator, 0.05e-3)
+    modes = problem.fit()
+    drawn = sample(problem, modes)
+    assert drawn.converged
+    assert not drawn.warnings
+    linear = intervals(modes)
+    width = linear[:, 1] - linear[:, 0]
+    np.testing.assert_allclose(drawn.interval(), linear, atol=0.15 * width.max())
+    figures = posterior_figures(drawn, problem.coordinates)
+    assert figures.names == (*NAMES, "time_offset")
+    assert all(0.5 < figures.contraction[name] <= 1.0 for name in NAMES[:3])
+    np.testing.assert_allclose(np.diag(figures.correlation), 1.0)
+
+
+def test_same_seed_same_draws_and_unsettled_chains_are_said(dataset: Dataset, emulator: Emulator) -> None:
+    problem = calibrator(dataset, emulator)
+    modes, short = problem.fit(), Sampling(walkers=16, chunk=20, most=20)
+    first, second = (sample(problem, modes, 3, short) for _ in range(2))
+    np.testing.assert_array_equal(first.z, second.z)
+    assert not first.converged
+    assert "have not settled after 20 steps" in first.warnings[0]
+
+
+def test_no_draw_leaves_the_boxes(dataset: Dataset, emulator: Emulator) -> None:
+    problem = calibrator(dataset, emulator)
+    half = tuple(replace(b, highs=np.full(4, 0.5), theta_highs=truth(0.5)) for b in problem.coordinates.boxes)
+    problem = replace(problem, coordinates=replace(problem.coordinates, boxes=half))
+    drawn = sample(problem, problem.fit(), 0, Sampling(walkers=16, chunk=40, most=40))
+    assert (drawn.z <= 0.5).all()
+    assert drawn.theta.max(axis=0) == pytest.approx(truth(0.5), rel=0.05)
+
+
+def test_quick_prediction_is_the_checked_one() -> None:
+    rng = np.random.default_rng(0)
+    u = rng.random((25, 3))
+    process = GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]) + 0.05 * rng.normal(size=25), seed=0)
+    places = rng.random((9, 3))
+    for quick, checked in zip(process.quick(places), process.predict(places), strict=True):
+        np.testing.assert_allclose(quick, checked, rtol=1e-9)

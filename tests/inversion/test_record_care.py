@@ -1,0 +1,73 @@
+"""Clipped readings, outliers and filters: an experimentalist's care, with nothing done silently."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data.dataset import Dataset
+from data.errors import UserError
+from inversion.filters import filtered_dataset, filtered_record, zero_phase
+from inversion.observations import observe
+from inversion.record_care import clipped, outliers
+from tests.inversion.stand_in import CHANNEL, TIME, record, truth
+
+STEP = 5e-6
+CLOCK = np.linspace(0.3e-3, 2.6e-3, 120)
+
+
+def test_flat_top_is_clipped_and_rest_is_not(dataset: Dataset) -> None:
+    measured = record(truth(0.5), CLOCK, noise=1e-5)
+    values = np.minimum(measured.channels[CHANNEL], 4e-3)
+    assert clipped(values).sum() == (values == 4e-3).sum() > 4
+    assert not clipped(measured.channels[CHANNEL]).any()
+    observations = observe(replace(measured, channels={CHANNEL: values}), dataset, {CHANNEL: 1e-5})
+    assert len(observations.channels[0].times) == 120 - int((values == 4e-3).sum())
+    assert any("are clipped" in warning for warning in observations.warnings)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_spike_is_found_and_noise_is_not(seed: int) -> None:
+    values = record(truth(0.5), CLOCK, noise=2e-5, seed=seed).channels[CHANNEL]
+    noise = np.full(len(values), 2e-5)
+    assert not outliers(values, noise).any()
+    values[60] += 6e-4
+    np.testing.assert_array_equal(np.flatnonzero(outliers(values, noise)), [60])
+
+
+def test_table_of_twelve_points_is_taken_as_it_is() -> None:
+    values = np.array([0.0, 1.0, 5.0, 5.0, 5.0, 5.0, 3.0, 1.0, 9.0, 0.0, 0.0, 0.0])
+    assert not clipped(values).any()
+    assert not outliers(values, np.full(12, 1e-3)).any()
+
+
+@pytest.mark.parametrize("name", ["CFC600", "CFC1000"])
+def test_class_passes_half_the_power_at_its_corner_without_delay(name: str) -> None:
+    """-3 dB at CFC / 0.6 (SAE J211-1), and a slow wave passes where it was."""
+    time = np.arange(0.0, 0.2, STEP)
+    corner = float(name.removeprefix("CFC")) / 0.6
+    middle = slice(len(time) // 4, -len(time) // 4)
+    passed = zero_phase(np.sin(2.0 * np.pi * corner * time), STEP, name)[middle]
+    assert np.sqrt(2.0 * np.mean(passed**2)) == pytest.approx(1.0 / np.sqrt(2.0), rel=0.02)
+    slow = np.sin(2.0 * np.pi * corner / 20.0 * time)
+    np.testing.assert_allclose(zero_phase(slow, STEP, name)[middle], slow[middle], atol=0.01)
+
+
+def test_filter_acts_alike_on_record_and_runs(dataset: Dataset) -> None:
+    measured = record(dataset.parameters[3], TIME)
+    found = filtered_record(measured, "CFC1000").channels[CHANNEL]
+    expected = filtered_dataset(dataset, "CFC1000").curves[CHANNEL][3]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_what_cannot_be_filtered_is_refused() -> None:
+    measured = record(truth(0.5), TIME)
+    with pytest.raises(UserError, match="use one of: CFC60"):
+        filtered_record(measured, "CFC12")
+    with pytest.raises(UserError, match="equally spaced"):
+        filtered_record(replace(measured, time=measured.time**1.1), "CFC180")
+    holes = np.where(np.arange(len(TIME)) == 9, np.nan, measured.channels[CHANNEL])
+    with pytest.raises(UserError, match="gaps"):
+        filtered_record(replace(measured, channels={CHANNEL: holes}), "CFC180")

@@ -1,0 +1,102 @@
+"""Many networks in one batch, Bayesian regularisation, early stopping and the search of the hidden size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from surrogate import bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from surrogate.inverse_network import fit_network
+from surrogate.levenberg_marquardt import Settings
+from surrogate.network import Shape, jacobian, nguyen_widrow
+from surrogate.training import Samples
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
+from tests.surrogate.surface import SHAPE, smooth_surface
+
+
+@pytest.mark.parametrize("runs", [8, 60], ids=["fewer residuals than weights", "more"])
+def test_batch_is_each_network_by_itself(runs: int) -> None:
+    samples, rules = smooth_surface(runs), Settings(epochs=30, goal=1e-8)
+    starts = ensemble.starts(SHAPE, 5, seed=2)
+    together = ensemble.train(SHAPE, starts, samples, rules).weights
+    for start, weights in zip(starts, together, strict=True):
+        alone = levenberg_marquardt.train(SHAPE, start, samples, rules)
+        assert samples.mse(SHAPE, weights) == pytest.approx(alone.mse[-1], rel=1e-4, abs=1e-12)
+
+
+def test_batched_jacobian_is_the_single_one() -> None:
+    starts = ensemble.starts(SHAPE, 3, seed=0)
+    x = smooth_surface(7).x
+    y, rows = ensemble.jacobian(SHAPE, torch.as_tensor(starts), torch.as_tensor(x))
+    for i, start in enumerate(starts):
+        expected_y, expected = jacobian(SHAPE, start, x)
+        np.testing.assert_allclose(y[i].numpy(), expected_y, atol=1e-14)
+        np.testing.assert_allclose(rows[i].numpy(), expected, atol=1e-14)
+
+
+def test_mean_of_fifty_does_better_than_the_average_of_them() -> None:
+    """Convexity: the squared error of the mean is at most the mean squared error."""
+    dataset = campaign(spread(25))
+    fit = fit_network(dataset, {CHANNEL: TIMES}, "ensemble")
+    assert fit.network.weights.shape == (50, 157)
+    mean = float(np.mean((fit.errors / (HIGHS - LOWS)) ** 2))
+    assert mean < fit.training.test_mse[-1]
+    assert "of 50 networks reached the goal" in fit.training.status
+
+
+def test_regularisation_uses_few_weights_and_does_not_follow_the_noise() -> None:
+    """40 noisy samples, 25 weights: trained to its end the plain network fits the noise, this one does not."""
+    samples = smooth_surface(40)
+    noisy = replace(samples, t=samples.t + 0.05 * np.random.default_rng(1).normal(size=samples.t.shape))
+    start = nguyen_widrow(SHAPE, 0)
+    plain = levenberg_marquardt.train(SHAPE, start, noisy, Settings(goal=0.0, epochs=500))
+    regular = bayesian_regularisation.train(SHAPE, start, noisy)
+    assert regular.effective_weights is not None
+    assert 1.0 < regular.effective_weights < SHAPE.weights
+    assert regular.test_mse[-1] < plain.test_mse[-1]
+    assert "weights are effective" in regular.status
+    assert np.sqrt(regular.mse[-1]) == pytest.approx(0.05, rel=0.35)  # what is left is the noise
+
+
+def test_validation_set_stops_the_training_and_its_best_weights_are_kept() -> None:
+    samples = smooth_surface(12)
+    rng = np.random.default_rng(3)
+    noisy = replace(samples, t=samples.t + 0.1 * rng.normal(size=samples.t.shape))
+    watched = replace(noisy, x_stop=samples.x_test, t_stop=samples.t_test)
+    shape = Shape(2, 12, 1)
+    found = levenberg_marquardt.train(shape, nguyen_widrow(shape, 0), watched, Settings(goal=0.0))
+    assert "the validation error rose 6 times in a row" in found.status
+    assert samples.test_mse(shape, found.weights) == pytest.approx(np.nanmin(found.test_mse))
+
+
+def test_search_finds_that_one_neuron_is_too_few() -> None:
+    samples = smooth_surface(40)
+    found = hidden_size.search(samples.x, samples.t, (1, 6), settings=Settings(goal=1e-5, epochs=100))
+    assert [size.hidden for size in found] == [1, 6]
+    assert hidden_size.best(found).hidden == 6
+    assert all(size.spread >= 0.0 for size in found)
+
+
+def test_noisy_copies_make_the_network_deaf_to_noise() -> None:
+    dataset = campaign(spread(40))
+    noise = np.full(12, 2e-4)
+    rng = np.random.default_rng(0)
+
+    def moved(copies: int) -> float:
+        fit = fit_network(dataset, {CHANNEL: TIMES}, "br", noise=noise, copies=copies)
+        values = fit.network.inputs.from_unit(np.full(12, 0.5))
+        draws = fit.network.predict(values + noise * rng.normal(size=(200, 12)))
+        return float((draws.std(axis=0) / (HIGHS - LOWS)).mean())
+
+    assert moved(5) < moved(0)
+
+
+def test_shared_samples_are_not_changed() -> None:
+    samples = smooth_surface(10)
+    before = Samples(*(part.copy() for part in (samples.x, samples.t, samples.x_test, samples.t_test)))
+    ensemble.train(SHAPE, ensemble.starts(SHAPE, 2, 0), samples, Settings(epochs=3))
+    np.testing.assert_array_equal(before.x, samples.x)
+    np.testing.assert_array_equal(before.t, samples.t)
