@@ -30,11 +30,11 @@ def command(
     table: Annotated[bool, typer.Option(help="The table of all methods, 12 conditions.")] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Run every method on records of known truth: errors, verified errors, runs and seconds beside the information
-    bound.
+    """Run every method on records of known truth, errors, runs and seconds beside the information bound.
 
-    Example: birdstrike compare-methods campaign --out comparison, after birdstrike run-doe synthetic_strike --out
-    campaign
+    The campaign is one of `birdstrike run-doe synthetic_strike`.
+
+    Example: birdstrike compare-methods campaign --out comparison
     """
     rows = compare_methods(doe, out, case, truths, solver_truths, table)
     say(f"Written to {out}: comparison.json, comparison.md.")

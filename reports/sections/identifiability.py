@@ -23,7 +23,7 @@ def section(results: Results) -> Section:
                 f"Which parameter's range makes {words(channel)} vary, and when: total Sobol indices by the emulator. "
                 "They add up to more than 1 where parameters act together."
             )
-            blocks.append(drawing(f"sobol_{channel}", sobol_figure(indices.times, indices.total), caption))
+            blocks.append(drawing(f"sobol-{channel}", sobol_figure(indices.times, indices.total), caption))
     if not blocks:
         blocks.append(Paragraph("Neither posterior nor identifiability was asked for: the intervals are linearised."))
     return Section("identifiability", "What the record tells", tuple(blocks))

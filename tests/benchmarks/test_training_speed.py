@@ -41,10 +41,10 @@ def scipy_trf(given: Samples, start: Array, evaluations: int) -> int:
         found = least_squares(
             lambda w: (forward(SHAPE, w, given.x) - given.t).ravel(),
             start,
-            lambda w: jacobian(SHAPE, w, given.x)[1],
+            lambda w: jacobian(SHAPE, w, given.x)[1],  # pyright: ignore[reportArgumentType]
             max_nfev=evaluations,
-            ftol=None,
-            xtol=None,
+            ftol=None,  # pyright: ignore[reportArgumentType]
+            xtol=None,  # pyright: ignore[reportArgumentType]
             gtol=1e-15,
         )
     return int(found.nfev)

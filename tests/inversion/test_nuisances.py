@@ -37,13 +37,13 @@ def faster(theta: Mapping[str, float]) -> Histories:
 
 
 def columns(observations: Observations, mode: Mode) -> np.ndarray:
-    theta = dict(zip(NAMES, map(float, mode.theta), strict=True))
+    theta: dict[str, float] = dict(zip(NAMES, map(float, mode.theta), strict=True))
     return nuisance_columns(faster, [SPEED], theta, observations, mode.t0)
 
 
 def test_column_is_the_change_for_one_sigma(dataset: Dataset) -> None:
     observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
-    theta = dict(zip(NAMES, map(float, truth(0.5)), strict=True))
+    theta: dict[str, float] = dict(zip(NAMES, map(float, truth(0.5)), strict=True))
     found = nuisance_columns(faster, [SPEED], theta, observations, 0.0)
     np.testing.assert_allclose(found[:, 0], 0.01 * stacked(forward(theta), observations, 0.0), rtol=1e-9)
 

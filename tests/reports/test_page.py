@@ -79,7 +79,7 @@ def test_ids_are_unique_so_that_no_figure_borrows_another_ones_marks(parsed: Pag
 def test_every_figure_is_drawn(parsed: Page) -> None:
     wanted = {"setup", "comparison-displacement_centre", "cloud-displacement_centre", "parameters", "design"}
     wanted |= {f"models-{sensor}" for sensor in ("displacement_centre", "contact_force", "reaction_force")}
-    wanted |= {"training", "animation", "stress", "shapes"}
+    wanted |= {"training", "animation", "stress", "shapes", "posterior", "sobol-displacement_centre"}
     assert set(parsed.figures) == {f"figure-{name}" for name in wanted}
     for name, drawn in parsed.figures.items():
         if name not in parsed.pictures and name != "figure-animation":
@@ -87,7 +87,7 @@ def test_every_figure_is_drawn(parsed: Page) -> None:
 
 
 def test_every_picture_holds_more_than_paper(parsed: Page) -> None:
-    assert len(parsed.pictures) == 2
+    assert len(parsed.pictures) == 3
     for name, address in parsed.pictures.items():
         assert address.startswith("data:image/png;base64,")
         pixels = images.imread(BytesIO(base64.b64decode(address.split(",", 1)[1])))[..., :3]
