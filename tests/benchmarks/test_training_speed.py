@@ -1,4 +1,4 @@
-"""How fast the networks train: 19 samples, 12-9-4, beside scipy's Levenberg-Marquardt on the same residuals."""
+"""How fast the networks train: 19 samples, 12-9-4, beside scipy's least squares and pyrenn on the same residuals."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+import pytest
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
@@ -61,6 +62,20 @@ def test_epochs_a_second_beside_scipy() -> None:
     other = (time.process_time() - begun) / done
     text = f"2000 epochs in {own * 2000:.2f} s of one core ({epochs} done); scipy trf: {other / own:.1f} times as long"
     print(f"\n  {text}", flush=True)  # noqa: T201
+    assert own < other
+
+
+def test_an_epoch_beside_pyrenn() -> None:
+    """pyrenn's Levenberg-Marquardt by the iteration, on the same samples and layers."""
+    pyrenn = pytest.importorskip("pyrenn", reason="the extra `bench` is not installed")
+    given, start = samples(), nguyen_widrow(SHAPE, 0)
+    epochs = levenberg_marquardt.train(SHAPE, start, given, Settings(epochs=60, goal=0.0, min_gradient=0.0)).epochs
+    rules = Settings(epochs=epochs, goal=0.0, min_gradient=0.0)
+    own = min(seconds(partial(levenberg_marquardt.train, SHAPE, start, given, rules)) for _ in range(3)) / epochs
+    with threadpool_limits(limits=1, user_api="blas"):
+        net = pyrenn.CreateNN([SHAPE.inputs, SHAPE.hidden, SHAPE.outputs])
+        other = seconds(partial(pyrenn.train_LM, given.x.T, given.t.T, net, k_max=20, E_stop=0.0)) / 20
+    print(f"\npyrenn: {other / own:.1f} times as long an iteration")  # noqa: T201
     assert own < other
 
 
