@@ -18,6 +18,7 @@ from reports.results import Results
 from reports.sections import (
     books,
     campaign,
+    comparison,
     curves,
     identifiability,
     models,
@@ -40,6 +41,7 @@ SECTIONS: tuple[Callable[[Results], Section | None], ...] = (
     identifiability.section,
     campaign.section,
     surrogates.section,
+    comparison.section,
     books.section,
     reproducibility.section,
 )

@@ -32,7 +32,8 @@ def command(
 ) -> dict[str, Any]:
     """Run every method on records of known truth, errors, runs and seconds beside the information bound.
 
-    The campaign is one of `birdstrike run-doe synthetic_strike`.
+    The campaign is one of `birdstrike run-doe synthetic_strike`. The report of a folder shows what lies in its folder
+    `comparison`.
 
     Example: birdstrike compare-methods campaign --out comparison
     """

@@ -16,7 +16,7 @@ from data.curves import read_measured
 from data.errors import UserError
 from data.run_file import read_run
 from inversion.misfit import rmse
-from reports.page import SECTIONS, report
+from reports.page import report
 from tests.reports.html import Page
 
 MEGABYTE, CHANNEL = 1_000_000, "displacement_centre"
@@ -67,7 +67,6 @@ def test_page_stays_far_below_10_megabytes(page: Path) -> None:
 
 def test_every_section_is_there_in_order(parsed: Page) -> None:
     assert [heading.split(" ", 1)[1] for heading in parsed.text["h2"]] == list(TITLES)
-    assert len(parsed.text["h2"]) == len(SECTIONS)
 
 
 def test_ids_are_unique_so_that_no_figure_borrows_another_ones_marks(parsed: Page) -> None:

@@ -1,0 +1,40 @@
+"""The table of methods side by side, as it lands in the report."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from data.files import write_json
+from inversion.coverage import Coverage
+from inversion.side_by_side import Row
+from reports.blocks import Table
+from reports.results import Results
+from reports.sections import comparison
+
+VISCOSITY = "bird.material.viscosity"
+
+
+def test_without_a_comparison_there_is_no_section(results: Results) -> None:
+    assert comparison.section(results) is None
+
+
+def test_methods_stand_under_the_bound_of_their_condition(results: Results, tmp_path: Path) -> None:
+    clean = Row("no noise", "network LM", {VISCOSITY: 0.2}, None, 1.5, 25, 0.1, None)
+    noisy = [Row("noise", method, {VISCOSITY: 0.1}, 0.7, 1.2, 25, 3.0, {VISCOSITY: 0.04}) for method in ("LM", "MAP")]
+    same = {VISCOSITY: 0.5}
+    covered = Coverage("solver", 20, {VISCOSITY: 0.25}, {VISCOSITY: 0.4}, same, same, same, same, 0)
+    content = {
+        "campaign_runs": 25,
+        "truth": {VISCOSITY: 420.0},
+        "table": [asdict(row) for row in (clean, *noisy)],
+        "coverage": {"noise": [asdict(covered)]},
+    }
+    write_json(tmp_path / comparison.FILE, content)
+    found = comparison.section(replace(results, folder=tmp_path))
+    assert found is not None
+    methods, coverage = (block for block in found.blocks if isinstance(block, Table))
+    assert [row[1] for row in methods.rows] == ["network LM", "information bound", "LM", "MAP"]
+    assert methods.rows[0][2:5] == ("20", "–", "1.50")
+    assert methods.rows[1][2] == "4"
+    assert coverage.rows == (("20 made by the solver", "40 % (identified in 25 %)"),)
