@@ -21,8 +21,8 @@ def section(results: Results) -> Section | None:
     content = json.loads(path.read_text(encoding="utf-8"))
     truth = ", ".join(f"{symbol(name)} {value:.4g}" for name, value in content["truth"].items())
     intro = (
-        f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} strikes: how far "
-        "each method comes from the truth, and how far the measurement lets any method come (information bound)."
+        f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} strikes: how "
+        "far each method comes from the truth, and how far the measurement lets any method come (information bound)."
     )
     return Section("comparison", "Methods side by side", (Paragraph(intro), *_tables(content)))
 
