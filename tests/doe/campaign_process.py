@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from birdstrike.cli.app import main
 from tests.doe.stand_in import VERSION, strike
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit a deaf ear to it
     diary, seconds, *arguments = sys.argv[1:]
     solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
     solver.version.SOLVER_VERSION = VERSION  # the stand-in's runs are not the solver's, whatever its sources are

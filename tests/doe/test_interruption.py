@@ -95,7 +95,7 @@ def test_a_stopped_campaign_loses_only_the_strikes_in_flight(tmp_path: Path, und
     else:
         os.kill(process.pid, how)
     output, _ = process.communicate(timeout=60)
-    assert process.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL)
+    assert process.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL), output
     assert "Traceback" not in output
     until(lambda: all(gone(pid) for pid in pids(diary)))
     kept = finished(out)
