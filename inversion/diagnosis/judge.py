@@ -1,0 +1,127 @@
+"""Every model of the library refitted and judged: fits, p-values, and the solver's word on those that matter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from data.histories import Array
+from inversion.diagnosis.covariance import Whitener
+from inversion.diagnosis.groundwork import Groundwork, emulator_error, middle, numerical_error
+from inversion.diagnosis.record import Record
+from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
+from inversion.diagnosis.statistics import Consistency, Reference
+from inversion.diagnosis.strikes import Strikes
+from inversion.diagnosis.verdict import NONE
+
+NEAR = 1e-3  # p from which a model is confirmed by the solver
+BEST = 3  # so many of the lowest costs are confirmed whatever their p
+ROUNDS = 2
+MODES = 2
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One model: its fit, what the data say of it, and whether the solver was asked at the fit."""
+
+    name: str
+    fit: Fit
+    reference: Reference
+    consistency: Consistency
+    confirmed: bool
+
+    @property
+    def p(self) -> float:
+        """High: the data allow the model."""
+        return self.consistency.p
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Fits and judges models of a record.
+
+    measurement, numerical: covariances (n, n); used: points that count, all by default.
+    """
+
+    groundwork: Groundwork
+    record: Record
+    measurement: Array
+    numerical: Array
+    used: np.ndarray
+    seed: int = 0
+
+    @classmethod
+    def of(cls, groundwork: Groundwork, record: Record, seed: int = 0) -> Judge:
+        """For all points of the record."""
+        numerical = numerical_error(groundwork.numerical, groundwork.model(record))
+        used = np.ones(len(record.values), dtype=bool)
+        return cls(groundwork, record, record.covariance(), numerical, used, seed)
+
+    def only(self, used: np.ndarray) -> Judge:
+        """The same with fewer points."""
+        return replace(self, used=used)
+
+    def whitener(self, emulator: Array | float = 0.0) -> Whitener:
+        """Of the points used, with the emulator's error where that counts."""
+        return Whitener.of(self.measurement + self.numerical + emulator, self.used)
+
+    def start(self) -> list[Fit]:
+        """Minima of the model without effects, the emulator's error taken where the best one lies."""
+        model = self.groundwork.model(self.record)
+        box = model.coordinates.boxes[0]
+        theta = model.coordinates.theta(middle(box)[None], box)[0]
+        fits: list[Fit] = []
+        for _ in range(2):
+            whitener = self.whitener(emulator_error(model, theta))
+            fits = fit_none(Problem(model, whitener, self.groundwork.nuisances()), self.seed)
+            theta = fits[0].theta
+        return fits
+
+    def judged(self, name: str, fit: Fit, confirmed: bool = False) -> Judged:
+        """p-values of a fit."""
+        record = self.record
+        freedom = record.noise_freedom if record.noise_known else np.inf
+        reference = Reference.of(fit.linear, freedom, not record.noise_known, seed=self.seed)
+        return Judged(name, fit, reference, reference.judge(), confirmed)
+
+    def models(self, progress: Callable[[float], None] = lambda _: None) -> dict[str, Judged]:
+        """Every model of the library, by the emulator and the learnt responses."""
+        bases = self.start()
+        found = {NONE: self.judged(NONE, bases[0])}
+        names = bases[0].problem.names
+        for i, name in enumerate(names):
+            found[name] = self.judged(name, fit_effect(bases[0].problem, (i,), bases[:MODES]))
+            progress((i + 1) / len(names))
+        return found
+
+    def confirm(self, judged: Sequence[Judged], strikes: Strikes, rounds: int = ROUNDS) -> dict[str, Judged]:
+        """The same models with the solver asked at their fits, and refitted to what it said, so many times."""
+        fits = {one.name: one.fit for one in judged}
+        for _ in range(rounds):
+            cases = {name: self._case(fit) for name, fit in fits.items()}
+            runs = strikes.run(cases)
+            for name, histories in runs.items():
+                fit = fits[name]
+                model = fit.problem.model
+                off = self.groundwork.clock.stack(histories) - model.grid(fit.place, fit.box)[0]
+                corrected = replace(model, correction=model.correction + off)
+                fits[name] = again(fit, replace(fit.problem, model=corrected, whitener=self.whitener()))
+        return {name: self.judged(name, fit, True) for name, fit in fits.items()}
+
+    def _case(self, fit: Fit):
+        """The strike at a fit, everything that acts on it included."""
+        b, base = fit.b, self.groundwork.probed
+        acting = {k.name: k.magnitude(float(b[i])) for i, k in enumerate(fit.problem.model.known) if not k.of_record}
+        theta = dict(zip(fit.problem.model.emulator.names, map(float, fit.theta), strict=True))
+        stated = {name: value for name, value in acting.items() if value}
+        return base.with_values(theta).with_effects({**base.effects, **stated})
+
+
+def near(models: dict[str, Judged]) -> list[Judged]:
+    """Models that the solver should be asked about: in or near the confidence set, or of the lowest costs."""
+    by_cost = sorted(models.values(), key=lambda one: one.fit.cost)[:BEST]
+    kept = {one.name: one for one in [*by_cost, *(m for m in models.values() if m.p >= NEAR)]}
+    kept.pop(NONE, None)
+    return list(kept.values())

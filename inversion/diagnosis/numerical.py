@@ -1,0 +1,137 @@
+"""What the discretisation does to the curves: bias directions and scatter, as a covariance of the model's error.
+
+Each numerical choice (resolution of bird and plate, lattice, artificial viscosity, smoothing length; the contact's gap
+goes with the particle spacing) is changed once, and the change d of the curves enters as d d^T: a direction that no
+effect may claim for itself. What a change leaves beyond the span of the others is rough and short-lived; its size and
+its correlation time give the rest of the covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from data.errors import CaseError
+from data.histories import Array
+from solver.case import Case
+from solver.case_overlay import Raw, overlay
+
+FINER, WIDER = 2.0, 1.5  # particles, shells a side
+SEEDS = (11, 12, 13)
+JITTER = 0.1  # of the spacing
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One numerical choice changed: its name for the user, the keys that change it; scatter: one of several draws."""
+
+    name: str
+    changes: Raw
+    scatter: bool = False
+
+
+def choices(case: Case) -> tuple[Choice, ...]:
+    """The choices that are changed for a case, one strike each."""
+    shells = {"elements": [max(2, round(WIDER * n)) for n in case.plate.elements]}
+    many = min(round(FINER * case.bird.particles), 200_000)
+    shock = {
+        "shock_linear": 0.5 * case.solver.shock_linear,
+        "shock_quadratic": 0.5 * case.solver.shock_quadratic,
+    }
+    found = [
+        Choice("finer bird", {"bird": {"particles": many}}),
+        Choice("artificial viscosity halved", {"solver": shock}),
+    ]
+    if not case.plate.rigid:
+        found.append(Choice("finer plate", {"plate": shells}))
+    if case.bird.method != "sph":
+        between = round(0.5 * (1.0 + FINER) * case.bird.particles)
+        return (*found, Choice("bird between", {"bird": {"particles": between}}), Choice("both", {"plate": shells, "bird": {"particles": many}}))
+    other = {"lattice": "cubic" if case.bird.lattice == "fcc" else "fcc"}
+    found += [
+        Choice("other lattice", {"bird": other}),
+        Choice("other lattice, finer bird", {"bird": {**other, "particles": many}}),
+        Choice("other lattice, finer still", {"bird": {**other, "particles": round(1.25 * many)}, "plate": shells}),
+        Choice("smoothing length", {"solver": {"smoothing": min(1.1 * case.solver.smoothing, 2.5)}}),
+    ]
+    return (*found, *(Choice(f"lattice jitter {s}", {"bird": {"jitter": JITTER, "seed": s}}, True) for s in SEEDS))
+
+
+def variants(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
+    """The case at theta with each choice changed, by the choice's name; those that cannot be built are left out."""
+    from solver.case import case_from_table
+
+    base = case.with_values(theta)
+    cases: dict[str, Case] = {}
+    for choice in choices(case):
+        try:
+            cases[choice.name] = case_from_table(overlay(base._raw, choice.changes), base.name)
+        except CaseError:
+            continue
+    return cases
+
+
+@dataclass(frozen=True)
+class Numerical:
+    """Covariance of the model's numerical error on its clock, all channels stacked (grid,).
+
+    directions: name -> change d (grid,) of the curves; scatter: (grid,) standard deviation of the rough rest;
+    correlation: per channel, its correlation time [s].
+    """
+
+    directions: Mapping[str, Array]
+    scatter: Array
+    correlation: tuple[float, ...]
+
+    @classmethod
+    def of(cls, changes: Mapping[str, Array], case: Case, time: Array, channels: int) -> Numerical:
+        """From the changes d (grid,) of the curves by choice."""
+        if not changes:
+            grid = channels * len(time)
+            return cls({}, np.zeros(grid), (float(time[1] - time[0]),) * channels)
+        draws = [choice.name for choice in choices(case) if choice.scatter and choice.name in changes]
+        rest = np.stack([_beyond(name, changes) for name in changes])
+        parts = np.split(rest, channels, axis=1)
+        step = float(time[1] - time[0])
+        scatter = np.concatenate([_envelope(part) for part in parts])
+        correlation = tuple(_correlation_time(part, step) for part in parts)
+        scale = {name: 1.0 / np.sqrt(len(draws)) if name in draws else 1.0 for name in changes}
+        return cls({name: scale[name] * d for name, d in changes.items()}, scatter, correlation)
+
+    def covariance(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
+        """(n, n) on the record's points; sample: curves (q, grid) to points (q, n); channel: of every point."""
+        size = sample(self.scatter[None])[0]
+        length = np.asarray(self.correlation)[channel]
+        near = (channel[:, None] == channel) * np.exp(-0.5 * ((times[:, None] - times) / length) ** 2)
+        rough = size[:, None] * near * size
+        if not self.directions:
+            return rough
+        d = sample(np.stack(list(self.directions.values())))
+        return rough + d.T @ d
+
+
+def _beyond(name: str, changes: Mapping[str, Array]) -> Array:
+    """What of a change the other changes do not span."""
+    others = np.stack([d for other, d in changes.items() if other != name], axis=1) if len(changes) > 1 else None
+    d = changes[name]
+    if others is None:
+        return d
+    return d - others @ np.linalg.lstsq(others, d, rcond=1e-8)[0]
+
+
+def _envelope(rest: Array) -> Array:
+    """(m,) root mean square over the changes (c, m), smoothed over a twentieth of the record; each lost a freedom."""
+    mean = uniform_filter1d((rest**2).mean(axis=0), max(3, rest.shape[1] // 20), mode="nearest")
+    return np.sqrt(mean)
+
+
+def _correlation_time(rest: Array, step: float) -> float:
+    """Length l [s] of exp(-lag^2 / 2 l^2) that has the rest's lag-1 and lag-2 correlation."""
+    total = float((rest**2).sum())
+    if total == 0.0:
+        return step
+    rho = max(float((rest[:, 2:] * rest[:, :-2]).sum()) / total, 0.05)
+    return 2.0 * step / np.sqrt(-2.0 * np.log(min(rho, 0.995)))

@@ -1,0 +1,111 @@
+"""Responses of the curves to effects: learnt from strikes at a few magnitudes, quadratic in the magnitude."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.histories import Array, Histories
+from solver.case import Case
+from solver.effects import Effect, effects
+
+TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
+"""Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""
+OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
+"""Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
+WIDEST = 5.0  # plausible sizes up to which a magnitude is sought
+
+
+@dataclass(frozen=True)
+class Known:
+    """An effect that the case can carry; size: b = 1 in SI; least, most: bounds of b; of_record: the instrument's."""
+
+    effect: Effect
+    size: float
+    least: float
+    most: float
+    of_record: bool
+
+    @property
+    def name(self) -> str:
+        """Its name in a case."""
+        return self.effect.name
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether b = 0 is a bound."""
+        return self.least == 0.0
+
+    def magnitude(self, b: float) -> float:
+        """SI magnitude, exactly on the bound where b is."""
+        return b * self.size
+
+    def learnt_at(self) -> tuple[float, ...]:
+        """b of the strikes from which the response is learnt, inside the bounds."""
+        if self.one_sided:
+            return ONE_SIDED
+        low = max(TWO_SIDED[0], 0.5 * self.least)
+        return (low, TWO_SIDED[1])
+
+
+def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
+    """Effects that the case can carry, and why it cannot carry the others."""
+    known, refused = [], {}
+    for name, effect in effects().items():
+        if reason := effect.refuses(case) or _declared(case, name):
+            refused[name] = reason
+            continue
+        size, least = effect.size(case), effect.least(case)
+        of_record = name in OF_RECORD and not case.instrument
+        known.append(Known(effect, size, max(least / size, -WIDEST) + 0.0, WIDEST, of_record))
+    return tuple(known), refused
+
+
+def _declared(case: Case, name: str) -> str:
+    return "the case states it already" if name in case.effects else ""
+
+
+def cases_of(case: Case, known: tuple[Known, ...], theta: Mapping[str, float]) -> dict[str, Case]:
+    """The strikes that teach the responses, by "effect at b"."""
+    base = case.with_values(theta)
+    cases: dict[str, Case] = {}
+    for one in known:
+        if not one.of_record:
+            for b in one.learnt_at():
+                cases[label(one.name, b)] = base.with_effects({**case.effects, one.name: one.magnitude(b)})
+    return cases
+
+
+def label(name: str, b: float) -> str:
+    """Name of a strike of an effect."""
+    return f"{name} at {b:g} sizes"
+
+
+@dataclass(frozen=True)
+class Response:
+    """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each."""
+
+    slope: Array
+    curvature: Array
+
+    def at(self, b: Array) -> Array:
+        """(q, grid) at b (q,)."""
+        return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
+
+
+def learn(
+    known: Known, base: Array, runs: Mapping[str, Histories], stack: Callable[[Histories], Array]
+) -> Response | None:
+    """The response through the effect's strikes; None where none of them finished; stack: a strike's (grid,) curves."""
+    found = [(b, stack(runs[label(known.name, b)]) - base) for b in known.learnt_at() if label(known.name, b) in runs]
+    if not found:
+        return None
+    if len(found) == 1:
+        b, change = found[0]
+        return Response(change / b, np.zeros_like(change))
+    (b1, y1), (b2, y2) = found[0], found[1]
+    slope = (y1 * b2 / b1 - y2 * b1 / b2) / (b2 - b1)
+    curvature = (y2 / b2 - y1 / b1) / (b2 - b1)
+    return Response(slope, curvature)
