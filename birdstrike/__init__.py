@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
     from birdstrike.loop import close_the_loop
+    from inversion.diagnosis.diagnose import diagnose
     from inversion.train_and_invert import train_and_invert
     from reports.page import report
     from reports.verification.verify import verify
@@ -31,6 +32,7 @@ _PUBLIC = {
     "converge": ("birdstrike.cli.converge", "converge"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
+    "diagnose": ("inversion.diagnosis.diagnose", "diagnose"),
     "report": ("reports.page", "report"),
     "close_the_loop": ("birdstrike.loop", "close_the_loop"),
     "verify": ("reports.verification.verify", "verify"),
@@ -40,6 +42,7 @@ __all__ = [
     "check",
     "close_the_loop",
     "converge",
+    "diagnose",
     "load_case",
     "report",
     "run_doe",

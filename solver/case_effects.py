@@ -46,7 +46,9 @@ def magnitude(name: str, value: Any) -> float:
     known = effects()
     if name not in known:
         close = difflib.get_close_matches(name, known, n=1)
-        raise complaint(f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}")
+        raise complaint(
+            f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}"
+        )
     unit = known[name].unit
     if not unit:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

@@ -13,7 +13,6 @@ from solver.case_choice import sections_of
 from solver.case_fields import Between, OneOf, Section
 from solver.case_plate import Plate
 
-
 ASIDE = Between("-2500 mm", "2500 mm")
 
 

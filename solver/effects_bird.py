@@ -142,8 +142,11 @@ BIRD = (
         "",
         _porosity,
         lambda _: 0.02,
-        lambda case: -case.bird.material.eos.z if getattr(case.bird.material, "eos", None) is not None
-        and case.bird.material.eos.kind == "porous" else 0.0,
+        lambda case: (
+            -case.bird.material.eos.z
+            if getattr(case.bird.material, "eos", None) is not None and case.bird.material.eos.kind == "porous"
+            else 0.0
+        ),
         _no_law,
         GROUP,
         "air at one pressure with the bird's substance (Wood 1930); 10 % is usual in gelatine birds (Wilbeck 1978)",

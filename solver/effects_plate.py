@@ -173,9 +173,7 @@ PLATE = (
         "Pa",
         _preload,
         lambda case: (
-            10.0
-            * bending_stiffness(case)
-            / (min(case.plate.length, case.plate.width) ** 2 * case.plate.thickness)
+            10.0 * bending_stiffness(case) / (min(case.plate.length, case.plate.width) ** 2 * case.plate.thickness)
         ),
         lambda _: -math.inf,
         lambda case: _rigid(case) or _no_edges("in_plane", case),

@@ -14,7 +14,17 @@ import typer
 from birdstrike.cli.frame import print_json
 from data.errors import UserError
 
-COMMANDS = ("check", "simulate", "converge", "run-doe", "train-and-invert", "report", "close-the-loop", "verify")
+COMMANDS = (
+    "check",
+    "simulate",
+    "converge",
+    "run-doe",
+    "train-and-invert",
+    "diagnose",
+    "report",
+    "close-the-loop",
+    "verify",
+)
 
 # A command line that cannot be read is the user's input: 1, as everywhere; typer's own 2 means a failed run here.
 USAGE_ERROR = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "UsageError")

@@ -36,7 +36,11 @@ def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigur
         index = one.fit.own[0]
         known = one.fit.problem.model.known[index]
         value, interval = magnitude(one)
-        bias = {n: float(shifts[index, i] * spans[i]) for i, n in enumerate(names)} if shifts.shape[1] == len(names) else {}
+        bias = (
+            {n: float(shifts[index, i] * spans[i]) for i, n in enumerate(names)}
+            if shifts.shape[1] == len(names)
+            else {}
+        )
         own_bound = bool(one.fit.at_bound[-1])
         figures = (value, known.effect.unit, interval, one.p, log_evidence(one.fit) - reference, twins(one), own_bound)
         share = float(lost[index]) if np.any(base.fit.linear.effects[:, index]) else None
@@ -71,6 +75,7 @@ def noise_figures(judge: Judge) -> dict[str, Any]:
     whole = np.diag(judge.measurement) + numerical
     sensors = {
         trace.name: {
+            "unit": trace.unit,
             "source": trace.noise.source,
             "sigma": float(trace.noise.level * np.sqrt(trace.block)),
             "correlation_time": trace.noise.correlation_time,

@@ -12,5 +12,14 @@ from inversion.diagnosis.diagnosis import Diagnosis
 
 def write_curves(path: Path, found: Diagnosis) -> None:
     """Columns: channel, time_s, measured, sigma (measurement), error (with numerical), before, after (empty: none); SI."""
-    tables = [pd.DataFrame({"channel": name, "time_s": c["time"], **{k: c[k] for k in ("measured", "sigma", "error", "before", "after")}}) for name, c in found.curves.items()]
+    tables = [
+        pd.DataFrame(
+            {
+                "channel": name,
+                "time_s": c["time"],
+                **{k: c[k] for k in ("measured", "sigma", "error", "before", "after")},
+            }
+        )
+        for name, c in found.curves.items()
+    ]
     write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))

@@ -29,7 +29,16 @@ from inversion.diagnosis.record import Record, Window, read_record
 from inversion.diagnosis.remainder import Remainder, pairs, remainder
 from inversion.diagnosis.separate import Proposal, propose
 from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import ALPHA, AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, NONE, UNEXPLAINED, confidence_set, verdict
+from inversion.diagnosis.verdict import (
+    ALPHA,
+    AMBIGUOUS,
+    ATTRIBUTED,
+    NO_RESIDUAL,
+    NONE,
+    UNEXPLAINED,
+    confidence_set,
+    verdict,
+)
 from inversion.diagnosis.words import sentence
 from inversion.train_and_invert import campaign_case
 from solver.case import Case, load_case
@@ -103,7 +112,9 @@ def _refuse_unknown(case: Case, record: Measured, shot: Measured | None) -> None
     unknown = [name for name in record.channels if name not in case.sensors]
     errors = [f'{record.path}: channel "{n}" is no sensor of case {case.name}; its sensors: {known}' for n in unknown]
     missing = [name for name in record.channels if shot is not None and name not in shot.channels]
-    errors += [f'{shot.path if shot else ""}: channel "{n}" is missing; the two records must have the same' for n in missing]
+    errors += [
+        f'{shot.path if shot else ""}: channel "{n}" is missing; the two records must have the same' for n in missing
+    ]
     if errors:
         raise MeasuredError(errors)
 
@@ -116,9 +127,7 @@ def _campaign(case: Case, folder: Path, doe: str | Path | None, choice: Wishes) 
         return dataset, Path(doe)
     design = make_design("uniform", ParameterSpace.of(case.parameters()), choice.runs, choice.seed)
     with choice.counter() as shown:
-        dataset = run_campaign(
-            case, design, folder / "doe", workers=choice.workers, progress=shown, say=lambda _: None
-        )
+        dataset = run_campaign(case, design, folder / "doe", workers=choice.workers, progress=shown, say=lambda _: None)
     return dataset, folder / "doe"
 
 
@@ -240,8 +249,16 @@ class Study:
             if one.confirmed:
                 model = one.fit.problem.model
                 size = np.split(np.atleast_1d(model.correction), len(judge.record.traces))
-                off[name] = {t.name: float(np.sqrt(np.mean(part**2))) for t, part in zip(judge.record.traces, size, strict=True)}
-        return {"campaign": campaign, "paid": paid, "reused": reused, "emulator_error": off, "failed": dict(self.strikes.failures)}
+                off[name] = {
+                    t.name: float(np.sqrt(np.mean(part**2))) for t, part in zip(judge.record.traces, size, strict=True)
+                }
+        return {
+            "campaign": campaign,
+            "paid": paid,
+            "reused": reused,
+            "emulator_error": off,
+            "failed": dict(self.strikes.failures),
+        }
 
     def _warnings(
         self, judge: Judge, models: dict[str, Judged], chosen: Judged | None, kind: str, held: dict[str, HeldOut]
@@ -249,10 +266,16 @@ class Study:
         found = list(judge.record.warnings)
         found += doubts(judge, chosen or models[NONE], models[NONE])
         for name, one in held.items():
-            if one.verdict not in ("not repeated", kind) or (kind == ATTRIBUTED and one.chosen not in (None, chosen.name if chosen else None)):
+            if one.verdict not in ("not repeated", kind) or (
+                kind == ATTRIBUTED and one.chosen not in (None, chosen.name if chosen else None)
+            ):
                 what = f"{one.verdict}{f' ({one.chosen})' if one.chosen else ''}"
                 found.append(f"without the held-out {name.replace('_', ' ')} the verdict is {what}")
-        unheard = [k.name for k in self.ground.known if not np.any(models[NONE].fit.linear.effects[:, models[NONE].fit.problem.index(k.name)])]
+        unheard = [
+            k.name
+            for k in self.ground.known
+            if not np.any(models[NONE].fit.linear.effects[:, models[NONE].fit.problem.index(k.name)])
+        ]
         if unheard:
             found.append(f"at a plausible size these change nothing in this strike: {', '.join(unheard)}")
         if not judge.record.noise_known:
@@ -286,7 +309,12 @@ def _pair(judge: Judge, judged: Judged) -> dict[str, Any]:
     known = judged.fit.problem.model.known
     values = [known[i].magnitude(float(b)) for i, b in zip(judged.fit.own, judged.fit.magnitudes, strict=True)]
     names = [known[i].name for i in judged.fit.own]
-    return {"effects": names, "magnitudes": values, "p_consistent": judged.p, "weighted": state(judge, judged, {}).weighted}
+    return {
+        "effects": names,
+        "magnitudes": values,
+        "p_consistent": judged.p,
+        "weighted": state(judge, judged, {}).weighted,
+    }
 
 
 def _curves(judge: Judge, models: dict[str, Judged], chosen: Judged | None) -> dict[str, Any]:

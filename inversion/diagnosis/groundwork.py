@@ -47,9 +47,7 @@ class Groundwork:
 
     def model(self, record: Record) -> Model:
         """The model on a record's points."""
-        return Model(
-            self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record
-        )
+        return Model(self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record)
 
     def nuisances(self) -> tuple[tuple[int, float], ...]:
         """(index of the effect, sigma in its plausible sizes) of the case's nuisances."""
@@ -86,7 +84,18 @@ def prepare(
     changes = {name: clock.stack(runs[name]) - base for name in variants(probed, theta) if name in runs}
     numerical = Numerical.of(changes, case, clock.time, len(channels))
     return Groundwork(
-        case, probed, dataset, emulator, coordinates, clock, kept, {**refused, **lost}, responses, numerical, theta, runs
+        case,
+        probed,
+        dataset,
+        emulator,
+        coordinates,
+        clock,
+        kept,
+        {**refused, **lost},
+        responses,
+        numerical,
+        theta,
+        runs,
     )
 
 
@@ -108,6 +117,11 @@ def emulator_error(model: Model, theta: Array) -> Array:
 def numerical_error(numerical: Numerical, model: Model) -> Array:
     """(n, n) covariance of the numerical error on the record's points."""
     return numerical.covariance(model.sample, model.record.middle, model.record.channel)
+
+
+def jitter_error(numerical: Numerical, model: Model) -> Array:
+    """(n, n) covariance of one strike's own scatter on the record's points."""
+    return numerical.jitter(model.sample, model.record.middle, model.record.channel)
 
 
 def middle(box: Box) -> Array:

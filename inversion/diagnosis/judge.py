@@ -9,7 +9,7 @@ import numpy as np
 
 from data.histories import Array
 from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.groundwork import Groundwork, emulator_error, middle, numerical_error
+from inversion.diagnosis.groundwork import Groundwork, emulator_error, jitter_error, middle, numerical_error
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
@@ -42,22 +42,25 @@ class Judged:
 class Judge:
     """Fits and judges models of a record.
 
-    measurement, numerical: covariances (n, n); used: points that count, all by default.
+    measurement, numerical, jitter: covariances (n, n), the last of one strike's own scatter, which a model that was
+    corrected by a strike carries; used: points that count, all by default.
     """
 
     groundwork: Groundwork
     record: Record
     measurement: Array
     numerical: Array
+    jitter: Array
     used: np.ndarray
     seed: int = 0
 
     @classmethod
     def of(cls, groundwork: Groundwork, record: Record, seed: int = 0) -> Judge:
         """For all points of the record."""
-        numerical = numerical_error(groundwork.numerical, groundwork.model(record))
+        model = groundwork.model(record)
+        numerical, jitter = numerical_error(groundwork.numerical, model), jitter_error(groundwork.numerical, model)
         used = np.ones(len(record.values), dtype=bool)
-        return cls(groundwork, record, record.covariance(), numerical, used, seed)
+        return cls(groundwork, record, record.covariance(), numerical, jitter, used, seed)
 
     def only(self, used: np.ndarray) -> Judge:
         """The same with fewer points."""
@@ -107,7 +110,7 @@ class Judge:
                 model = fit.problem.model
                 off = self.groundwork.clock.stack(histories) - model.grid(fit.place, fit.box)[0]
                 corrected = replace(model, correction=model.correction + off)
-                fits[name] = again(fit, replace(fit.problem, model=corrected, whitener=self.whitener()))
+                fits[name] = again(fit, replace(fit.problem, model=corrected, whitener=self.whitener(self.jitter)))
         return {name: self.judged(name, fit, True) for name, fit in fits.items()}
 
     def _case(self, fit: Fit):

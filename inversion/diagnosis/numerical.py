@@ -20,8 +20,9 @@ from solver.case import Case
 from solver.case_overlay import Raw, overlay
 
 FINER, WIDER = 2.0, 1.5  # particles, shells a side
-SEEDS = (11, 12, 13)
+SEEDS = (11, 12)
 JITTER = 0.1  # of the spacing
+DRAWN = "lattice jitter"
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,14 @@ class Choice:
 
 
 def choices(case: Case) -> tuple[Choice, ...]:
-    """The choices that are changed for a case, one strike each."""
+    """The choices that are changed for a case, one strike each.
+
+    How a lattice comes to lie in the bird's outline and on the plate changes with every number of particles, finer or
+    coarser: several numbers stand for that draw.
+    """
     shells = {"elements": [max(2, round(WIDER * n)) for n in case.plate.elements]}
-    many = min(round(FINER * case.bird.particles), 200_000)
-    shock = {
-        "shock_linear": 0.5 * case.solver.shock_linear,
-        "shock_quadratic": 0.5 * case.solver.shock_quadratic,
-    }
+    many = _particles(case, FINER)
+    shock = {"shock_linear": 0.5 * case.solver.shock_linear, "shock_quadratic": 0.5 * case.solver.shock_quadratic}
     found = [
         Choice("finer bird", {"bird": {"particles": many}}),
         Choice("artificial viscosity halved", {"solver": shock}),
@@ -48,16 +50,29 @@ def choices(case: Case) -> tuple[Choice, ...]:
     if not case.plate.rigid:
         found.append(Choice("finer plate", {"plate": shells}))
     if case.bird.method != "sph":
-        between = round(0.5 * (1.0 + FINER) * case.bird.particles)
-        return (*found, Choice("bird between", {"bird": {"particles": between}}), Choice("both", {"plate": shells, "bird": {"particles": many}}))
+        between = Choice("bird between", {"bird": {"particles": _particles(case, 1.5)}})
+        return (*found, between, Choice("finer bird and plate", {"plate": shells, "bird": {"particles": many}}))
     other = {"lattice": "cubic" if case.bird.lattice == "fcc" else "fcc"}
+    finest = {
+        "bird": {**other, "particles": _particles(case, 1.25 * FINER), "jitter": JITTER, "seed": 1},
+        "plate": shells,
+    }
     found += [
-        Choice("other lattice", {"bird": other}),
-        Choice("other lattice, finer bird", {"bird": {**other, "particles": many}}),
-        Choice("other lattice, finer still", {"bird": {**other, "particles": round(1.25 * many)}, "plate": shells}),
+        Choice(f"{share:g} x the particles", {"bird": {"particles": _particles(case, share)}}) for share in (0.8, 1.3)
+    ]
+    found += [
+        Choice(f"other lattice, {share:g} x the particles", {"bird": {**other, "particles": _particles(case, share)}})
+        for share in (0.8, 1.0, 1.3, FINER)
+    ]
+    found += [
+        Choice("other lattice, disturbed, finer bird and plate", finest),
         Choice("smoothing length", {"solver": {"smoothing": min(1.1 * case.solver.smoothing, 2.5)}}),
     ]
-    return (*found, *(Choice(f"lattice jitter {s}", {"bird": {"jitter": JITTER, "seed": s}}, True) for s in SEEDS))
+    return (*found, *(Choice(f"{DRAWN} {s}", {"bird": {"jitter": JITTER, "seed": s}}, True) for s in SEEDS))
+
+
+def _particles(case: Case, share: float) -> int:
+    return min(max(round(share * case.bird.particles), 100), 200_000)
 
 
 def variants(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
@@ -101,16 +116,27 @@ class Numerical:
         scale = {name: 1.0 / np.sqrt(len(draws)) if name in draws else 1.0 for name in changes}
         return cls({name: scale[name] * d for name, d in changes.items()}, scatter, correlation)
 
-    def covariance(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
-        """(n, n) on the record's points; sample: curves (q, grid) to points (q, n); channel: of every point."""
+    def jitter(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
+        """(n, n) of one run's own scatter: the rough rest and the draws of the lattice."""
         size = sample(self.scatter[None])[0]
         length = np.asarray(self.correlation)[channel]
         near = (channel[:, None] == channel) * np.exp(-0.5 * ((times[:, None] - times) / length) ** 2)
         rough = size[:, None] * near * size
-        if not self.directions:
-            return rough
-        d = sample(np.stack(list(self.directions.values())))
-        return rough + d.T @ d
+        draws = [d for name, d in self.directions.items() if name.startswith(DRAWN)]
+        return rough + _outer(sample, draws)
+
+    def covariance(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
+        """(n, n) on the record's points; sample: curves (q, grid) to points (q, n); channel: of every point."""
+        biases = [d for name, d in self.directions.items() if not name.startswith(DRAWN)]
+        return self.jitter(sample, times, channel) + _outer(sample, biases)
+
+
+def _outer(sample: Callable[[Array], Array], directions: list[Array]) -> Array:
+    """Sum of d d^T on the record's points."""
+    if not directions:
+        return np.zeros(())
+    d = sample(np.stack(directions))
+    return d.T @ d
 
 
 def _beyond(name: str, changes: Mapping[str, Array]) -> Array:

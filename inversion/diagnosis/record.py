@@ -115,7 +115,9 @@ def read_record(
         raise MeasuredError(errors)
     most = max(MOST_POINTS // len(measured.channels), FEWEST_POINTS)
     warnings: list[str] = []
-    traces = tuple(_trace(measured, name, window, stated.get(name), tolerance, most, warnings) for name in units_of(measured))
+    traces = tuple(
+        _trace(measured, name, window, stated.get(name), tolerance, most, warnings) for name in units_of(measured)
+    )
     for warning in warnings:
         say(warning)
     return Record(traces, tuple(warnings))
@@ -173,5 +175,7 @@ def _outliers(
     found[2:-2] = (np.abs(values - middle) > np.maximum(6.0 * sigma, 2.0 * spread))[2:-2]
     if (found & inside).any():
         off = quantity(float(np.abs(values - middle)[found].max()), unit, 2)
-        warnings.append(f"{name}: {int((found & inside).sum())} single points up to {off} off their neighbours left out")
+        warnings.append(
+            f"{name}: {int((found & inside).sum())} single points up to {off} off their neighbours left out"
+        )
     return found

@@ -48,7 +48,12 @@ class Remainder:
     def figures(self) -> dict[str, Any]:
         """For JSON."""
         found = asdict(self)
-        return {**found, "times": list(map(float, self.times)), "curve": list(map(float, self.curve)), "sentence": self.sentence}
+        return {
+            **found,
+            "times": list(map(float, self.times)),
+            "curve": list(map(float, self.curve)),
+            "sentence": self.sentence,
+        }
 
 
 def pairs(judge: Judge, models: dict[str, Judged], alpha: float, progress: Callable[[float], None]) -> list[Judged]:
@@ -83,7 +88,10 @@ def remainder(judge: Judge, judged: Judged) -> Remainder:
     """The miss of the best model as a smooth curve (Gaussian process), orthogonal to what the model can imitate."""
     record, miss = judge.record, judge.record.values - judged.fit.curve
     whole = judge.measurement + judge.numerical
-    shares = [np.mean((miss[record.channel == i] ** 2) / np.diag(whole)[record.channel == i]) for i in range(len(record.traces))]
+    shares = [
+        np.mean((miss[record.channel == i] ** 2) / np.diag(whole)[record.channel == i])
+        for i in range(len(record.traces))
+    ]
     number = int(np.argmax(shares))
     here = record.channel == number
     times, values, trace = record.middle[here], miss[here], record.traces[number]
@@ -92,7 +100,14 @@ def remainder(judge: Judge, judged: Judged) -> Remainder:
     start, end = times[strong][0], times[strong][-1]
     period = _period(times, curve)
     return Remainder(
-        trace.name, float(start), float(end), float(np.sqrt(np.mean(curve**2))), period, _decay(times, curve, period), times, curve
+        trace.name,
+        float(start),
+        float(end),
+        float(np.sqrt(np.mean(curve**2))),
+        period,
+        _decay(times, curve, period),
+        times,
+        curve,
     )
 
 
@@ -100,7 +115,9 @@ def _smooth(times: Array, values: Array, noise: float) -> Array:
     """Posterior mean of a Matern process on the miss, its length and size by maximum likelihood."""
     unit, scale = (times - times[0]) / (times[-1] - times[0]), float(np.std(values)) or 1.0
     level = (noise / scale) ** 2
-    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(0.1, (0.02, 2.0), nu=2.5) + WhiteKernel(level, (0.3 * level, 3 * level))
+    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(0.1, (0.02, 2.0), nu=2.5) + WhiteKernel(
+        level, (0.3 * level, 3 * level)
+    )
     thin = slice(None, None, max(1, len(unit) // 200))
     process = GaussianProcessRegressor(kernel, random_state=0).fit(unit[thin, None], values[thin] / scale)
     return np.asarray(process.predict(unit[:, None])) * scale

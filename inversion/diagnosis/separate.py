@@ -36,7 +36,9 @@ class Proposal:
     def sentence(self) -> str:
         """For the user."""
         what = self.channel.removeprefix(PREFIX).replace("_", " ")
-        where = f"a second shot at {self.speed:.4g} m/s, with the same sensors" if self.speed else f"a sensor more: {what}"
+        where = (
+            f"a second shot at {self.speed:.4g} m/s, with the same sensors" if self.speed else f"a sensor more: {what}"
+        )
         chances = f"from {100 * self.ambiguous_now:.0f} % to {100 * self.ambiguous:.0f} %"
         return f"{where}; the expected chance that {', '.join(self.separates)} stay together falls {chances}"
 
@@ -87,7 +89,10 @@ def _steps(groundwork: Groundwork) -> dict[str, tuple[float, float]]:
 
 
 def _derivatives(
-    groundwork: Groundwork, rivals: tuple[Known, ...], runs: Mapping[str, Histories], steps: Mapping[str, tuple[float, float]]
+    groundwork: Groundwork,
+    rivals: tuple[Known, ...],
+    runs: Mapping[str, Histories],
+    steps: Mapping[str, tuple[float, float]],
 ) -> Sensitivities:
     base = runs[CENTRE]
     spans = dict(zip(groundwork.dataset.names, groundwork.dataset.highs - groundwork.dataset.lows, strict=True))

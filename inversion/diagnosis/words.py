@@ -33,7 +33,12 @@ def magnitude_words(one: EffectFigures) -> str:
 
 
 def sentence(
-    verdict: str, allowed: Sequence[str], figures: dict[str, EffectFigures], before: State, after: State | None, alpha: float
+    verdict: str,
+    allowed: Sequence[str],
+    figures: dict[str, EffectFigures],
+    before: State,
+    after: State | None,
+    alpha: float,
 ) -> str:
     """What an engineer can put into a test report."""
     count, level = len(figures) - 1, f"at a false-alarm rate of {100 * alpha:g} %"
@@ -48,7 +53,11 @@ def sentence(
             f"The calibrated model misses the record beyond noise and numerical error {level} (weighted RMS "
             f"{before.weighted:.2f}), and no single one of {count} effects explains the miss."
         )
-    words = {name: f"{effects()[name].meaning}, {name} = {magnitude_words(figures[name])}" for name in allowed if name != NONE and name in effects()}
+    words = {
+        name: f"{effects()[name].meaning}, {name} = {magnitude_words(figures[name])}"
+        for name in allowed
+        if name != NONE and name in effects()
+    }
     error = f"weighted RMS {before.weighted:.2f} before, {after.weighted:.2f} after" if after else ""
     if verdict == ATTRIBUTED:
         return (
