@@ -15,11 +15,13 @@ from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
 from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NONE
+from solver.case import Case
 
 NEAR = 1e-3  # p from which a model is confirmed by the solver
 BEST = 3  # so many of the lowest costs are confirmed whatever their p
 ROUNDS = 2
 MODES = 2
+ABSENT = 1e-3  # plausible sizes: nearer to 0 an effect is left out of a strike
 
 
 @dataclass(frozen=True)
@@ -113,13 +115,13 @@ class Judge:
                 fits[name] = again(fit, replace(fit.problem, model=corrected, whitener=self.whitener(self.jitter)))
         return {name: self.judged(name, fit, True) for name, fit in fits.items()}
 
-    def _case(self, fit: Fit):
+    def _case(self, fit: Fit) -> Case:
         """The strike at a fit, everything that acts on it included."""
         b, base = fit.b, self.groundwork.probed
-        acting = {k.name: k.magnitude(float(b[i])) for i, k in enumerate(fit.problem.model.known) if not k.of_record}
+        known = fit.problem.model.known
+        acting = {k.name: k.magnitude(float(b[i])) for i, k in enumerate(known) if not k.of_record and abs(b[i]) > ABSENT}
         theta = dict(zip(fit.problem.model.emulator.names, map(float, fit.theta), strict=True))
-        stated = {name: value for name, value in acting.items() if value}
-        return base.with_values(theta).with_effects({**base.effects, **stated})
+        return base.with_values(theta).with_effects({**base.effects, **acting})
 
 
 def near(models: dict[str, Judged]) -> list[Judged]:
