@@ -11,7 +11,7 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from data.errors import CaseError
-from data.units import ACCEPTED, UnitError, from_si, quantity_text, to_si
+from data.units import UnitError, from_si, quantity_text, to_si
 from solver.case_fields import checked, complaint, each_of
 from solver.case_overlay import Raw, overlay
 from solver.effects import Effect, effects
@@ -69,7 +69,7 @@ def _in_unit(name: str, text: str, unit: str) -> float:
                 return 1.0 / (2.0 * math.pi * to_si(text, "1/s"))
             except (UnitError, ZeroDivisionError):
                 pass
-        raise complaint(f"is not understood: {error}; accepted units: {ACCEPTED.get(unit, unit)}") from error
+        raise complaint(f"is not understood: {error}") from error
 
 
 def magnitude_text(effect: Effect, value: float) -> str | float:

@@ -21,6 +21,7 @@ COMMANDS = (
     "run-doe",
     "train-and-invert",
     "diagnose",
+    "audit",
     "report",
     "close-the-loop",
     "verify",

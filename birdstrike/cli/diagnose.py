@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
     measured: Annotated[str, typer.Option(help="Measured-data CSV, or the name of a shipped curve.")],
-    out: Annotated[
-        Path, typer.Option(help="Folder for diagnosis.json, the diagnosed case, the page; run again to resume.")
-    ],
+    out: Annotated[Path, typer.Option(help="Folder of the diagnosis; run again to resume.")],
     doe: Annotated[
         Path | None, typer.Option(help="Folder of a finished campaign of the case; else one is run.")
     ] = None,
@@ -72,19 +70,19 @@ def lines(found: Diagnosis) -> Iterator[str]:
         share = f"numerical error is {100 * entry['numerical_share']:.0f} % of the whole"
         yield f"noise of {name}: {quantity(entry['sigma'], unit, 2)} ({entry['source']}); {share}"
     for entry in found.tolerances:
-        yield f"at a tolerance of {100 * entry['tolerance']:g} % of the peak: {HEADS[entry['verdict']].lower()} ({', '.join(entry['confidence_set']) or 'no model'})"
+        models = ", ".join(entry["confidence_set"]) or "no model"
+        tolerance = f"{100 * entry['tolerance']:g} % of the peak"
+        yield f"at a tolerance of {tolerance}: {HEADS[entry['verdict']].lower()} ({models})"
     yield f"{HEADS[found.verdict]}. {found.sentence}"
 
 
 def table(found: Diagnosis) -> Table:
     """Every model: what the data say of it, its magnitude, what could have been detected."""
-    shown_table = Table(
-        title=f"effects, the likeliest first (consistent: p of at least {found.alpha:g})", title_justify="left"
-    )
-    for head in ("effect", "p", "log evidence", "magnitude (95 %)", "detectable", "absorbed"):
-        shown_table.add_column(
-            head, overflow="fold", justify="left" if head in ("effect", "magnitude (95 %)") else "right"
-        )
+    title = f"effects, the likeliest first; * consistent with the record (p of at least {found.alpha:g})"
+    shown_table = Table(title=title, title_justify="left")
+    shown_table.add_column("effect", no_wrap=True)
+    for head in ("p", "magnitude (95 %)", "detectable", "absorbed"):
+        shown_table.add_column(head, overflow="fold", justify="left" if head == "magnitude (95 %)" else "right")
     for one in found.effects:
         shown_table.add_row(*_cells(found, one))
     return shown_table
@@ -100,21 +98,14 @@ def _cells(found: Diagnosis, one: EffectFigures) -> tuple[str, ...]:
     known = effects().get(one.name)
     detectable = "-" if least is None or known is None else with_unit(known, least, 2).lstrip("+")
     share = "-" if one.absorbed is None else f"{100 * one.absorbed:.0f} %"
-    return (
-        f"{mark}{one.name}",
-        f"{one.p_consistent:.3f}",
-        f"{one.log_evidence:+.1f}",
-        magnitude_words(one) or "-",
-        detectable,
-        share,
-    )
+    size = "at its bound" if one.at_bound else magnitude_words(one) or "-"
+    return f"{mark}{one.name}", f"{one.p_consistent:.3f}", size, detectable, share
 
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, the next measurement, files."""
     yield before_after(found)
-    for warning in hidden(found):
-        yield warning
+    yield from hidden(found)
     for pair in found.pairs:
         yield f"pair that the data allow: {' and '.join(pair['effects'])} (p = {pair['p_consistent']:.2f})"
     if found.remainder is not None:
@@ -122,10 +113,10 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     if found.next_measurement is not None:
         yield f"next measurement: {found.next_measurement.sentence}"
     strikes = found.strikes
-    yield f"strikes: {strikes['campaign']} of the campaign, {strikes['paid']} more, {strikes['reused']} found in the store"
-    yield f"Written to {out}: diagnosis.json, diagnosis.csv, {page.name}" + (
-        f", {found.case_after}" if found.case_after else ""
-    )
+    paid = f"{strikes['paid']} more, {strikes['reused']} found in the store"
+    yield f"strikes: {strikes['campaign']} of the campaign, {paid}"
+    files = ["diagnosis.json", "diagnosis.csv", page.name, "before_after.png", "effects.png"]
+    yield f"Written to {out}: {', '.join(files + ([found.case_after] if found.case_after else []))}"
     if found.case_after:
         yield f"Next: birdstrike simulate {out / found.case_after} --out run (the case with the effect in it)"
 
@@ -139,13 +130,14 @@ def before_after(found: Diagnosis) -> str:
         unit = found.curves[name]["unit"]
         after = f" -> {quantity(found.after.rmse[name], unit)}" if found.after else ""
         parts.append(f"{name} {quantity(value, unit)}{after}")
-    after = f" -> {found.after.weighted:.2f}" if found.after else ""
+    weighted = f"{found.before.weighted:.2f}" + (f" -> {found.after.weighted:.2f}" if found.after else "")
     held = [
         f"{name.replace('_', ' ')} {one.before:.2f}{f' -> {one.after:.2f}' if one.after is not None else ''}"
         for name, one in found.held_out.items()
     ]
-    tail = f"; held out (weighted): {', '.join(held)}" if held else ""
-    return f"error{' before -> after' if found.after else ''}: {', '.join(parts)}; weighted {found.before.weighted:.2f}{after} (1 = noise){tail}"
+    tail = f"; held out: {', '.join(held)}" if held else ""
+    arrow = " before -> after" if found.after else ""
+    return f"error{arrow}: {', '.join(parts)}; against noise and numerical error (1 = noise) {weighted}{tail}"
 
 
 def hidden(found: Diagnosis) -> Iterator[str]:

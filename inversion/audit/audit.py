@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +18,11 @@ from data.errors import UserError
 from doe.campaign import run_campaign
 from doe.designs import make_design
 from doe.space import ParameterSpace
+from doe.worker import process_pool
 from inversion.audit.experiment import Experiment, Truth, experiments, read_truth
-from inversion.audit.planted import SINGLE
+from inversion.audit.planted import CLEAN, SINGLE
 from inversion.audit.score import DRAWS, Draws, Noises, answer, at_signal, covered, signal
-from inversion.diagnosis.diagnose import Study, Wishes
+from inversion.diagnosis.diagnose import Study, Wishes, quiet, uncounted
 from inversion.diagnosis.groundwork import Groundwork, prepare
 from inversion.diagnosis.heldout import time_block
 from inversion.diagnosis.judge import Judge, Judged, near
@@ -29,6 +32,7 @@ from solver.case import Case, case_hash, load_case
 
 SIGNALS = (2.0, 3.0, 4.0, 5.0, 6.0)
 TWIN = 0.9
+FEWEST_DRAWS = 20
 ROBUST = (
     Noises(name="as stated"),
     Noises(level=1.2, name="noise 1.2 times the stated"),
@@ -77,7 +81,9 @@ class Bench:
             design = make_design("uniform", ParameterSpace.of(case.parameters()), self.wishes.runs, self.wishes.seed)
             with self.wishes.counter() as shown:
                 workers = self.wishes.workers
-                dataset = run_campaign(case, design, folder / "doe", workers=workers, progress=shown, say=lambda _: None)
+                dataset = run_campaign(
+                    case, design, folder / "doe", workers=workers, progress=shown, say=lambda _: None
+                )
             shown_runs = self.stack.enter_context(self.wishes.counter())
             strikes = Strikes(folder / "runs", (folder / "doe" / "runs",), self.wishes.workers, shown_runs)
             self.stack.enter_context(strikes)
@@ -93,30 +99,63 @@ def audit(
     wishes: Wishes | None = None,
     draws: int = DRAWS,
     confirm: bool = False,
-    only: Callable[[Experiment], bool] = lambda _: True,
+    channels: int | None = None,
     progress: Callable[[float], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
     """Score every experiment of `folder` and write `out/audit.json`; returns its content.
 
     confirm: let the solver confirm the models in or near the confidence set of each record, as `diagnose` does (some
-    ten strikes an experiment); the draws are answered by emulator and learnt responses either way. Raises UserError.
+    twenty strikes an experiment); the draws are answered by emulator and learnt responses either way. channels: only
+    records of so many. A script that calls this needs `if __name__ == "__main__":`. Raises UserError.
     """
     from inversion.audit.table import write_audit
 
     choice, place = wishes or Wishes(), Path(out)
-    found = [one for one in experiments(Path(folder)) if only(one)]
-    if draws < 20:
-        raise UserError(f"--draws = {draws} is below 20: rates would be coarse; 200 is the gate's")
+    if draws < FEWEST_DRAWS:
+        raise UserError(f"--draws = {draws} is below {FEWEST_DRAWS}: rates would be coarse; 200 is the gate's")
+    found = [one for one in experiments(Path(folder)) if channels in (None, len(read_measured(one.record).channels))]
+    if not found:
+        raise UserError(f"no experiment in {folder} has {channels} channels")
     place.mkdir(parents=True, exist_ok=True)
+    _ready(place, choice, found)
     scores: list[Score] = []
+    for score in _scores(place, choice, found, draws, confirm):
+        scores.append(score)
+        say(f"{score.name}: {score.blind[0]} ({', '.join(score.blind[1][:4])})")
+        progress(len(scores) / len(found))
+    return write_audit(place, scores, choice.alpha, draws, confirm)
+
+
+def _ready(place: Path, choice: Wishes, found: list[Experiment]) -> None:
+    """Run campaigns and shared strikes before experiments are scored side by side."""
+    cases = {}
+    for one in found:
+        case, channels = load_case(one.case), tuple(read_measured(one.record).channels)
+        cases.setdefault(case_hash(case), (case, channels))
     bench = Bench(place, choice)
     with bench.stack:
-        for i, experiment in enumerate(found):
-            scores.append(score(bench, experiment, draws, confirm))
-            say(f"{experiment.name}: {scores[-1].blind[0]} ({', '.join(scores[-1].blind[1][:4])})")
-            progress((i + 1) / len(found))
-    return write_audit(place, scores, choice.alpha, draws, confirm)
+        for case, channels in cases.values():
+            bench.study(case, channels)
+
+
+def _scores(place: Path, choice: Wishes, found: list[Experiment], draws: int, confirm: bool) -> Iterator[Score]:
+    """Scores in the order of the experiments, several at a time; those of one case and its channels stay together."""
+    plain = replace(choice, display=quiet, counter=uncounted, say=warnings.warn, workers=1)
+    workers = min(choice.workers or os.cpu_count() or 1, len(found))
+    with process_pool(workers) as pool:
+        yield from pool.map(partial(_score, place, plain, draws, confirm), found)
+
+
+_bench: Bench | None = None
+
+
+def _score(place: Path, wishes: Wishes, draws: int, confirm: bool, experiment: Experiment) -> Score:
+    """One experiment in a worker, which keeps its bench for the next."""
+    global _bench
+    if _bench is None:
+        _bench = Bench(place, wishes)
+    return score(_bench, experiment, draws, confirm)
 
 
 def score(bench: Bench, experiment: Experiment, draws: int, confirm: bool) -> Score:
@@ -131,9 +170,11 @@ def score(bench: Bench, experiment: Experiment, draws: int, confirm: bool) -> Sc
     held = _held_error(judge, alpha)
     truth = read_truth(experiment.truth)
     clean = Judge.of(study.ground, study.read(_noise_free(measured, truth, case)), study.choice.seed)
-    clean = replace(clean, record=replace(clean.record, traces=_with_noise(clean, judge)), measurement=judge.measurement)
+    clean = replace(
+        clean, record=replace(clean.record, traces=_with_noise(clean, judge)), measurement=judge.measurement
+    )
     fitted = clean.models()
-    answers = {kind.name: answer(clean, fitted, kind.draw(clean, draws, study.choice.seed), alpha) for kind in ROBUST}
+    answers = {kind.name: answer(fitted, kind.draw(clean, draws, study.choice.seed), alpha) for kind in ROBUST}
     base = fitted[NONE]
     planted = {n: b / _size(study.ground, n) for n, b in truth.effects.items() if n in base.fit.problem.names}
     signals = {n: signal(clean, base, n, b) for n, b in planted.items()}
@@ -154,7 +195,7 @@ def score(bench: Bench, experiment: Experiment, draws: int, confirm: bool) -> Sc
         signals,
         single and _lone(base, name),
         power,
-        held_truth if single or not planted and truth.kind == "clean" else {},
+        held_truth if single or truth.kind == CLEAN else {},
         None if held is None else _against_truth(clean, *held),
         confirmed,
     )

@@ -62,7 +62,9 @@ def truth_text(planted: Planted, clean: Measured) -> str:
     """TOML of a truth file; SI."""
     what = planted.outside.meaning if planted.outside else ""
     lines = ["schema_version = 1", f'kind = "{planted.kind}"', f'what = "{what}"', "\n[effects]"]
-    lines += [f"{name} = {value!r}  # {effects()[name].unit or 'dimensionless'}" for name, value in planted.effects.items()]
+    lines += [
+        f"{name} = {value!r}  # {effects()[name].unit or 'dimensionless'}" for name, value in planted.effects.items()
+    ]
     lines += ["\n[parameters]", *(f'"{name}" = {value!r}' for name, value in planted.parameters.items())]
     lines += ["\n[mesh]", *(f'"{key}" = "{value}"' for key, value in planted.mesh.items())]
     lines += ["\n[curve]", f"time = {_numbers(clean.time)}"]

@@ -28,7 +28,7 @@ class Rate:
 
 
 def rate(per_curve: Sequence[Array], seed: int = 0, middle: Callable[..., Any] = np.mean) -> Rate:
-    """Of yes and no (or figures) drawn on each curve (draws,): curves are resampled whole, for their draws share one truth.
+    """Of yes and no (or figures) drawn on each curve (draws,); curves are resampled whole: their draws share a truth.
 
     Every curve weighs alike.
     """
@@ -58,7 +58,9 @@ class Gate:
 
 def contains(figure: str, found: Rate, value: float) -> Gate:
     """The interval contains a value."""
-    return Gate(figure, found, f"the interval contains {100 * value:g} %", found.within(value, value) if found.curves else None)
+    return Gate(
+        figure, found, f"the interval contains {100 * value:g} %", found.within(value, value) if found.curves else None
+    )
 
 
 def at_least(figure: str, found: Rate, value: float) -> Gate:

@@ -1,4 +1,4 @@
-"""Make a set of virtual experiments: `python -m inversion.audit.make_experiments --out DIR` (a script, seed from entropy).
+"""Make virtual experiments: `python -m inversion.audit.make_experiments --out DIR` (seed from entropy).
 
 Each truth is struck by the solver at a finer mesh and on another lattice than the declared case, and recorded twice:
 with one channel and with all of the case's, noise drawn anew. Names, order and headers tell nothing. The seed is not

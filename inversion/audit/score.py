@@ -10,13 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import cholesky
 from scipy.signal import lfilter
 
 from data.histories import Array
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.record import averaged
-from inversion.diagnosis.statistics import Reference
 from inversion.diagnosis.verdict import NONE, confidence_set, verdict
 from inversion.identifiability import NEWS
 from inversion.time_origin import NORMAL_95
@@ -81,7 +79,7 @@ class Noises:
         return np.hstack(parts)
 
 
-def answer(judge: Judge, models: Mapping[str, Judged], noise: Array, alpha: float) -> Draws:
+def answer(models: Mapping[str, Judged], noise: Array, alpha: float) -> Draws:
     """Confidence sets of draws (draws, n) of the noise added to the record that the models were fitted to."""
     p: dict[str, Array] = {}
     unknowns: dict[str, Array] = {}
@@ -138,7 +136,9 @@ def signal(judge: Judge, base: Judged, name: str, b: float) -> float:
     acting[index] += b
     place = replace(fit.place, b=acting[None])
     change = fit.problem.model.points(place, fit.box)[0] - fit.curve
-    rows = np.concatenate([fit.problem.whitener.apply(change), np.zeros(fit.linear.design.shape[0] - int(judge.used.sum()))])
+    rows = np.concatenate(
+        [fit.problem.whitener.apply(change), np.zeros(fit.linear.design.shape[0] - int(judge.used.sum()))]
+    )
     return float(np.linalg.norm(fit.linear.project(rows)))
 
 
@@ -148,7 +148,11 @@ def at_signal(judge: Judge, base: Judged, name: str, b: float, wanted: float, al
     None where no scale from 1/30 to 30 does it, because numerical error sets the limit.
     """
     low, high = np.log(1.0 / 30.0), np.log(30.0)
-    if not _scaled_signal(judge, base, name, b, np.exp(high)) < wanted < _scaled_signal(judge, base, name, b, np.exp(low)):
+    if (
+        not _scaled_signal(judge, base, name, b, np.exp(high))
+        < wanted
+        < _scaled_signal(judge, base, name, b, np.exp(low))
+    ):
         return None
     for _ in range(12):
         middle = 0.5 * (low + high)
@@ -159,7 +163,7 @@ def at_signal(judge: Judge, base: Judged, name: str, b: float, wanted: float, al
     fit = rescaled.start()[0]
     one = rescaled.judged(NONE, fit)
     noise = scale * Noises().draw(judge, DRAWS, seed)
-    draws = answer(rescaled, {NONE: one}, noise, alpha)
+    draws = answer({NONE: one}, noise, alpha)
     return 1.0 - draws.holds(NONE)
 
 
@@ -171,5 +175,3 @@ def _scaled_signal(judge: Judge, base: Judged, name: str, b: float, scale: float
     whitener = rescaled.whitener(emulator_error(base.fit.problem.model, base.fit.theta))
     fit = replace(base.fit, problem=replace(base.fit.problem, whitener=whitener))
     return signal(rescaled, Judged(base.name, fit, base.reference, base.consistency, False), name, b)
-
-

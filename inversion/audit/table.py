@@ -116,7 +116,15 @@ def power_curve(scores: Sequence[Score]) -> list[dict[str, Any]]:
         name = _name(s)
         unit = s.truth.effects[name] / s.signals[name] if s.signals[name] else 0.0
         for size, rejected in s.power.items():
-            found.append({"experiment": s.name, "effect": name, "signal": size, "magnitude": size * unit, "power": float(np.mean(rejected))})
+            found.append(
+                {
+                    "experiment": s.name,
+                    "effect": name,
+                    "signal": size,
+                    "magnitude": size * unit,
+                    "power": float(np.mean(rejected)),
+                }
+            )
     return found
 
 
@@ -131,7 +139,9 @@ def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
             "signals": s.signals,
             "verdict": s.blind[0],
             "confidence_set": list(s.blind[1]),
-            "confirmed": None if s.confirmed is None else {"verdict": s.confirmed[0], "confidence_set": list(s.confirmed[1])},
+            "confirmed": None
+            if s.confirmed is None
+            else {"verdict": s.confirmed[0], "confidence_set": list(s.confirmed[1])},
             "in_set": float(np.mean(_draws(s).holds(next(iter(s.truth.effects), NONE)))),
             "none_in_set": float(np.mean(_draws(s).holds(NONE))),
             "attributed": float(np.mean([v == ATTRIBUTED for v in _draws(s).verdicts])),

@@ -126,8 +126,8 @@ def doubts(judge: Judge, judged: Judged, base: Judged) -> list[str]:
         worst = int(np.argmax(ratio)) if len(ratio) else 0
         if len(ratio) and ratio[worst] > INFLATED:
             found.append(
-                f"model {judged.name}: the effect inflates the variance of {names[worst]} {ratio[worst]:.0f} times; the "
-                "two can hardly be told apart"
+                f"model {judged.name}: the effect inflates the variance of {names[worst]} {ratio[worst]:.0f} times; "
+                "the two can hardly be told apart"
             )
     return found + _residual_noise(judge, judged)
 

@@ -11,7 +11,7 @@ from inversion.diagnosis.diagnosis import Diagnosis
 
 
 def write_curves(path: Path, found: Diagnosis) -> None:
-    """Columns: channel, time_s, measured, sigma (measurement), error (with numerical), before, after (empty: none); SI."""
+    """Columns: channel, time_s, measured, sigma (of it), error (numerical too), before, after (empty: none); SI."""
     tables = [
         pd.DataFrame(
             {

@@ -1,4 +1,4 @@
-"""`birdstrike diagnose`: from a case and a record to a verdict, the missing effect's name, and the error before and after."""
+"""`birdstrike diagnose`: from a case and a record to a verdict, an effect's name, the error before and after."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose the record and write `diagnosis.json`, the curves and, where an effect is named, the case with it.
 
-    doe: folder of a finished campaign of the case (else one is run in `out/doe`); heldout: another shot of the same case,
-    which nothing is fitted to. Raises UserError and RunFailed; every strike that was paid stays in `out/runs`.
+    doe: folder of a finished campaign of the case (else one is run in `out/doe`); heldout: another shot of the same
+    case, which nothing is fitted to. Raises UserError and RunFailed; every strike that was paid stays in `out/runs`.
     """
     choice, folder = wishes or Wishes(), Path(out)
     if not 0.0 < choice.alpha < 0.5:
@@ -353,7 +353,8 @@ def write(found: Diagnosis, ground: Groundwork, folder: Path) -> Diagnosis:
 def diagnosed_case(found: Diagnosis, ground: Groundwork) -> str:
     """TOML of the case with the effect and the parameters refitted beside it."""
     named = found.named(found.confidence_set[0])
-    assert named.magnitude is not None and found.after is not None
+    assert named.magnitude is not None
+    assert found.after is not None
     values = {name: float(entry["value"]) for name, entry in found.after.parameters.items()}
     case = ground.case.with_values(values).with_effects({**ground.case.effects, named.name: named.magnitude})
     return f"# {found.sentence}\n{case_toml(case)}"

@@ -17,9 +17,9 @@ from inversion.diagnosis.separate import Proposal
 class EffectFigures:
     """One model of the library (`none`: without effects); magnitude and interval in SI, None for `none`.
 
-    log_evidence: over none; one_sided_bound: the magnitude is held at 0; twins: name -> cosine; absorbed: share of the
-    signature that the calibrated parameters imitate, and bias: what one plausible size would add to each of them, in SI,
-    were it there and not in the model; confirmed: the solver was asked at the fit.
+    log_evidence: over none; at_bound: the magnitude is held by a bound; twins: name -> cosine; absorbed: share of the
+    signature that the calibrated parameters imitate; bias: what one plausible size would add to each of them, SI, were
+    it there and not in the model; confirmed: the solver was asked at the fit.
     """
 
     name: str

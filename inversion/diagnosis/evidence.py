@@ -68,7 +68,7 @@ def without_own(fit: Fit):
 
 
 def biases(fit: Fit) -> Array:
-    """(m, k) shift of every parameter in shares of its range if an effect of plausible size acts and is not in the model.
+    """(m, k) shift of every parameter, in shares of its range, by an effect of plausible size that no model has.
 
     A^+ g: what the calibration would believe.
     """

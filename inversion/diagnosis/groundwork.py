@@ -1,4 +1,4 @@
-"""What a diagnosis needs of a case before it sees a record: campaign, emulator, responses to effects, numerical error."""
+"""What a diagnosis needs of a case before it sees a record: emulator, responses to effects, numerical error."""
 
 from __future__ import annotations
 
@@ -77,12 +77,13 @@ def prepare(
     if CENTRE not in runs:
         raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
     base = clock.stack(runs[CENTRE])
-    learnt = {one.name: learn(one, base, runs, clock.stack) for one in known if not one.of_record}
+    changes = {name: clock.stack(runs[name]) - base for name in variants(probed, theta) if name in runs}
+    numerical = Numerical.of(changes, case, clock.time, len(channels))
+    jitter = numerical.jitter_size(len(channels))
+    learnt = {one.name: learn(one, base, runs, clock.stack, jitter) for one in known if not one.of_record}
     responses = {name: response for name, response in learnt.items() if response is not None}
     kept = tuple(one for one in known if one.of_record or one.name in responses)
     lost = {name: "its strikes failed" for name, response in learnt.items() if response is None}
-    changes = {name: clock.stack(runs[name]) - base for name in variants(probed, theta) if name in runs}
-    numerical = Numerical.of(changes, case, clock.time, len(channels))
     return Groundwork(
         case,
         probed,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.histories import Array
+from data.histories import Array, Histories
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.groundwork import Groundwork, emulator_error, jitter_error, middle, numerical_error
 from inversion.diagnosis.record import Record
@@ -17,9 +17,10 @@ from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NONE
 from solver.case import Case
 
-NEAR = 1e-3  # p from which a model is confirmed by the solver
+NEAR = 5e-3  # p from which a model is confirmed by the solver
 BEST = 3  # so many of the lowest costs are confirmed whatever their p
 ROUNDS = 2
+MOVED = 0.3
 MODES = 2
 ABSENT = 1e-3  # plausible sizes: nearer to 0 an effect is left out of a strike
 
@@ -102,26 +103,45 @@ class Judge:
         return found
 
     def confirm(self, judged: Sequence[Judged], strikes: Strikes, rounds: int = ROUNDS) -> dict[str, Judged]:
-        """The same models with the solver asked at their fits, and refitted to what it said, so many times."""
+        """The same models with the solver asked at their fits, and refitted to what it said.
+
+        Again, up to `rounds` times, for those whose curve then moved by more than a third of its error.
+        """
         fits = {one.name: one.fit for one in judged}
+        due = list(fits)
+        whitener = self.whitener(self.jitter)
         for _ in range(rounds):
-            cases = {name: self._case(fit) for name, fit in fits.items()}
-            runs = strikes.run(cases)
-            for name, histories in runs.items():
-                fit = fits[name]
-                model = fit.problem.model
-                off = self.groundwork.clock.stack(histories) - model.grid(fit.place, fit.box)[0]
-                corrected = replace(model, correction=model.correction + off)
-                fits[name] = again(fit, replace(fit.problem, model=corrected, whitener=self.whitener(self.jitter)))
+            runs = strikes.run({name: self._case(fits[name]) for name in due})
+            moved = {name: self._corrected(fits[name], histories, whitener) for name, histories in runs.items()}
+            due = [name for name, fit in moved.items() if _shift(fits[name], fit) > MOVED]
+            fits |= moved
+            if not due:
+                break
         return {name: self.judged(name, fit, True) for name, fit in fits.items()}
+
+    def _corrected(self, fit: Fit, histories: Histories, whitener: Whitener) -> Fit:
+        """The fit, made again with what the solver adds to the sum of emulator and responses where it stood."""
+        model = fit.problem.model
+        off = self.groundwork.clock.stack(histories) - model.grid(fit.place, fit.box)[0]
+        corrected = replace(model, correction=model.correction + off)
+        return again(fit, replace(fit.problem, model=corrected, whitener=whitener))
 
     def _case(self, fit: Fit) -> Case:
         """The strike at a fit, everything that acts on it included."""
         b, base = fit.b, self.groundwork.probed
         known = fit.problem.model.known
-        acting = {k.name: k.magnitude(float(b[i])) for i, k in enumerate(known) if not k.of_record and abs(b[i]) > ABSENT}
+        acting = {
+            k.name: k.magnitude(float(b[i])) for i, k in enumerate(known) if not k.of_record and abs(b[i]) > ABSENT
+        }
         theta = dict(zip(fit.problem.model.emulator.names, map(float, fit.theta), strict=True))
         return base.with_values(theta).with_effects({**base.effects, **acting})
+
+
+def _shift(before: Fit, after: Fit) -> float:
+    """RMS by which the refit moved the corrected curve, in its own standard deviations."""
+    model = after.problem.model
+    change = model.points(after.place, after.box) - model.points(before.place, before.box)
+    return float(np.sqrt(np.mean(after.problem.whitener.apply(change[0]) ** 2)))
 
 
 def near(models: dict[str, Judged]) -> list[Judged]:

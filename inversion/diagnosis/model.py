@@ -71,7 +71,8 @@ class Model:
         """(q, grid) curves on the model's clock before the instrument."""
         theta = self.coordinates.theta(place.z, box)
         u = self.emulator.inputs(theta)
-        parts = [self.emulator.channels[c].curves(u, self.clock.time) for c in self.clock.channels]
+        emulators = [self.emulator.channels[c] for c in self.clock.channels]  # whose clock is the model's
+        parts = [one.mean + one.scores(u) @ one.basis[: len(one.processes)] for one in emulators]
         curves = np.concatenate(parts, axis=1) + self.correction
         for i, known in enumerate(self.known):
             if known.name in self.responses and place.b[:, i].any():

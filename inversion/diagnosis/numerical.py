@@ -116,6 +116,12 @@ class Numerical:
         scale = {name: 1.0 / np.sqrt(len(draws)) if name in draws else 1.0 for name in changes}
         return cls({name: scale[name] * d for name, d in changes.items()}, scatter, correlation)
 
+    def jitter_size(self, channels: int) -> tuple[float, ...]:
+        """RMS of one run's own scatter, per channel."""
+        draws = [d for name, d in self.directions.items() if name.startswith(DRAWN)]
+        square = self.scatter**2 + sum((d**2 for d in draws), np.zeros_like(self.scatter))
+        return tuple(float(np.sqrt(part.mean())) for part in np.split(square, channels))
+
     def jitter(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
         """(n, n) of one run's own scatter: the rough rest and the draws of the lattice."""
         size = sample(self.scatter[None])[0]

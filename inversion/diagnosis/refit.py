@@ -167,7 +167,9 @@ def refine(problem: Problem, own: Sequence[int], box: Box, start: Array) -> Fit:
     found = least_squares(
         rows, np.clip(start, low + margin, high - margin), slopes, (low, high), xtol=1e-6, ftol=1e-9, max_nfev=40
     )
-    return Fit(problem, tuple(own), box, found.x, 2.0 * found.cost)
+    near = AT_BOUND * np.maximum(high - low, 1e-12)
+    x = np.where(found.x <= low + near, low, np.where(found.x >= high - near, high, found.x))
+    return Fit(problem, tuple(own), box, x, float((rows(x) ** 2).sum()))
 
 
 def fit_none(problem: Problem, seed: int = 0) -> list[Fit]:

@@ -15,6 +15,7 @@ TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
 """Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""
 OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 """Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
+CURVED = 1.0  # of a lattice's scatter: from where what is not linear is curvature
 WIDEST = 5.0  # plausible sizes up to which a magnitude is sought
 
 
@@ -96,16 +97,47 @@ class Response:
 
 
 def learn(
-    known: Known, base: Array, runs: Mapping[str, Histories], stack: Callable[[Histories], Array]
+    known: Known,
+    base: Array,
+    runs: Mapping[str, Histories],
+    stack: Callable[[Histories], Array],
+    jitter: tuple[float, ...],
 ) -> Response | None:
-    """The response through the effect's strikes; None where none of them finished; stack: a strike's (grid,) curves."""
-    found = [(b, stack(runs[label(known.name, b)]) - base) for b in known.learnt_at() if label(known.name, b) in runs]
+    """The response through the effect's strikes; None where none of them finished.
+
+    stack: a strike's (grid,) curves; jitter: by how much a strike scatters by its lattice alone, RMS per channel. What
+    is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power
+    the slope is shrunk (its own scatter would otherwise be taken for a signature).
+    """
+    found = [(b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs]
     if not found:
         return None
+    parts = [
+        _learn([(b, y) for b, y in zip(bs, ys, strict=True)], scatter) for bs, ys, scatter in _channels(found, jitter)
+    ]
+    return Response(
+        np.concatenate([slope for slope, _ in parts]), np.concatenate([curvature for _, curvature in parts])
+    )
+
+
+def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):
+    """Per channel: magnitudes, changes, scatter."""
+    split = [np.split(y, len(jitter)) for _, y in found]
+    return [([b for b, _ in found], [ys[i] for ys in split], scatter) for i, scatter in enumerate(jitter)]
+
+
+def _learn(found: list[tuple[float, Array]], scatter: float) -> tuple[Array, Array]:
+    """Slope and curvature of one channel."""
+    b = np.array([one for one, _ in found])
+    y = np.stack([change for _, change in found])
+    linear = b @ y / (b @ b)
     if len(found) == 1:
-        b, change = found[0]
-        return Response(change / b, np.zeros_like(change))
-    (b1, y1), (b2, y2) = found[0], found[1]
-    slope = (y1 * b2 / b1 - y2 * b1 / b2) / (b2 - b1)
-    curvature = (y2 / b2 - y1 / b1) / (b2 - b1)
-    return Response(slope, curvature)
+        return linear, np.zeros_like(linear)
+    rest = y - b[:, None] * linear
+    off = float(np.sqrt(np.mean(rest.var(axis=1) + rest.mean(axis=1) ** 2) * len(found) / (len(found) - 1)))
+    if off > CURVED * scatter:
+        (b1, b2), (y1, y2) = b, y
+        return (y1 * b2 / b1 - y2 * b1 / b2) / (b2 - b1), (y2 / b2 - y1 / b1) / (b2 - b1)
+    signal = float(np.mean(linear**2))
+    kept = max(0.0, 1.0 - off**2 / float(b @ b) / signal) if signal else 0.0
+    return kept * linear, np.zeros_like(linear)

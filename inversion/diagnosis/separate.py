@@ -20,6 +20,7 @@ from solver.case import Case
 SPEEDS = (0.8, 1.2)
 STEP = 0.2  # of a parameter's range, to either side of the centre
 RIVALS = 6
+REJECTED = 3.84  # chi-square with one degree of freedom, 5 %
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,13 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of one strike's channels: theta (r, m) per range, effects (m,) per plausible size by name."""
+    """Derivatives of one strike's channels: theta (r, m) per range, effects (m,) per plausible size by name.
+
+    numerical: (d, m) changes by numerical choices, at the campaign's centre.
+    """
 
     theta: dict[str, Array]
+    numerical: dict[str, Array]
     effects: dict[str, dict[str, Array]]
     peak: dict[str, float]
 
@@ -106,7 +111,14 @@ def _derivatives(
     effects: dict[str, dict[str, Array]] = {}
     for known in rivals:
         effects[known.name] = {c: _effect(known, base, runs, c) for c in base.channels}
-    return Sensitivities(theta, effects, {c: float(np.abs(y).max()) for c, y in base.channels.items()})
+    before, names = groundwork.runs[CENTRE], list(groundwork.numerical.directions)
+    numerical = {
+        c: np.stack([groundwork.runs[n].channels[c] - before.channels[c] for n in names])
+        if names
+        else np.zeros((0, len(base.time)))
+        for c in base.channels
+    }
+    return Sensitivities(theta, numerical, effects, {c: float(np.abs(y).max()) for c, y in base.channels.items()})
 
 
 def _effect(known: Known, base: Histories, runs: Mapping[str, Histories], channel: str) -> Array:
@@ -126,8 +138,8 @@ def _effect(known: Known, base: Histories, runs: Mapping[str, Histories], channe
 def propose(judge: Judge, members: list[Judged], strikes: Strikes) -> Proposal | None:
     """The candidate with the lowest expected chance of an ambiguous verdict; None where there is none.
 
-    Candidates: every sensor that the record does not have, beside the record, and a second shot at a speed 20 % lower or
-    higher with the record's sensors. Noise of a new sensor: that of the record's sensor of its unit, else 1 % of its
+    Candidates: every sensor that the record does not have, beside the record, and a second shot at a speed 20 % lower
+    or higher with the record's sensors. Noise of a new sensor: that of the record's sensor of its unit, else 1 % of its
     peak. A rival is rejected with the power of |P g b|^2 at 5 %.
     """
     groundwork = judge.groundwork
@@ -165,21 +177,33 @@ def _noise(judge: Judge, case: Case, here: Sensitivities, name: str) -> float:
     return SHARE * here.peak[name]
 
 
-def _rows(found: Sensitivities, channels: list[str], noise: Mapping[str, float]) -> tuple[Array, dict[str, Array]]:
-    """Whitened derivatives of several channels, side by side."""
+Rows = tuple[Array, Array, dict[str, Array]]
+
+
+def _rows(found: Sensitivities, channels: list[str], noise: Mapping[str, float]) -> Rows:
+    """Derivatives of several channels in units of their noise, side by side: parameters, numerical choices, effects."""
     theta = np.hstack([found.theta[c] / noise[c] for c in channels])
-    return theta, {n: np.concatenate([found.effects[n][c] / noise[c] for c in channels]) for n in found.effects}
+    numerical = np.hstack([found.numerical[c] / noise[c] for c in channels])
+    return (
+        theta,
+        numerical,
+        {n: np.concatenate([found.effects[n][c] / noise[c] for c in channels]) for n in found.effects},
+    )
 
 
-def _ambiguous(shots: list[tuple[Array, dict[str, Array]]], sizes: Mapping[str, float]) -> float:
-    """Mean chance that a rival j is not rejected when i is true, over all ordered pairs; parameters are shared."""
-    design = np.hstack([theta for theta, _ in shots]).T
-    g = {name: np.concatenate([effects[name] for _, effects in shots]) for name in sizes}
-    prior = np.eye(design.shape[1]) * np.sqrt(12.0)
+def _ambiguous(shots: list[Rows], sizes: Mapping[str, float]) -> float:
+    """Mean chance that a rival j is not rejected when i is true, over all ordered pairs.
+
+    Parameters are shared by the shots and have their priors; numerical choices are shared with N(0, 1).
+    """
+    design = np.hstack([np.vstack([theta, numerical]) for theta, numerical, _ in shots]).T
+    g = {name: np.concatenate([effects[name] for _, _, effects in shots]) for name in sizes}
+    r = len(shots[0][0])
+    prior = np.diag(np.append(np.full(r, np.sqrt(12.0)), np.ones(design.shape[1] - r)))
     kept: list[float] = []
     for i, j in permutations(sizes, 2):
         a = np.vstack([np.column_stack([design, g[j]]), np.column_stack([prior, np.zeros(len(prior))])])
         shift = np.concatenate([g[i] * sizes[i], np.zeros(len(prior))])
         left = shift - a @ np.linalg.lstsq(a, shift, rcond=1e-10)[0]
-        kept.append(float(ncx2.cdf(3.84, 1, max(float(left @ left), 1e-12))))
+        kept.append(float(ncx2.cdf(REJECTED, 1, max(float(left @ left), 1e-12))))
     return float(np.mean(kept)) if kept else 1.0

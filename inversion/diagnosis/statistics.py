@@ -48,7 +48,7 @@ class Reference:
     ) -> Reference:
         """Simulate under the model."""
         rng = np.random.default_rng(seed)
-        left, s, right = np.linalg.svd(linear.signatures, full_matrices=False)
+        _, s, right = np.linalg.svd(linear.signatures, full_matrices=False)
         rank = int((s > 1e-9 * max(s.max(initial=0.0), 1e-300)).sum()) if linear.seen.any() else 0
         frame = s[:rank, None] * right[:rank]  # (rank, m): the signatures in the frame of their own span
         inside = rng.standard_normal((draws, rank))

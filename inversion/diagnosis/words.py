@@ -12,6 +12,8 @@ from solver.effects import effects
 if TYPE_CHECKING:
     from inversion.diagnosis.diagnosis import EffectFigures, State
 
+MOST_SPELT = 3  # effects of an ambiguous verdict that are told with their magnitudes
+
 HEADS = {
     NO_RESIDUAL: "No significant residual",
     ATTRIBUTED: "Attributed",
@@ -44,9 +46,9 @@ def sentence(
     count, level = len(figures) - 1, f"at a false-alarm rate of {100 * alpha:g} %"
     if verdict == NO_RESIDUAL:
         return (
-            f"Calibrated within the stated ranges, the model reproduces the record to within noise and numerical error "
-            f"{level} (weighted RMS {before.weighted:.2f}, 1 = noise); none of {count} effects is needed, which does not "
-            "prove that none is there: see what could have been detected and what the parameters can hide."
+            "Calibrated within the stated ranges, the model reproduces the record to within noise and numerical error "
+            f"{level} (weighted RMS {before.weighted:.2f}, 1 = noise); none of {count} effects is needed. That does "
+            "not prove that none is there: see what could have been detected and what the parameters can hide."
         )
     if verdict == UNEXPLAINED:
         return (
@@ -61,12 +63,12 @@ def sentence(
     error = f"weighted RMS {before.weighted:.2f} before, {after.weighted:.2f} after" if after else ""
     if verdict == ATTRIBUTED:
         return (
-            f"The calibrated model misses the record beyond noise and numerical error {level}. Among the {count} effects "
-            f"of the library the miss is consistent with one alone: {words[allowed[0]]} ({error}; 1 = noise). An effect "
-            "outside the library can imitate this one."
+            f"The calibrated model misses the record beyond noise and numerical error {level}. Among the {count} "
+            f"effects of the library the miss is consistent with one alone: {words[allowed[0]]} ({error}; 1 = noise). "
+            "An effect outside the library can imitate this one."
         )
-    listed = "; ".join(words.values())
+    listed = ", or ".join(words.values()) if len(words) <= MOST_SPELT else ", ".join(allowed)
     return (
-        f"The calibrated model misses the record beyond noise and numerical error {level}. The record cannot tell apart "
-        f"{len(allowed)} of {count} effects: {listed}."
+        f"The calibrated model misses the record beyond noise and numerical error {level}. The record cannot tell "
+        f"apart {len(allowed)} of {count} effects, of which one would do: {listed}."
     )

@@ -34,15 +34,14 @@ def _channel(upper: Any, lower: Any, part: pd.DataFrame, name: str, unit: str, f
     scale, shown = to_display(1.0, unit), display(1.0, unit)[1]
     time = 1e3 * part["time_s"].to_numpy()
     values = {key: scale * part[key].to_numpy(float) for key in ("measured", "error", "before", "after")}
-    label = lambda text: text if first else None
-    upper.plot(time, values["measured"], ".", color=BLACK, markersize=2.5, label=label("record"))
+    upper.plot(time, values["measured"], ".", color=BLACK, markersize=2.5, label="record" if first else None)
     lower.fill_between(time, -2 * values["error"], 2 * values["error"], color=SKY, alpha=0.3, lw=0, label=None)
     for key, colour, dash, words in (
         ("before", VERMILION, "-", "before"),
         ("after", BLUE, (0, (5, 2)), "after the effect is added"),
     ):
         if np.isfinite(values[key]).any():
-            upper.plot(time, values[key], color=colour, linestyle=dash, label=label(words))
+            upper.plot(time, values[key], color=colour, linestyle=dash, label=words if first else None)
             lower.plot(time, values["measured"] - values[key], color=colour, linestyle=dash, lw=1.0)
     lower.axhline(0.0, color=GREY, lw=0.7)
     upper.set_ylabel(f"{name.replace('_', ' ')}\n[{shown or '-'}]")

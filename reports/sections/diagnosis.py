@@ -39,11 +39,11 @@ def verdict_section(results: DiagnosisResults) -> Section:
     content = results.content
     after = content["after"] is not None
     caption = (
-        "The record, the calibrated model before and after the effect is added, and below what each misses; the band is two "
-        "standard deviations of noise and numerical error together."
+        "The record, the calibrated model before and after the effect is added, and below what each misses; the band "
+        "is two standard deviations of noise and numerical error together."
         if after
-        else "The record, the calibrated model, and below what it misses; the band is two standard deviations of noise and "
-        "numerical error together."
+        else "The record, the calibrated model, and below what it misses; the band is two standard deviations of noise "
+        "and numerical error together."
     )
     blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}")]
     if content["warnings"]:
@@ -115,7 +115,7 @@ def effects_section(results: DiagnosisResults) -> Section:
     picture = drawing("effects", consistency_figure(content["effects"], content["alpha"]), caption)
     head = ("effect", "p", "log evidence", "magnitude (95 %)", "twins (cosine)", "least detectable", "absorbed")
     rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"])
-    words = "Every model of the library, refitted. Absorbed: share of the effect's signature that the calibrated parameters imitate."
+    words = "Every model, refitted. Absorbed: share of the effect's signature that the calibrated parameters imitate."
     return Section("effects", "Every effect of the library", (picture, Table(head, rows, words, frozenset({1, 2, 6}))))
 
 
@@ -160,7 +160,7 @@ def trust_section(results: DiagnosisResults) -> Section:
         Table(
             ("numerical choice changed", "change of the curves"),
             directions,
-            "Numerical bias: change of the curves, RMS in units of the measurement noise. These directions count as no effect.",
+            "Numerical bias: change of the curves, RMS in units of the noise. These directions count as no effect.",
             frozenset({1}),
         ),
     ]
@@ -179,7 +179,7 @@ def trust_section(results: DiagnosisResults) -> Section:
     strikes = content["strikes"]
     blocks.append(
         Paragraph(
-            f"Strikes: {strikes['campaign']} of the campaign, {strikes['paid']} more, {strikes['reused']} found in the store."
+            f"Strikes: {strikes['campaign']} of the campaign, {strikes['paid']} more, {strikes['reused']} found stored."
         )
     )
     if content["refused"]:

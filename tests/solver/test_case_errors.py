@@ -47,8 +47,12 @@ NAMES = [
 NOT_YET = [
     ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
     ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
-    ("effects.clamp_rotation", "1 mm", f"effects {LATER}; leave the section out"),
-    ("inversion.nuisance.speed", "1 m/s", f"~ = 1 m/s {LATER}; available: time_offset"),
+    (
+        "effects.clamp_rotation",
+        "1 mm",
+        '~ = 1 mm is not understood: "1 mm" is not in a unit of this dimension; accepted units: rad/N, mrad/kN',
+    ),
+    ("effects.clamp_rotaton", "1 mm", "~ = 1 mm is no effect; did you mean clamp_rotation?"),
 ]
 BETWEEN_FIELDS = [
     ("bird.length", "9 cm", "~ = 9 cm is less than the diameter; length is overall, hemispheres included"),
@@ -116,7 +120,7 @@ def test_a_parameters_entry_holds_nothing_but_its_range() -> None:
 
 
 def test_every_wrong_nuisance_and_every_wrong_limit_is_named() -> None:
-    wrong = {"inversion.nuisance.speed": "1 m/s", "inversion.nuisance.wind": "3", "inversion.nuisance.time_offset": "5"}
+    wrong = {"inversion.nuisance.speed": "1 kg", "inversion.nuisance.wind": "3", "inversion.nuisance.time_offset": "5"}
     assert {line.split(" = ")[0] for line in errors_with(wrong)} == set(wrong)
     key = 'inversion.parameters."bird.material.viscosity".range'
     assert [line.split(" = ")[0] for line in errors_with({key: '["abc", "def"]'})] == [f"{key}.0", f"{key}.1"]
@@ -182,7 +186,7 @@ def test_all_errors_come_at_once_also_those_between_fields() -> None:
         "impact.speed",
         "bird.material.viscosity",
         "time.snapshots",
-        "effects",
+        "effects.x",
     }
     assert fields == sections
     assert len(found) == 6
