@@ -121,6 +121,8 @@ def doubts(judge: Judge, judged: Judged, base: Judged) -> list[str]:
     for name, hit, flat in zip(names, judged.fit.at_bound, judged.fit.box.flat, strict=False):
         if hit and not flat:
             found.append(f"model {judged.name}: {name} is held by an end of its range")
+    if judged.fit.own and judged.fit.at_bound[-1] and judged.fit.magnitudes[-1]:
+        found.append(f"model {judged.name}: its magnitude is held by the largest that was looked at")
     if judged.name != NONE:
         ratio = _inflation(judged, base)
         worst = int(np.argmax(ratio)) if len(ratio) else 0

@@ -11,7 +11,7 @@ from data.histories import Array
 from inversion.words import plain, quantity
 
 FEWEST_BEFORE = 20  # points before contact that can tell a noise level
-REJECT = 0.01  # level at which a stated noise is given up for the one before contact
+REJECT = 0.05  # level at which a stated noise is given up for the one before contact
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
 
 

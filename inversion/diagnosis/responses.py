@@ -16,7 +16,7 @@ TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
 OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 """Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
 CURVED = 1.0  # of a lattice's scatter: from where what is not linear is curvature
-WIDEST = 5.0  # plausible sizes up to which a magnitude is sought
+WIDEST, FARTHEST = 5.0, 20.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,8 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
             continue
         size, least = effect.size(case), effect.least(case)
         of_record = name in OF_RECORD and not case.instrument
-        known.append(Known(effect, size, max(least / size, -WIDEST) + 0.0, WIDEST, of_record))
+        most = FARTHEST if of_record else WIDEST
+        known.append(Known(effect, size, max(least / size, -most) + 0.0, most, of_record))
     return tuple(known), refused
 
 

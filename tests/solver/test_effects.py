@@ -17,11 +17,27 @@ from solver.effects_plate import PLATE, bending_stiffness
 from solver.instrument import recorded
 
 CASE = load_case("virtual_strike")
-NAMES = (
-    "clamp_rotation edge_slip plate_thickness plate_yield plate_hardening plate_rate_hardening plate_damping "
-    "plate_preload impact_speed impact_angle impact_offset bird_mass bird_length bird_porosity bird_friction time_offset "
-    "sensor_gain sensor_bandwidth sensor_drift"
-).split()
+NAMES = [
+    "clamp_rotation",
+    "edge_slip",
+    "plate_thickness",
+    "plate_yield",
+    "plate_hardening",
+    "plate_rate_hardening",
+    "plate_damping",
+    "plate_preload",
+    "impact_speed",
+    "impact_angle",
+    "impact_offset",
+    "bird_mass",
+    "bird_length",
+    "bird_porosity",
+    "bird_friction",
+    "time_offset",
+    "sensor_gain",
+    "sensor_bandwidth",
+    "sensor_drift",
+]
 
 
 def test_the_library_is_the_nineteen_of_the_format() -> None:
