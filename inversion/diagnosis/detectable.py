@@ -40,7 +40,9 @@ def _distance(reference: Reference, draws: tuple[Array, Array], j: int, alpha: f
     def surplus(distance: float) -> float:
         return _power(reference, draws, j, distance, alpha) - POWER
 
-    return float(brentq(surplus, 0.0, FARTHEST, xtol=0.02)) if surplus(FARTHEST) > 0.0 else np.nan
+    if surplus(FARTHEST) <= 0.0:
+        return np.nan
+    return float(brentq(surplus, 0.0, FARTHEST, xtol=0.02))  # pyright: ignore[reportArgumentType]
 
 
 def _draws(linear: Linear, seed: int) -> tuple[Array, Array]:

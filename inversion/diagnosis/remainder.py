@@ -120,7 +120,7 @@ def _smooth(times: Array, values: Array, noise: float) -> Array:
     )
     thin = slice(None, None, max(1, len(unit) // 200))
     process = GaussianProcessRegressor(kernel, random_state=0).fit(unit[thin, None], values[thin] / scale)
-    return np.asarray(process.predict(unit[:, None])) * scale
+    return np.asarray(process.predict(unit[:, None]), dtype=np.float64) * scale
 
 
 def _period(times: Array, curve: Array) -> float | None:

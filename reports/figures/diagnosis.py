@@ -30,7 +30,7 @@ def before_after_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figur
     return figure
 
 
-def _channel(upper: Any, lower: Any, part: pd.DataFrame, name: str, unit: str, first: bool) -> None:
+def _channel(upper: Any, lower: Any, part: Any, name: str, unit: str, first: bool) -> None:
     scale, shown = to_display(1.0, unit), display(1.0, unit)[1]
     time = 1e3 * part["time_s"].to_numpy()
     values = {key: scale * part[key].to_numpy(float) for key in ("measured", "error", "before", "after")}

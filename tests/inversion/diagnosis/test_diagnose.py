@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import io
 import json
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -90,7 +89,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path) -> Iterator[dict[str, Any]]:
+def found(folder: Path) -> dict[str, Any]:
     """The diagnosis's JSON, made while any look at the truth file would have ended it; strikes on threads."""
     opened = io.open
 
@@ -107,7 +106,7 @@ def found(folder: Path) -> Iterator[dict[str, Any]]:
         with pytest.raises(PermissionError):
             (folder / "shot.truth.toml").read_text()
         diagnose(folder / "case.toml", folder / "shot.csv", folder / "out", wishes=Wishes(workers=1, runs=8))
-    yield json.loads((folder / "out" / "diagnosis.json").read_text())
+    return json.loads((folder / "out" / "diagnosis.json").read_text())
 
 
 def test_a_soft_clamp_is_found_on_a_case_that_nobody_prepared(folder: Path, found: dict[str, Any]) -> None:
