@@ -65,8 +65,9 @@ def section(number: int, name: str, entry: Mapping[str, Any], alpha: float) -> S
     return Section(f"table-{number}", f"Records of {name}", (*blocks, _robustness(entry), _experiments(entry)))
 
 
-def _gates(entry: Mapping[str, Any]) -> Table:
-    rows = tuple(
+def gate_rows(entry: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
+    """The gates as cells."""
+    return tuple(
         (
             gate["figure"],
             "–" if gate["value"] is None else f"{gate['value']:.3f}",
@@ -77,7 +78,11 @@ def _gates(entry: Mapping[str, Any]) -> Table:
         )
         for gate in entry["gates"]
     )
-    return Table(("figure", "value", "95 % interval", "curves", "gate", "met"), rows, "The gates.", frozenset({1, 3}))
+
+
+def _gates(entry: Mapping[str, Any]) -> Table:
+    head = ("figure", "value", "95 % interval", "curves", "gate", "met")
+    return Table(head, gate_rows(entry), "The gates.", frozenset({1, 3}))
 
 
 def _magnitudes(entry: Mapping[str, Any]) -> Table:
@@ -91,19 +96,26 @@ def _magnitudes(entry: Mapping[str, Any]) -> Table:
     return Table(("effect", "signal", "magnitude", "power"), rows, caption, frozenset({1, 3}))
 
 
+KEYS = ("false alarms", "truth in the set", "unique and wrong")
+
+
+def robustness_rows(entry: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
+    """Rates under each kind of noise as cells."""
+    return tuple((one["noise"], *(_share(one[key]["value"]) for key in KEYS)) for one in entry["robustness"])
+
+
 def _robustness(entry: Mapping[str, Any]) -> Table:
-    keys = ("false alarms", "truth in the set", "unique and wrong")
-    rows = tuple((one["noise"], *(_share(one[key]["value"]) for key in keys)) for one in entry["robustness"])
     caption = "The same with noise other than stated, the check of the record before contact left out."
-    return Table(("noise", *keys), rows, caption, frozenset({1, 2, 3}))
+    return Table(("noise", *KEYS), robustness_rows(entry), caption, frozenset({1, 2, 3}))
 
 
 def _share(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def _experiments(entry: Mapping[str, Any]) -> Table:
-    rows = tuple(
+def experiment_rows(entry: Mapping[str, Any]) -> tuple[tuple[str, ...], ...]:
+    """Every experiment as cells."""
+    return tuple(
         (
             one["experiment"],
             _planted(one["planted"]) or one["kind"],
@@ -114,8 +126,13 @@ def _experiments(entry: Mapping[str, Any]) -> Table:
         )
         for one in entry["experiments"]
     )
+
+
+def _experiments(entry: Mapping[str, Any]) -> Table:
     head = ("experiment", "planted", "signal", "answer to the record", "confidence set (first five)", "truth in set")
-    return Table(head, rows, "Every experiment; the last column over the noise draws.", frozenset({2, 5}))
+    return Table(
+        head, experiment_rows(entry), "Every experiment; the last column over the noise draws.", frozenset({2, 5})
+    )
 
 
 def _planted(planted: Mapping[str, float] | str) -> str:

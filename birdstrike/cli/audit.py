@@ -31,10 +31,12 @@ def command(
 
     Example: birdstrike audit --out audit --channels 1
     """
+    from data.files import write_atomically
     from data.paths import MEASURED
     from inversion.audit.audit import audit
     from inversion.diagnosis.diagnose import Wishes
     from reports.audit import write_audit_page
+    from reports.audit_markdown import audit_markdown
 
     wishes = Wishes(alpha, seed, workers, counter=campaign_bar, say=say)
     folder = MEASURED / "virtual" if experiments is None else experiments
@@ -45,7 +47,8 @@ def command(
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
     page = write_audit_page(out)
-    say(f"Written to {out}: audit.json, {page.name}")
+    write_atomically(out / "audit.md", audit_markdown(content))
+    say(f"Written to {out}: audit.json, audit.md, {page.name}")
     missed = list(missing(content))
     say(f"gates missed: {'; '.join(missed) if missed else 'none'}")
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
