@@ -12,6 +12,7 @@ from scipy.stats import ncx2
 from data.histories import Array, Histories
 from inversion.diagnosis.groundwork import CENTRE, Groundwork
 from inversion.diagnosis.judge import Judge, Judged
+from inversion.diagnosis.numerical import UNSEEN, Numerical
 from inversion.diagnosis.probes import PREFIX, SHARE
 from inversion.diagnosis.responses import Known, label
 from inversion.diagnosis.strikes import Strikes
@@ -167,14 +168,20 @@ def propose(judge: Judge, members: list[Judged], strikes: Strikes) -> Proposal |
 
 
 def _noise(judge: Judge, case: Case, here: Sensitivities, name: str) -> float:
-    """Standard deviation of a candidate's points: noise and the numerical error's own share of its peak."""
-    kind = case.sensors[name].kind
-    numerical = judge.groundwork.numerical
-    for i, trace in enumerate(judge.record.traces):
+    """Standard deviation of a channel's points: noise and, as white noise of the same worth, its numerical scatter.
+
+    Scatter that hangs together over l tells a smooth signature as much as white noise sqrt(l sqrt(2 pi) / dt) larger.
+    """
+    kind, level = case.sensors[name].kind, SHARE * here.peak[name]
+    for trace in judge.record.traces:
         if case.sensors[trace.name].kind == kind:
-            part = np.split(numerical.scatter, len(judge.record.traces))[i]
-            return float(np.hypot(trace.noise.level * np.sqrt(trace.block), np.sqrt(np.mean(part**2))))
-    return SHARE * here.peak[name]
+            level = trace.noise.level * np.sqrt(trace.block)
+            break
+    runs, time = judge.groundwork.runs, judge.groundwork.clock.time
+    changes = {n: runs[n].channels[name] - runs[CENTRE].channels[name] for n in judge.groundwork.numerical.directions}
+    own = Numerical.of(changes, judge.groundwork.case, time, 1)
+    worth = own.correlation[0] * np.sqrt(2.0 * np.pi) / float(time[1] - time[0])
+    return float(np.hypot(level, np.sqrt(np.mean(own.scatter**2) * max(worth, 1.0))))
 
 
 Rows = tuple[Array, Array, dict[str, Array]]
@@ -183,7 +190,7 @@ Rows = tuple[Array, Array, dict[str, Array]]
 def _rows(found: Sensitivities, channels: list[str], noise: Mapping[str, float]) -> Rows:
     """Derivatives of several channels in units of their noise, side by side: parameters, numerical choices, effects."""
     theta = np.hstack([found.theta[c] / noise[c] for c in channels])
-    numerical = np.hstack([found.numerical[c] / noise[c] for c in channels])
+    numerical = UNSEEN * np.hstack([found.numerical[c] / noise[c] for c in channels])
     return (
         theta,
         numerical,
