@@ -72,7 +72,9 @@ class Noises:
             raw = trace.noise.level * np.sqrt(trace.block)
             noise = rng.standard_normal((draws, len(trace.times)))
             if self.rho:
-                noise = lfilter([np.sqrt(1.0 - self.rho**2)], [1.0, -self.rho], noise, axis=1)
+                noise = np.asarray(
+                    lfilter([np.sqrt(1.0 - self.rho**2)], [1.0, -self.rho], noise, axis=1), dtype=np.float64
+                )
             hit = rng.random(noise.shape) < self.outliers
             noise = noise + 8.0 * hit * rng.choice([-1.0, 1.0], noise.shape)
             parts.append(averaged(self.level * raw * noise, trace.block))

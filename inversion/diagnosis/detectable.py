@@ -20,7 +20,7 @@ def minimum_detectable(reference: Reference, alpha: float, seed: int = 1) -> Arr
     linear = reference.linear
     draws = _draws(linear, seed)
     found = np.full(len(linear.names), np.nan)
-    for j in np.flatnonzero(linear.seen):
+    for j in map(int, np.flatnonzero(linear.seen)):
         found[j] = _distance(reference, draws, j, alpha) / linear.sizes[j]
     return found
 

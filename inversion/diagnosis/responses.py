@@ -110,7 +110,9 @@ def learn(
     is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power
     the slope is shrunk (its own scatter would otherwise be taken for a signature).
     """
-    found = [(b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs]
+    found: list[tuple[float, Array]] = [
+        (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
+    ]
     if not found:
         return None
     parts = [

@@ -41,8 +41,8 @@ class Proposal:
         where = (
             f"a second shot at {self.speed:.4g} m/s, with the same sensors" if self.speed else f"a sensor more: {what}"
         )
-        chances = f"from {100 * self.ambiguous_now:.0f} % to {100 * self.ambiguous:.0f} %"
-        return f"{where}; the expected chance that {', '.join(self.separates)} stay together falls {chances}"
+        rivals = ", ".join(self.separates)
+        return f"{where}; of those tried it is expected to tell {rivals} apart best, by the linearised model"
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _derivatives(
     for known in rivals:
         effects[known.name] = {c: _effect(known, base, runs, c) for c in base.channels}
     before, names = groundwork.runs[CENTRE], list(groundwork.numerical.directions)
-    numerical = {
+    numerical: dict[str, Array] = {
         c: np.stack([groundwork.runs[n].channels[c] - before.channels[c] for n in names])
         if names
         else np.zeros((0, len(base.time)))
