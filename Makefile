@@ -34,7 +34,7 @@ $(STAMP): pyproject.toml constraints.txt
 
 demo: install
 	@echo "The demo's bird has 2200 particles, half of the reference case's: data/cases/demo.toml says why."
-	$(BIN)/birdstrike close-the-loop demo --measured table7_group5 --out $(OUT)
+	$(BIN)/birdstrike close-the-loop demo --measured table7_group5 --out $(OUT) --no-diagnosis
 
 test: install
 	$(BIN)/python -m pytest -n 2 --dist loadscope

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
     from birdstrike.loop import close_the_loop
+    from inversion.audit.audit import audit
+    from inversion.diagnosis.diagnose import diagnose
     from inversion.train_and_invert import train_and_invert
     from reports.page import report
     from reports.verification.verify import verify
@@ -39,16 +41,20 @@ _PUBLIC = {
     "export": ("birdstrike.cli.export", "export"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
     "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
+    "diagnose": ("inversion.diagnosis.diagnose", "diagnose"),
+    "audit": ("inversion.audit.audit", "audit"),
     "report": ("reports.page", "report"),
     "close_the_loop": ("birdstrike.loop", "close_the_loop"),
     "verify": ("reports.verification.verify", "verify"),
 }
 
 __all__ = [
+    "audit",
     "check",
     "close_the_loop",
     "compare_methods",
     "converge",
+    "diagnose",
     "export",
     "import_curve",
     "load_case",

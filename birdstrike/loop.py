@@ -1,9 +1,10 @@
-"""Close the loop: campaign, inversion with its verification, report, from one case and one record."""
+"""Close the loop: campaign, inversion with its verification, diagnosis, report, from one case and one record."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -31,6 +32,7 @@ class Plan:
     workers: int | None
     trainer: str
     say: Callable[[str], None]
+    diagnosed: bool = True
 
     @property
     def doe(self) -> Path:
@@ -41,6 +43,11 @@ class Plan:
     def inversion(self) -> Path:
         """The inversion's folder."""
         return self.out / "inversion"
+
+    @property
+    def diagnosis(self) -> Path:
+        """The diagnosis's folder."""
+        return self.out / "diagnosis"
 
     @property
     def report(self) -> Path:
@@ -63,18 +70,20 @@ def close_the_loop(
     seed: int = 0,
     workers: int | None = None,
     trainer: str = "lm",
+    diagnosis: bool = True,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
     """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
 
-    case, measured: files or shipped names. The campaign's workers are started afresh: a script that calls this needs
-    `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
+    case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect. The campaign's
+    workers are started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and
+    RunFailed; after either, and after Ctrl-C, the same call resumes.
     """
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured)
         planned = planned_strikes(loaded, design, runs, seed, progress)
-    plan = Plan(loaded, record, Path(out), planned, seed, workers, trainer, say)
+    plan = Plan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis)
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
@@ -109,8 +118,15 @@ def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progre
 
 
 def stages(plan: Plan) -> tuple[Stage, ...]:
-    """The flow; a diagnosis will stand between inversion and report."""
+    """The flow."""
     count = len(plan.design.numbers)
+    diagnosis = Stage(
+        "diagnosis",
+        "Diagnosis: strikes for every effect, refits, before and after",
+        partial(_diagnosis_inputs, plan),
+        tuple(plan.diagnosis / name for name in ("diagnosis.json", "diagnosis.csv")),
+        partial(_diagnosis, plan),
+    )
     return (
         Stage(
             "doe",
@@ -126,6 +142,7 @@ def stages(plan: Plan) -> tuple[Stage, ...]:
             tuple(plan.inversion / name for name in ("inversion.json", "verification.csv")),
             partial(_inversion, plan),
         ),
+        *((diagnosis,) if plan.diagnosed else ()),
         Stage("report", "Report", partial(_report_inputs, plan), (plan.report,), partial(_report, plan)),
     )
 
@@ -199,25 +216,45 @@ def _inversion(plan: Plan, progress: Progress) -> None:
     )
 
 
+def _diagnosis_inputs(plan: Plan) -> Mapping[str, Any]:
+    inputs = _inversion_inputs(plan)
+    return {name: inputs[name] for name in ("solver", "campaign", "measured", "name", "seed", "code")}
+
+
+def _diagnosis(plan: Plan, progress: Progress) -> None:
+    from inversion.diagnosis.diagnose import Wishes, diagnose
+
+    @contextmanager
+    def counted() -> Iterator[Callable[[Counts], None]]:
+        yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
+
+    wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say)
+    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes)
+
+
 def _report_inputs(plan: Plan) -> Mapping[str, Any]:
-    made = (plan.doe / "summary.json", plan.inversion / "inversion.json", plan.inversion / "verification.csv")
+    made = [plan.doe / "summary.json", plan.inversion / "inversion.json", plan.inversion / "verification.csv"]
+    made += [plan.diagnosis / "diagnosis.json"] if plan.diagnosed else []
     return {"made": digest(*made), "code": source_digest("reports")}
 
 
 def _report(plan: Plan, progress: Progress) -> None:
     from reports.page import report
 
-    report(plan.out, plan.report, progress=progress)
+    report(plan.out, plan.report, progress=progress, diagnosed=plan.diagnosed)
 
 
 def conclude(plan: Plan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
+    from doe.folder import read_json
     from reports.findings import findings, key_figures
     from reports.folder import read_results
     from solver.case import case_hash
 
     results = read_results(plan.out)
+    diagnosed = read_json(plan.diagnosis / "diagnosis.json") if plan.diagnosed else {}
     return plan.ledger.write(
+        diagnosis={name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")} if diagnosed else None,
         case_hash=case_hash(plan.case),
         simulated_record=results.record.simulated,
         findings=findings(results),

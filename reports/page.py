@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from data.files import write_atomically
 from reports.blocks import Picture, Section
+from reports.diagnosis import in_report
 from reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from reports.folder import read_results
 from reports.models import strike_models, titled
@@ -29,9 +30,13 @@ from reports.sections import (
     summary,
     surrogates,
 )
+from reports.sections.diagnosis import effects_section, verdict_section
 from reports.sections.reproducibility import installed
 
-SECTIONS: tuple[Callable[[Results], Section | None], ...] = (
+Maker = Callable[[Results], Section | None]
+
+DIAGNOSIS: tuple[Maker, ...] = (in_report(verdict_section), in_report(effects_section))
+SECTIONS: tuple[Maker, ...] = (
     summary.section,
     setup.section,
     models.section,
@@ -39,14 +44,13 @@ SECTIONS: tuple[Callable[[Results], Section | None], ...] = (
     curves.section,
     parameters.section,
     identifiability.section,
+    *DIAGNOSIS,
     campaign.section,
     surrogates.section,
     comparison.section,
     books.section,
     reproducibility.section,
 )
-
-
 """What the page is made of, in order; a section that has nothing to say of a folder returns None and is left out."""
 
 STRIKES = 0.8  # share of the progress that the bird models' strikes take, where they are due
@@ -57,37 +61,45 @@ def report(
     out: str | Path | None = None,
     *,
     models: bool = True,
+    diagnosed: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
 
-    models: also strike with the standard birds, and with the inverted one at all instants of the animation; each
-    strike is kept in `folder/models/runs/` and paid once.
+    diagnosed: show what lies in `folder/diagnosis`, where there is one. models: also strike with the standard birds,
+    and with the inverted one at all instants of the animation; each strike is kept in `folder/models/runs/` and paid
+    once.
     """
     path = Path(out) if out is not None else Path(folder) / "report.html"
-    return write_page(read_results(Path(folder)), path, progress, models=models)
+    return write_page(read_results(Path(folder)), path, progress, models=models, diagnosed=diagnosed)
 
 
 def write_page(
-    results: Results, path: Path, progress: Callable[[float], None] | None = None, *, models: bool = True
+    results: Results,
+    path: Path,
+    progress: Callable[[float], None] | None = None,
+    *,
+    models: bool = True,
+    diagnosed: bool = True,
 ) -> Path:
     """Write the page about results at hand, the bird models' strikes added where asked for; its path."""
     told = progress or (lambda _: None)
     if models:
         results = strike_models(results, lambda share: told(STRIKES * share))
     begun = STRIKES if models else 0.0
-    write_atomically(path, page(results, lambda share: told(begun + (1.0 - begun) * share)))
+    made = SECTIONS if diagnosed else tuple(make for make in SECTIONS if make not in DIAGNOSIS)
+    write_atomically(path, page(results, lambda share: told(begun + (1.0 - begun) * share), made))
     return path
 
 
-def page(results: Results, progress: Callable[[float], None] | None = None) -> str:
+def page(results: Results, progress: Callable[[float], None] | None = None, makers: Sequence[Maker] = SECTIONS) -> str:
     """The page as HTML text; nothing in it points outside."""
     sections: list[Section] = []
-    for done, make in enumerate(SECTIONS, 1):
+    for done, make in enumerate(makers, 1):
         if (section := make(results)) is not None:
             sections.append(section)
         if progress:
-            progress(done / len(SECTIONS))
+            progress(done / len(makers))
     environment = Environment(
         loader=PackageLoader("reports", "."),
         autoescape=True,

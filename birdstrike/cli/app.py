@@ -23,6 +23,8 @@ COMMANDS = (
     "run-doe",
     "train-and-invert",
     "compare-methods",
+    "diagnose",
+    "audit",
     "report",
     "export",
     "close-the-loop",

@@ -33,10 +33,11 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
     trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Campaign, inversion, verification and report in one go; what is still valid is not done again.
+    """Campaign, inversion, verification, diagnosis and report in one go; what is still valid is not done again.
 
     Example: birdstrike close-the-loop demo --measured table7_group5 --out loop
     """
@@ -52,6 +53,7 @@ def command(
         seed=seed,
         workers=workers,
         trainer=trainer.value,
+        diagnosis=diagnosis,
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )
@@ -77,6 +79,8 @@ def _last_lines(closed: Mapping[str, Any]) -> None:
     say(f"Report: {closed['paths']['report']}")
     for number, line in enumerate(closed["findings"], 1):
         say(f"{number}. {line}")
+    if closed.get("diagnosis"):
+        say(f"Diagnosis: {closed['diagnosis']['sentence']}")
     if failed := closed["failed_strikes"]:
         raise RunFailed(
             f"strikes of the campaign failed and are left out: {', '.join(failed)}",

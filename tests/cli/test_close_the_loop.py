@@ -68,7 +68,7 @@ def invoke(out: Path, measured: Path | str, *options: str, design: str = "lhs") 
     """The command on the demo case with one worker; lhs is the design that costs least to make."""
     settings = {"--measured": measured, "--out": out, "--runs": RUNS, "--workers": 1, "--design": design}
     named = [str(word) for pair in settings.items() for word in pair]
-    return CliRunner().invoke(app, ["close-the-loop", "demo", *named, *options])
+    return CliRunner().invoke(app, ["close-the-loop", "demo", "--no-diagnosis", *named, *options])
 
 
 def ledger(out: Path) -> dict[str, Any]:

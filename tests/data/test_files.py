@@ -75,7 +75,12 @@ def test_vtu_files_hold_the_snapshot(tmp_path: Path) -> None:
     snapshot = Snapshot(
         1e-3, bird, np.array([1e6, 2e6]), 9.0 * bird, eroded, stress, NO_CELLS, nodes, quads, np.array([5e7])
     )
-    assert [p.name for p in write_fields(tmp_path, [snapshot])] == ["bird_0000.vtu", "plate_0000.vtu", "bird.pvd", "plate.pvd"]
+    assert [p.name for p in write_fields(tmp_path, [snapshot])] == [
+        "bird_0000.vtu",
+        "plate_0000.vtu",
+        "bird.pvd",
+        "plate.pvd",
+    ]
     points = meshio.read(tmp_path / "bird_0000.vtu")
     np.testing.assert_array_equal(points.points, bird)
     np.testing.assert_array_equal(points.point_data["pressure_Pa"], [1e6, 2e6])

@@ -1,0 +1,83 @@
+"""`birdstrike audit`: the blind test of the diagnosis on planted experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from birdstrike.cli.campaign_bar import campaign_bar
+from birdstrike.cli.frame import Json, console, framed, progress_bar, say
+
+
+@framed
+def command(
+    out: Annotated[Path, typer.Option(help="Folder for audit.json, the page, campaigns and strikes.")],
+    experiments: Annotated[
+        Path | None, typer.Option(help="Folder of <name>.toml, .csv and .truth.toml; by default the shipped ones.")
+    ] = None,
+    draws: Annotated[int, typer.Option(help="Draws of the noise on each curve.")] = 200,
+    channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
+    confirm: Annotated[bool, typer.Option("--confirm", help="Let the solver confirm each record's models.")] = False,
+    alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Experiments at a time; all cores by default.")] = None,
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Score the diagnosis against the sealed truths of planted experiments.
+
+    Example: birdstrike audit --out audit --channels 1
+    """
+    from data.files import write_atomically
+    from data.paths import MEASURED
+    from inversion.audit.audit import audit
+    from inversion.diagnosis.diagnose import Wishes
+    from reports.audit import write_audit_page
+    from reports.audit_markdown import audit_markdown
+
+    wishes = Wishes(alpha, seed, workers, counter=campaign_bar, say=say)
+    folder = MEASURED / "virtual" if experiments is None else experiments
+    with progress_bar("experiments") as progress:
+        content = audit(
+            folder, out, wishes=wishes, draws=draws, confirm=confirm, channels=channels, progress=progress, say=say
+        )
+    for name, entry in content["tables"].items():
+        console.print(table(name, entry))
+    page = write_audit_page(out)
+    write_atomically(out / "audit.md", audit_markdown(content))
+    say(f"Written to {out}: audit.json, audit.md, {page.name}")
+    missed = list(missing(content))
+    say(f"gates missed: {'; '.join(missed) if missed else 'none'}")
+    return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
+
+
+def table(name: str, entry: Mapping[str, Any]) -> Table:
+    """Gates with their figures."""
+    shown = Table(title=f"{name}, {entry['curves']} curves", title_justify="left")
+    for head in ("figure", "value", "95 %", "gate", "met"):
+        shown.add_column(head, overflow="fold")
+    for gate in entry["gates"]:
+        shown.add_row(gate["figure"], _number(gate["value"]), _interval(gate["interval_95"]), gate["gate"], word(gate))
+    return shown
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
+
+
+def _interval(ends: list[float] | None) -> str:
+    return "-" if ends is None else f"{ends[0]:.3f} .. {ends[1]:.3f}"
+
+
+def word(gate: Mapping[str, Any]) -> str:
+    """Yes, no, or nothing to say."""
+    return {None: "-", True: "yes", False: "no"}[gate["met"]]
+
+
+def missing(content: Mapping[str, Any]) -> Iterator[str]:
+    """Gates that are missed."""
+    for name, entry in content["tables"].items():
+        yield from (f"{name}: {gate['figure']}" for gate in entry["gates"] if gate["met"] is False)

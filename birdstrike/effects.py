@@ -1,0 +1,7 @@
+"""Effects of one's own: what a package or a script needs to add one to the library."""
+
+from __future__ import annotations
+
+from solver.effects import Effect, effects, register, unregister
+
+__all__ = ["Effect", "effects", "register", "unregister"]

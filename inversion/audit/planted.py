@@ -1,0 +1,94 @@
+"""What is planted: parameters, effects and meshes of virtual experiments, all drawn at random."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from numpy.random import Generator
+
+from inversion.audit.outside import Outside, bolted, second_impact, tumbling, yawed
+from solver.case import Case
+from solver.effects import effects
+
+CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
+COUNTS = {CLEAN: 7, SINGLE: 14, PAIR: 4, OUTSIDE: 4}
+SMALLEST, LARGEST = 0.8, 3.0  # plausible sizes
+SPARE = 1e-4  # s beyond the declared end, for records that start early
+
+
+@dataclass(frozen=True)
+class Planted:
+    """One truth: kind, parameters and effects in SI, the finer mesh, what is outside the library."""
+
+    kind: str
+    parameters: Mapping[str, float]
+    effects: Mapping[str, float]
+    mesh: Mapping[str, str]
+    outside: Outside | None = field(default=None)
+
+
+def draw(case: Case, rng: Generator) -> list[Planted]:
+    """All truths of a set, in random order."""
+    singles = _different(case, rng, COUNTS[SINGLE])
+    pairs = [_several(case, rng, 2) for _ in range(COUNTS[PAIR])]
+    kinds = [(CLEAN, {}) for _ in range(COUNTS[CLEAN])]
+    kinds += [(SINGLE, one) for one in singles] + [(PAIR, two) for two in pairs]
+    found = [Planted(kind, _parameters(case, rng), acting, _mesh(case, rng)) for kind, acting in kinds]
+    found += [Planted(OUTSIDE, _parameters(case, rng), {}, _mesh(case, rng), one) for one in _outside(case, rng)]
+    return [found[i] for i in rng.permutation(len(found))]
+
+
+def _parameters(case: Case, rng: Generator) -> dict[str, float]:
+    """Inside the ranges, a twentieth away from their ends."""
+    return {p.name: float(p.low + rng.uniform(0.05, 0.95) * (p.high - p.low)) for p in case.parameters()}
+
+
+def _mesh(case: Case, rng: Generator) -> dict[str, str]:
+    """At least twice the particles on another lattice, at least 1.5 times the shells a side."""
+    share = rng.uniform(1.5, 1.65)
+    shells = [math.ceil(share * n) for n in case.plate.elements]
+    return {
+        "bird.particles": str(int(rng.uniform(2.0, 2.8) * case.bird.particles)),
+        "bird.lattice": "cubic" if case.bird.lattice == "fcc" else "fcc",
+        "bird.jitter": "0.05",
+        "bird.seed": str(int(rng.integers(1_000_000))),
+        "plate.elements": str(shells),
+    }
+
+
+def _different(case: Case, rng: Generator, count: int) -> list[dict[str, float]]:
+    """Single effects, each of another name while there are names left."""
+    names = _names(case)
+    order = [names[i] for i in rng.permutation(len(names))]
+    return [{name: _magnitude(case, name, rng)} for name in (order * 2)[:count]]
+
+
+def _several(case: Case, rng: Generator, count: int) -> dict[str, float]:
+    names = rng.choice(_names(case), count, replace=False)
+    return {str(name): _magnitude(case, str(name), rng) for name in names}
+
+
+def _names(case: Case) -> list[str]:
+    return [name for name, effect in effects().items() if not effect.refuses(case)]
+
+
+def _magnitude(case: Case, name: str, rng: Generator) -> float:
+    """Size and sign at random."""
+    effect = effects()[name]
+    sign = 1.0 if effect.one_sided(case) else float(rng.choice([-1.0, 1.0]))
+    return sign * float(rng.uniform(SMALLEST, LARGEST)) * effect.size(case)
+
+
+def _outside(case: Case, rng: Generator) -> list[Outside]:
+    sign = float(rng.choice([-1.0, 1.0]))
+    place = (float(rng.uniform(-0.2, 0.2)) * case.plate.length, float(rng.uniform(-0.2, 0.2)) * case.plate.width)
+    late = float(rng.uniform(0.4, 0.6)) * case.time.end
+    found = [
+        bolted(int(rng.integers(3, 6))),
+        tumbling(sign * float(rng.uniform(40.0, 120.0))),
+        yawed(sign * math.radians(float(rng.uniform(8.0, 20.0)))),
+        second_impact(late, float(rng.uniform(1.0, 4.0)), place),
+    ]
+    return found[: COUNTS[OUTSIDE]]

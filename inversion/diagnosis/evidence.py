@@ -1,0 +1,79 @@
+"""Ranking by Laplace evidence, magnitudes with intervals, and what an effect does to the parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from data.histories import Array
+from inversion.diagnosis.judge import Judged
+from inversion.diagnosis.refit import Fit
+from inversion.time_origin import NORMAL_95
+
+
+def log_evidence(fit: Fit) -> float:
+    """log p(y | model) up to what all models share: -|r|^2/2 - b^2/2 - log det(A^T A + prior of b)/2.
+
+    Prior of b: N(0, 1) in plausible sizes, half-normal (twice as dense) for a one-sided effect (Laplace's
+    approximation: Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773, sect. 4.1).
+    """
+    free, problem = ~fit.at_bound, fit.problem
+    shared = len(fit.x) - len(fit.own)
+    prior = np.append(np.zeros(shared), np.ones(len(fit.own)))[free]
+    hessian = fit.linear.design.T @ fit.linear.design + np.diag(prior)
+    sides = sum(np.log(2.0) for i in fit.own if problem.model.known[i].one_sided)
+    b = fit.magnitudes
+    return float(-0.5 * (fit.cost + b @ b) - 0.5 * np.linalg.slogdet(hessian)[1] + sides)
+
+
+def magnitude(judged: Judged) -> tuple[float, tuple[float, float]]:
+    """Magnitude of the model's first own effect in SI, with its 95 % interval inside its bounds."""
+    fit = judged.fit
+    known = fit.problem.model.known[fit.own[0]]
+    column = len(fit.x) - len(fit.own)
+    spread = NORMAL_95 * float(np.sqrt(fit.covariance()[column, column]))
+    b = float(fit.magnitudes[0])
+    low, high = max(b - spread, known.least), min(b + spread, known.most)
+    return known.magnitude(b), (known.magnitude(low), known.magnitude(high))
+
+
+def parameter_intervals(fit: Fit) -> dict[str, tuple[float, tuple[float, float]]]:
+    """Every parameter in SI with its 95 % interval inside the box."""
+    coordinates = fit.problem.model.coordinates
+    spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance())[: len(fit.z)])
+    low, high = (np.clip(fit.z + sign * spread, fit.box.lows, fit.box.highs) for sign in (-1.0, 1.0))
+    ends = [coordinates.theta(z[None], fit.box)[0] for z in (fit.z, low, high)]
+    return {
+        name: (float(ends[0][i]), (float(ends[1][i]), float(ends[2][i]))) for i, name in enumerate(coordinates.names)
+    }
+
+
+def twins(judged: Judged, least: float = 0.9) -> dict[str, float]:
+    """Effects whose signature looks like this model's own, with the cosine, all else free."""
+    fit = judged.fit
+    names, own = fit.problem.names, fit.own[0]
+    linear = without_own(fit)
+    cosines = linear.cosines()[own]
+    found = {name: float(cosines[i]) for i, name in enumerate(names) if i != own and abs(cosines[i]) >= least}
+    return dict(sorted(found.items(), key=lambda pair: -abs(pair[1])))
+
+
+def without_own(fit: Fit):
+    """The fit's linearisation with its own effects no longer free."""
+    from dataclasses import replace
+
+    linear = fit.linear
+    free_own = int((~fit.at_bound[len(fit.x) - len(fit.own) :]).sum()) if fit.own else 0
+    design = linear.design[:, : linear.design.shape[1] - free_own]
+    return replace(linear, design=design)
+
+
+def biases(fit: Fit) -> Array:
+    """(m, k) shift of every parameter, in shares of its range, by an effect of plausible size that no model has.
+
+    A^+ g: what the calibration would believe.
+    """
+    linear = fit.linear
+    free = np.flatnonzero(~fit.at_bound)
+    shift = np.zeros((len(fit.x), linear.effects.shape[1]))
+    shift[free] = np.linalg.pinv(linear.design) @ linear.effects
+    return shift[: len(fit.z)].T

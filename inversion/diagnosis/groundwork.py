@@ -1,0 +1,130 @@
+"""What a diagnosis needs of a case before it sees a record: emulator, responses to effects, numerical error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from data.dataset import Dataset
+from data.errors import RunFailed, UserError
+from data.histories import Array, Histories
+from inversion.coordinates import Box, Coordinates, parameter_coordinates
+from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model
+from inversion.diagnosis.numerical import Numerical, variants
+from inversion.diagnosis.probes import with_probes
+from inversion.diagnosis.record import Record
+from inversion.diagnosis.responses import Known, Response, cases_of, learn, library
+from inversion.diagnosis.strikes import Strikes
+from solver.case import Case
+from surrogate.emulator import Emulator, fit_emulator
+
+CENTRE = "campaign's centre"
+
+
+@dataclass(frozen=True)
+class Groundwork:
+    """A case made ready.
+
+    probed: the case with the sensors that a next measurement could have; theta: the campaign's centre by dotted key;
+    runs: strikes at the centre by label; refused: effects that the case cannot carry, and why.
+    """
+
+    case: Case
+    probed: Case
+    dataset: Dataset
+    emulator: Emulator
+    coordinates: Coordinates
+    clock: Clock
+    known: tuple[Known, ...]
+    refused: Mapping[str, str]
+    responses: Mapping[str, Response]
+    numerical: Numerical
+    theta: Mapping[str, float]
+    runs: Mapping[str, Histories]
+
+    def model(self, record: Record) -> Model:
+        """The model on a record's points."""
+        return Model(self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record)
+
+    def nuisances(self) -> tuple[tuple[int, float], ...]:
+        """(index of the effect, sigma in its plausible sizes) of the case's nuisances."""
+        names = [known.name for known in self.known]
+        stated = {NUISANCE_EFFECT[n]: sigma for n, sigma in self.case.inversion.nuisance.items() if sigma > 0.0}
+        missing = [name for name in stated if name not in names]
+        if missing:
+            raise UserError([f"the case cannot carry its nuisance {name}: {self.refused[name]}" for name in missing])
+        return tuple((names.index(n), sigma / self.known[names.index(n)].size) for n, sigma in stated.items())
+
+
+def prepare(
+    case: Case, dataset: Dataset, channels: tuple[str, ...], strikes: Strikes, progress: Callable[[float], None]
+) -> Groundwork:
+    """Fit the emulator of the channels and run the strikes that teach responses and numerical error.
+
+    Raises UserError where the campaign is too small and RunFailed when the strike at the campaign's centre fails.
+    """
+    emulator = fit_emulator(dataset, channels, progress=progress)
+    coordinates = parameter_coordinates(dataset, emulator.regions)
+    clock = Clock(dataset.time, channels)
+    probed = with_probes(case)
+    known, refused = library(case)
+    theta = centre(dataset, coordinates)
+    cases = {CENTRE: probed.with_values(theta)} | cases_of(probed, known, theta) | variants(probed, theta)
+    runs = strikes.run(cases)
+    if CENTRE not in runs:
+        raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
+    base = clock.stack(runs[CENTRE])
+    changes = {name: clock.stack(runs[name]) - base for name in variants(probed, theta) if name in runs}
+    numerical = Numerical.of(changes, case, clock.time, len(channels))
+    jitter = numerical.jitter_size(len(channels))
+    learnt = {one.name: learn(one, base, runs, clock.stack, jitter) for one in known if not one.of_record}
+    responses = {name: response for name, response in learnt.items() if response is not None}
+    kept = tuple(one for one in known if one.of_record or one.name in responses)
+    lost = {name: "its strikes failed" for name, response in learnt.items() if response is None}
+    return Groundwork(
+        case,
+        probed,
+        dataset,
+        emulator,
+        coordinates,
+        clock,
+        kept,
+        {**refused, **lost},
+        responses,
+        numerical,
+        theta,
+        runs,
+    )
+
+
+def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
+    """Middle of the largest box in which runs stand, by dotted key, SI."""
+    box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
+    theta = coordinates.theta((0.5 * (box.lows + box.highs))[None], box)[0]
+    return {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
+
+
+def emulator_error(model: Model, theta: Array) -> Array:
+    """(n, n) covariance of the emulator's error at theta (k,) on the record's points."""
+    u = model.emulator.inputs(theta[None])[0]
+    factors = [model.emulator.channels[c].error_factor(u, model.clock.time) for c in model.clock.channels]
+    factor = model.sample(np.asarray(block_diag(*factors)).T)
+    return factor.T @ factor
+
+
+def numerical_error(numerical: Numerical, model: Model) -> Array:
+    """(n, n) covariance of the numerical error on the record's points."""
+    return numerical.covariance(model.sample, model.record.middle, model.record.channel)
+
+
+def jitter_error(numerical: Numerical, model: Model) -> Array:
+    """(n, n) covariance of one strike's own scatter on the record's points."""
+    return numerical.jitter(model.sample, model.record.middle, model.record.channel)
+
+
+def middle(box: Box) -> Array:
+    """(r,) the box's middle."""
+    return 0.5 * (box.lows + box.highs)

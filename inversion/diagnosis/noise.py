@@ -1,0 +1,119 @@
+"""The noise of one channel: from the file, the case, the record before contact, or a stated tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from data.histories import Array
+from inversion.words import plain, quantity
+
+FEWEST_BEFORE = 20  # points before contact that can tell a noise level
+REJECT = 0.05  # level at which a stated noise is given up for the one before contact
+CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """sigma: (n,) SI of every point; correlation: exp(-dt/time) between neighbours [s], 0: white.
+
+    source: where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False
+    where it is a tolerance that nobody measured; before: level and count of the record before contact, if any.
+    """
+
+    sigma: Array
+    correlation_time: float
+    source: str
+    freedom: float = np.inf
+    known: bool = True
+    before: tuple[float, int] | None = None
+
+    @property
+    def level(self) -> float:
+        """Typical standard deviation, SI."""
+        return float(np.sqrt(np.mean(self.sigma**2)))
+
+    def at(self, kept: np.ndarray) -> Noise:
+        """Of some of the points."""
+        return replace(self, sigma=self.sigma[kept])
+
+    def averaged(self, block: int) -> Noise:
+        """Of means over `block` neighbours; correlation over several points survives averaging, white noise shrinks."""
+        if block == 1:
+            return self
+        sigma = np.sqrt((self.sigma**2).reshape(-1, block).mean(axis=-1) / block)
+        return replace(self, sigma=sigma)
+
+    def covariance(self, times: Array) -> Array:
+        """(n, n): exponential in the distance of instants where the noise is correlated."""
+        if not self.correlation_time:
+            return np.diag(self.sigma**2)
+        decay = np.exp(-np.abs(times[:, None] - times) / self.correlation_time)
+        return self.sigma[:, None] * decay * self.sigma
+
+
+def noise_of(
+    name: str,
+    unit: str,
+    times: Array,
+    values: Array,
+    sigma: Array | None,
+    stated: float | None,
+    quiet: float,
+    tolerance: float | None,
+) -> tuple[Noise, list[str]]:
+    """Noise of every point of a channel, and what the user should know of it."""
+    before = values[times < quiet]
+    told = len(before) >= FEWEST_BEFORE and float(np.std(before)) > 0.0
+    level = float(np.std(before, ddof=1)) if told else None
+    if sigma is None and not stated and level is None:
+        share = 0.01 if tolerance is None else tolerance
+        size = np.full(len(values), share * float(np.abs(values).max()))
+        return Noise(size, 0.0, f"tolerance of {100 * share:g} % of the peak", known=False), []
+    noise, said = _stated(name, unit, len(values), sigma, stated, before, level)
+    if told:
+        noise = replace(noise, before=(level or 0.0, len(before)))
+        noise, more = _correlated(name, noise, times[times < quiet], before)
+        said += more
+    return noise, said
+
+
+def _stated(
+    name: str, unit: str, count: int, sigma: Array | None, stated: float | None, before: Array, level: float | None
+) -> tuple[Noise, list[str]]:
+    """The stated level unless the record before contact rejects it."""
+    measured = Noise(np.full(count, level), 0.0, "record before contact", len(before) - 1.0) if level else None
+    if sigma is not None:
+        noise = Noise(sigma, 0.0, "sigma column")
+    elif stated:
+        noise = Noise(np.full(count, stated), 0.0, "case")
+    else:
+        assert measured is not None
+        return measured, []
+    if measured is None or _agrees(noise.level, before, level or 0.0):
+        return noise, []
+    text = (
+        f"{plain(name)}: the noise stated ({quantity(noise.level, unit, 2)}, {noise.source}) is not that of the record "
+        f"before contact ({quantity(level or 0.0, unit, 2)} over {len(before)} points), which is used instead"
+    )
+    return measured, [text]
+
+
+def _agrees(stated: float, before: Array, level: float) -> bool:
+    """Two-sided chi-square test of the variance before contact."""
+    n = len(before) - 1
+    lower = float(chi2.cdf(n * (level / stated) ** 2, n))
+    return 0.5 * REJECT < lower < 1.0 - 0.5 * REJECT
+
+
+def _correlated(name: str, noise: Noise, times: Array, before: Array) -> tuple[Noise, list[str]]:
+    """The noise with the correlation of the record before contact, where that is clear."""
+    centred = before - before.mean()
+    rho = float(centred[1:] @ centred[:-1] / (centred @ centred))
+    if rho * np.sqrt(len(before)) < CORRELATED:
+        return noise, []
+    correlation_time = -float(np.median(np.diff(times))) / np.log(min(rho, 0.99))
+    text = f"{plain(name)}: the noise before contact is correlated ({rho:.2f} between neighbours) and taken so"
+    return replace(noise, correlation_time=correlation_time), [text]

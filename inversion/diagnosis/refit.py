@@ -1,0 +1,233 @@
+"""Refit of one model: parameters, nuisances and the magnitude of its effect together, by bounded least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from data.histories import Array
+from inversion.coordinates import Box
+from inversion.diagnosis.covariance import Whitener
+from inversion.diagnosis.linear import Linear
+from inversion.diagnosis.model import Model, Place
+
+CANDIDATES = 64
+STARTS = 3
+STEP_Z, STEP_B = 5e-3, 2e-2  # of a range, of a plausible size: central differences of the emulated model
+AT_BOUND = 1e-4
+FARTHEST_NUISANCE = 5.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What every model is fitted to.
+
+    model: f(z, b); whitener: of y - f; nuisances: (index of the effect, sigma in plausible sizes) of what is known
+    with a stated uncertainty.
+    """
+
+    model: Model
+    whitener: Whitener
+    nuisances: tuple[tuple[int, float], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects in the order of b."""
+        return tuple(known.name for known in self.model.known)
+
+    def index(self, name: str) -> int:
+        """Place of an effect in b."""
+        return self.names.index(name)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A minimum: z (r,) in its box, nuisances v (in sigmas), own magnitudes b of the effects `own` (indices).
+
+    cost: |r|^2 with priors; linear: the model there.
+    """
+
+    problem: Problem
+    own: tuple[int, ...]
+    box: Box
+    x: Array
+    cost: float
+
+    @property
+    def z(self) -> Array:
+        """(r,) parameters in 0..1."""
+        return self.x[: len(self.box.lows)]
+
+    @property
+    def theta(self) -> Array:
+        """(k,) parameters, SI."""
+        return self.problem.model.coordinates.theta(self.z, self.box)
+
+    @property
+    def v(self) -> Array:
+        """Nuisances in sigmas."""
+        r = len(self.box.lows)
+        return self.x[r : r + len(self.problem.nuisances)]
+
+    @property
+    def magnitudes(self) -> Array:
+        """b of the model's own effects."""
+        return self.x[len(self.box.lows) + len(self.problem.nuisances) :]
+
+    @property
+    def b(self) -> Array:
+        """(m,) all effects: own ones and nuisances."""
+        return _effects(self.problem, self.own, self.v[None], self.magnitudes[None])[0]
+
+    @property
+    def place(self) -> Place:
+        """Where the fit stands, as one row."""
+        return Place(self.z[None], self.b[None])
+
+    @property
+    def curve(self) -> Array:
+        """(n,) the model on the record's points."""
+        return self.problem.model.points(self.place, self.box)[0]
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The model linearised at this fit; unknowns at their bounds leave the design."""
+        return linearise(self)
+
+    @property
+    def at_bound(self) -> np.ndarray:
+        """(q,) unknowns held by a bound."""
+        low, high = bounds(self.problem, self.own, self.box)
+        near = AT_BOUND * np.maximum(high - low, 1e-12)
+        return (self.x <= low + near) | (self.x >= high - near)
+
+    def covariance(self) -> Array:
+        """(q, q) of the unknowns at the fit, those at a bound without scatter."""
+        free = ~self.at_bound
+        whole = np.zeros((len(self.x), len(self.x)))
+        whole[np.ix_(free, free)] = np.linalg.pinv(self.linear.design.T @ self.linear.design)
+        return whole
+
+
+def _effects(problem: Problem, own: Sequence[int], v: Array, magnitudes: Array) -> Array:
+    """(q, m) magnitudes of all effects from nuisances v (q, p) and own magnitudes (q, o)."""
+    b = np.zeros((len(v), len(problem.model.known)))
+    for column, (index, sigma) in enumerate(problem.nuisances):
+        b[:, index] += sigma * v[:, column]
+    for column, index in enumerate(own):
+        b[:, index] += magnitudes[:, column]
+    return b
+
+
+def bounds(problem: Problem, own: Sequence[int], box: Box) -> tuple[Array, Array]:
+    """Physical bounds of the unknowns: the box, nuisances within 5 sigma, effects within theirs."""
+    far = np.full(len(problem.nuisances), FARTHEST_NUISANCE)
+    effects = [problem.model.known[i] for i in own]
+    low = np.concatenate([box.lows, -far, [known.least for known in effects]])
+    high = np.concatenate([box.highs, far, [known.most for known in effects]])
+    return low, np.maximum(high, low + 1e-9)
+
+
+def rows_of(problem: Problem, own: Sequence[int], box: Box, x: Array) -> Array:
+    """(q, rows) whitened y - f, then prior minus value, for unknowns x (q, ...)."""
+    r, p = len(box.lows), len(problem.nuisances)
+    z, v = x[:, :r], x[:, r : r + p]
+    curves = problem.model.points(Place(z, _effects(problem, own, v, x[:, r + p :])), box)
+    coordinates = problem.model.coordinates
+    prior = (coordinates.mean - z) / coordinates.sd
+    return np.hstack([problem.whitener.apply(problem.model.record.values - curves), prior, -v])
+
+
+def slopes_of(problem: Problem, own: Sequence[int], box: Box, x: Array) -> Array:
+    """(rows, q) derivatives of the rows by central differences inside the bounds."""
+    low, high = bounds(problem, own, box)
+    step = np.concatenate([np.full(len(box.lows), STEP_Z), np.full(len(x) - len(box.lows), STEP_B)])
+    up, down = np.minimum(x + step, high), np.maximum(x - step, low)
+    moved = np.vstack([x + np.diag(up - x), x + np.diag(down - x)])
+    rows = rows_of(problem, own, box, moved)
+    q = len(x)
+    return ((rows[:q] - rows[q:]) / np.maximum(up - down, 1e-12)[:, None]).T
+
+
+def refine(problem: Problem, own: Sequence[int], box: Box, start: Array) -> Fit:
+    """Least squares from a start."""
+    low, high = bounds(problem, own, box)
+    margin = 1e-6 * (high - low)
+
+    def rows(x: Array) -> Array:
+        return rows_of(problem, own, box, x[None])[0]
+
+    slopes: Any = partial(slopes_of, problem, own, box)
+    found = least_squares(
+        rows, np.clip(start, low + margin, high - margin), slopes, (low, high), xtol=1e-6, ftol=1e-9, max_nfev=40
+    )
+    near = AT_BOUND * np.maximum(high - low, 1e-12)
+    x = np.where(found.x <= low + near, low, np.where(found.x >= high - near, high, found.x))
+    return Fit(problem, tuple(own), box, x, float((rows(x) ** 2).sum()))
+
+
+def fit_none(problem: Problem, seed: int = 0) -> list[Fit]:
+    """Minima of the model without effects, best first: the best few of many candidates in every box."""
+    coordinates, fits = problem.model.coordinates, []
+    for box in coordinates.boxes:
+        draws = qmc.Sobol(len(box.lows), rng=seed).random(CANDIDATES)
+        z = np.vstack([(box.lows + box.highs) / 2.0, box.lows + draws * (box.highs - box.lows)])
+        x = np.hstack([z, np.zeros((len(z), len(problem.nuisances)))])
+        cost = (rows_of(problem, (), box, x) ** 2).sum(axis=1)
+        fits += [refine(problem, (), box, x[i]) for i in np.argsort(cost)[:STARTS]]
+    fits.sort(key=lambda fit: fit.cost)
+    return fits
+
+
+def fit_effect(problem: Problem, own: Sequence[int], bases: Sequence[Fit]) -> Fit:
+    """The best minimum with the effects `own` free, from fits without them and from both signs."""
+    signs = [np.zeros(len(own)), np.ones(len(own)), -np.ones(len(own))]
+    starts = [(base, sign) for base in bases for sign in signs]
+    fits = [refine(problem, own, base.box, np.append(base.x[: _shared(base)], sign)) for base, sign in starts]
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def again(fit: Fit, problem: Problem) -> Fit:
+    """The same model fitted anew from where it stood, to a changed problem."""
+    return refine(problem, fit.own, fit.box, fit.x)
+
+
+def _shared(fit: Fit) -> int:
+    """Unknowns that every model has."""
+    return len(fit.box.lows) + len(fit.problem.nuisances)
+
+
+def linearise(fit: Fit) -> Linear:
+    """Residual, design of the free unknowns and all effects' columns at a fit."""
+    problem, known = fit.problem, fit.problem.model.known
+    everything = tuple(range(len(known)))
+    shared = fit.x[: _shared(fit)]
+    # Every effect gets a column of its own beside the nuisances, at the magnitude that the fit gives it.
+    magnitudes = np.zeros(len(known))
+    magnitudes[list(fit.own)] = fit.magnitudes
+    slopes = -slopes_of(problem, everything, fit.box, np.append(shared, magnitudes))
+    residual = rows_of(problem, fit.own, fit.box, fit.x[None])[0]
+    free = ~fit.at_bound
+    columns = [*range(len(shared)), *(len(shared) + i for i in fit.own)]
+    design = slopes[:, [column for column, is_free in zip(columns, free, strict=True) if is_free]]
+    own_bound = [i for i, is_free in zip(fit.own, free[len(shared) :], strict=True) if not is_free]
+    held = own_bound[0] if len(fit.own) == 1 and own_bound and known[own_bound[0]].one_sided else None
+    return Linear(
+        problem.names,
+        residual,
+        design,
+        slopes[:, len(shared) :],
+        np.array([one.one_sided and (i not in fit.own or i == held) for i, one in enumerate(known)]),
+        held,
+    )
+
+
+def with_model(problem: Problem, **changes: Any) -> Problem:
+    """The problem with another model, whitener or nuisances."""
+    return replace(problem, **changes)

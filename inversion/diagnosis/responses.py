@@ -1,0 +1,146 @@
+"""Responses of the curves to effects: learnt from strikes at a few magnitudes, quadratic in the magnitude."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.histories import Array, Histories
+from solver.case import Case
+from solver.effects import Effect, effects
+
+TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
+"""Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""
+OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
+"""Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
+CURVED = 1.0  # of a lattice's scatter: from where what is not linear is curvature
+WIDEST, FARTHEST = 5.0, 20.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
+
+
+@dataclass(frozen=True)
+class Known:
+    """An effect that the case can carry; size: b = 1 in SI; least, most: bounds of b; of_record: the instrument's."""
+
+    effect: Effect
+    size: float
+    least: float
+    most: float
+    of_record: bool
+
+    @property
+    def name(self) -> str:
+        """Its name in a case."""
+        return self.effect.name
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether b = 0 is a bound."""
+        return self.least == 0.0
+
+    def magnitude(self, b: float) -> float:
+        """SI magnitude, exactly on the bound where b is."""
+        return b * self.size
+
+    def learnt_at(self) -> tuple[float, ...]:
+        """b of the strikes from which the response is learnt, inside the bounds."""
+        if self.one_sided:
+            return ONE_SIDED
+        low = max(TWO_SIDED[0], 0.5 * self.least)
+        return (low, TWO_SIDED[1])
+
+
+def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
+    """Effects that the case can carry, and why it cannot carry the others."""
+    known, refused = [], {}
+    for name, effect in effects().items():
+        if reason := effect.refuses(case) or _declared(case, name):
+            refused[name] = reason
+            continue
+        size, least = effect.size(case), effect.least(case)
+        of_record = name in OF_RECORD and not case.instrument
+        most = FARTHEST if of_record else WIDEST
+        known.append(Known(effect, size, max(least / size, -most) + 0.0, most, of_record))
+    return tuple(known), refused
+
+
+def _declared(case: Case, name: str) -> str:
+    return "the case states it already" if name in case.effects else ""
+
+
+def cases_of(case: Case, known: tuple[Known, ...], theta: Mapping[str, float]) -> dict[str, Case]:
+    """The strikes that teach the responses, by "effect at b"."""
+    base = case.with_values(theta)
+    cases: dict[str, Case] = {}
+    for one in known:
+        if not one.of_record:
+            for b in one.learnt_at():
+                cases[label(one.name, b)] = base.with_effects({**case.effects, one.name: one.magnitude(b)})
+    return cases
+
+
+def label(name: str, b: float) -> str:
+    """Name of a strike of an effect."""
+    return f"{name} at {b:g} sizes"
+
+
+@dataclass(frozen=True)
+class Response:
+    """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each."""
+
+    slope: Array
+    curvature: Array
+
+    def at(self, b: Array) -> Array:
+        """(q, grid) at b (q,)."""
+        return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
+
+
+def learn(
+    known: Known,
+    base: Array,
+    runs: Mapping[str, Histories],
+    stack: Callable[[Histories], Array],
+    jitter: tuple[float, ...],
+) -> Response | None:
+    """The response through the effect's strikes; None where none of them finished.
+
+    stack: a strike's (grid,) curves; jitter: by how much a strike scatters by its lattice alone, RMS per channel. What
+    is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power
+    the slope is shrunk (its own scatter would otherwise be taken for a signature).
+    """
+    found: list[tuple[float, Array]] = [
+        (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
+    ]
+    if not found:
+        return None
+    parts = [
+        _learn([(b, y) for b, y in zip(bs, ys, strict=True)], scatter) for bs, ys, scatter in _channels(found, jitter)
+    ]
+    return Response(
+        np.concatenate([slope for slope, _ in parts]), np.concatenate([curvature for _, curvature in parts])
+    )
+
+
+def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):
+    """Per channel: magnitudes, changes, scatter."""
+    split = [np.split(y, len(jitter)) for _, y in found]
+    return [([b for b, _ in found], [ys[i] for ys in split], scatter) for i, scatter in enumerate(jitter)]
+
+
+def _learn(found: list[tuple[float, Array]], scatter: float) -> tuple[Array, Array]:
+    """Slope and curvature of one channel."""
+    b = np.array([one for one, _ in found])
+    y = np.stack([change for _, change in found])
+    linear = b @ y / (b @ b)
+    if len(found) == 1:
+        return linear, np.zeros_like(linear)
+    rest = y - b[:, None] * linear
+    off = float(np.sqrt(np.mean(rest.var(axis=1) + rest.mean(axis=1) ** 2) * len(found) / (len(found) - 1)))
+    if off > CURVED * scatter:
+        (b1, b2), (y1, y2) = b, y
+        return (y1 * b2 / b1 - y2 * b1 / b2) / (b2 - b1), (y2 / b2 - y1 / b1) / (b2 - b1)
+    signal = float(np.mean(linear**2))
+    kept = max(0.0, 1.0 - off**2 / float(b @ b) / signal) if signal else 0.0
+    return kept * linear, np.zeros_like(linear)

@@ -1,0 +1,188 @@
+"""Sections of a diagnosis: verdict and sentence, before and after, every effect, what could hide, how it was judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from data.units import from_si
+from inversion.diagnosis.words import HEADS
+from inversion.words import quantity as in_words
+from reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
+from reports.figures.diagnosis import before_after_figure, consistency_figure
+from solver.case_effects import SHOWN
+
+
+@dataclass(frozen=True)
+class DiagnosisResults:
+    """Content of diagnosis.json, and the table of diagnosis.csv."""
+
+    content: Mapping[str, Any]
+    curves: pd.DataFrame
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every channel."""
+        return {name: entry["unit"] for name, entry in self.content["noise"]["sensors"].items()}
+
+
+def sections(results: DiagnosisResults) -> tuple[Section, ...]:
+    """The whole page."""
+    return (verdict_section(results), effects_section(results), trust_section(results))
+
+
+def verdict_section(results: DiagnosisResults) -> Section:
+    """Verdict, sentence, the curves and residuals before and after, the error in figures."""
+    content = results.content
+    after = content["after"] is not None
+    caption = (
+        "The record, the calibrated model before and after the effect is added, and below what each misses; the band "
+        "is two standard deviations of noise and numerical error together."
+        if after
+        else "The record, the calibrated model, and below what it misses; the band is two standard deviations of noise "
+        "and numerical error together."
+    )
+    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}")]
+    if content["warnings"]:
+        blocks.append(Warnings(tuple(content["warnings"])))
+    blocks += [drawing("before-after", before_after_figure(results.curves, results.units), caption), _errors(results)]
+    if content["next_measurement"]:
+        blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
+    blocks += [
+        Paragraph(f"The data allow a pair of effects: {' and '.join(p['effects'])} (p = {p['p_consistent']:.2f}).")
+        for p in content["pairs"]
+    ]
+    if content["remainder"]:
+        blocks.append(
+            Paragraph(f"{content['remainder']['sentence'][0].upper()}{content['remainder']['sentence'][1:]}.")
+        )
+    blocks += [_parameters(content)]
+    return Section("diagnosis", "Diagnosis: before and after", tuple(blocks))
+
+
+def _errors(results: DiagnosisResults) -> Table:
+    """RMS errors, fitted and held out."""
+    content, units = results.content, results.units
+    before, after = content["before"], content["after"]
+    rows = [
+        (
+            f"{name.replace('_', ' ')}, RMS",
+            in_words(value, units[name]),
+            in_words(after["rmse"][name], units[name]) if after else "–",
+        )
+        for name, value in before["rmse"].items()
+    ]
+    rows.append(
+        (
+            "all, against noise and numerical error (1 = noise)",
+            _two(before["weighted"]),
+            _two(after["weighted"]) if after else "–",
+        )
+    )
+    rows.append(("all, against measurement noise alone", _two(before["raw"]), _two(after["raw"]) if after else "–"))
+    for name, one in content["held_out"].items():
+        chosen = f" (trained without it: {one['chosen'] or 'no effect'})" if one["verdict"] != "not repeated" else ""
+        rows.append((f"held-out {name.replace('_', ' ')}{chosen}", _two(one["before"]), _two(one["after"])))
+    caption = "The error before and after. Held out: selection and refit were repeated without that part of the data."
+    return Table(("error", "before", "after"), tuple(rows), caption, frozenset({1, 2}))
+
+
+def _two(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"
+
+
+def _parameters(content: Mapping[str, Any]) -> Table:
+    """Calibrated parameters before and after, with intervals."""
+    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    rows = [
+        (name, _interval(entry), _interval(after[name]) if name in after else "–") for name, entry in before.items()
+    ]
+    return Table(("parameter", "before", "after"), tuple(rows), "The calibrated parameters, with 95 % intervals.")
+
+
+def _interval(entry: Mapping[str, Any]) -> str:
+    low, high = (in_words(x, entry["unit"]) for x in entry["interval_95"])
+    return f"{in_words(entry['value'], entry['unit'], 4)} ({low} to {high})"
+
+
+def effects_section(results: DiagnosisResults) -> Section:
+    """Every effect: p, evidence, magnitude, twins, what could have been detected, what the parameters absorb."""
+    content = results.content
+    caption = "What the data say of every model; blue: in the confidence set."
+    picture = drawing("effects", consistency_figure(content["effects"], content["alpha"]), caption)
+    head = ("effect", "p", "log evidence", "magnitude (95 %)", "twins (cosine)", "least detectable", "absorbed")
+    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"])
+    words = "Every model, refitted. Absorbed: share of the effect's signature that the calibrated parameters imitate."
+    return Section("effects", "Every effect of the library", (picture, Table(head, rows, words, frozenset({1, 2, 6}))))
+
+
+def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
+    unit = one["unit"]
+    twins = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in one["twins"].items()) or "–"
+    share = "–" if one["absorbed"] is None else f"{100 * one['absorbed']:.0f} %"
+    value = "–"
+    if one["magnitude"] is not None:
+        low, high = (
+            _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
+        )
+        value = f"{_sized(one['magnitude'], unit)} ({low} to {high})"
+    return (
+        one["name"], f"{one['p_consistent']:.3f}", f"{one['log_evidence']:+.1f}", value, twins,
+        "–" if least is None else _sized(least, unit).lstrip("+"), share,
+    )  # fmt: skip
+
+
+def _sized(value: float, unit: str) -> str:
+    shown = SHOWN.get(unit, unit)
+    return f"{from_si(value, shown) if shown else value:+.3g} {shown}".strip()
+
+
+def trust_section(results: DiagnosisResults) -> Section:
+    """Noise, numerical error, nuisances, strikes, tolerances."""
+    content, units = results.content, results.units
+    noise = tuple(
+        (
+            name.replace("_", " "), in_words(entry["sigma"], units[name], 2), entry["source"], str(entry["points"]),
+            f"{100 * entry['numerical_share']:.0f} %",
+        )
+        for name, entry in content["noise"]["sensors"].items()
+    )  # fmt: skip
+    directions = tuple((name, f"{size:.2f}") for name, size in content["noise"]["numerical"].items())
+    blocks: list[Block] = [
+        Table(
+            ("sensor", "noise", "source", "points", "numerical share"),
+            noise,
+            "Noise of the record, and what numerical error has of the whole.",
+        ),
+        Table(
+            ("numerical choice changed", "change of the curves"),
+            directions,
+            "Numerical bias: change of the curves, RMS in units of the noise. These directions count as no effect.",
+            frozenset({1}),
+        ),
+    ]
+    if content["tolerances"]:
+        rows = tuple(
+            (f"{100 * t['tolerance']:g} %", HEADS[t["verdict"]], ", ".join(t["confidence_set"]) or "no model")
+            for t in content["tolerances"]
+        )
+        blocks.append(
+            Table(
+                ("tolerance", "verdict", "confidence set"),
+                rows,
+                "No noise is known: the verdict at stated tolerances, as shares of the peak.",
+            )
+        )
+    strikes = content["strikes"]
+    blocks.append(
+        Paragraph(
+            f"Strikes: {strikes['campaign']} of the campaign, {strikes['paid']} more, {strikes['reused']} found stored."
+        )
+    )
+    if content["refused"]:
+        lost = "; ".join(f"{name}: {reason}" for name, reason in content["refused"].items())
+        blocks.append(Paragraph(f"Effects that the case cannot carry: {lost}."))
+    return Section("trust", "What the verdict rests on", tuple(blocks))

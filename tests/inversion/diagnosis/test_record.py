@@ -1,0 +1,83 @@
+"""Reading a record for a diagnosis: where the noise comes from, correlation, outliers, averaging."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from data.curves import Measured
+from data.errors import MeasuredError
+from inversion.diagnosis.record import Record, Window, read_record
+
+STEP = 5e-6
+TIME = STEP * np.arange(-120, 400)
+SHAPE = 5e-3 * np.where(TIME > 0.0, np.sin(np.pi * np.maximum(TIME, 0.0) / 2e-3), 0.0)
+WINDOW = Window(0.0, 2e-3, 0.0)
+UNITS = {"middle": "m"}
+WHITE = np.random.default_rng(0).standard_normal(len(TIME))
+
+
+def measured(noise: np.ndarray) -> Measured:
+    return Measured(TIME, {"middle": SHAPE + 1e-4 * noise}, {}, UNITS)
+
+
+def read(record: Measured, **stated: float) -> Record:
+    return read_record(record, UNITS, WINDOW, stated)
+
+
+def test_the_record_before_contact_tells_the_noise() -> None:
+    (trace,) = read(measured(WHITE)).traces
+    assert trace.noise.source == "record before contact"
+    assert trace.noise.level == pytest.approx(1e-4, rel=0.2)
+    assert trace.noise.freedom == 119
+    assert trace.noise.correlation_time == 0.0
+
+
+def test_a_stated_noise_stands_until_the_record_rejects_it() -> None:
+    assert read(measured(WHITE), middle=1e-4).traces[0].noise.source == "case"
+    loud = read(measured(WHITE), middle=6e-5)
+    assert loud.traces[0].noise.source == "record before contact"
+    assert "which is used instead" in loud.warnings[0]
+
+
+def test_without_any_noise_a_tolerance_is_taken_and_not_called_known() -> None:
+    late = replace(measured(WHITE), time=TIME + 1e-3)
+    record = read_record(late, UNITS, Window(0.0, 3e-3, -1.0), {}, tolerance=0.03)
+    assert not record.noise_known
+    assert record.traces[0].noise.level == pytest.approx(0.03 * 5e-3, rel=0.1)
+
+
+def test_correlated_noise_is_found_with_its_covariance() -> None:
+    rho = 0.6
+    noise = np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], WHITE))
+    (trace,) = read(measured(noise)).traces
+    covariance = trace.covariance()
+    assert covariance[0, 1] / covariance[0, 0] == pytest.approx(rho, abs=0.15)
+
+
+def test_single_outliers_are_left_out_and_told() -> None:
+    noise = WHITE.copy()
+    noise[[200, 300]] += 30.0
+    record = read(measured(noise), middle=1e-4)
+    assert len(record.values) == 398
+    assert "2 single points" in record.warnings[0]
+
+
+def test_neighbours_are_averaged_beyond_what_the_fit_can_use() -> None:
+    fine = STEP / 8 * np.arange(3200)
+    noise = np.random.default_rng(1).standard_normal(3200)
+    record = read_record(Measured(fine, {"middle": 1e-4 * noise}, {}, UNITS), UNITS, WINDOW, {"middle": 1e-4})
+    (trace,) = record.traces
+    assert (trace.block, len(trace.values)) == (4, 800)
+    assert trace.noise.level == pytest.approx(5e-5)
+    assert np.std(trace.values) == pytest.approx(5e-5, rel=0.1)
+
+
+def test_an_unknown_channel_and_an_empty_window_are_named() -> None:
+    with pytest.raises(MeasuredError, match="no sensor of the case"):
+        read_record(measured(WHITE), {"other": "m"}, WINDOW, {})
+    with pytest.raises(MeasuredError, match="0 points"):
+        read_record(measured(WHITE), UNITS, Window(5e-3, 6e-3, 0.0), {})

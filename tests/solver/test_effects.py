@@ -1,0 +1,153 @@
+"""Effects against analytic truths, their place in a case, and effects of one's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data.errors import CaseError
+from solver.case import Case, load_case
+from solver.effects import Effect, effects, register, unregister
+from solver.effects_bird import porous_points
+from solver.effects_plate import PLATE, bending_stiffness
+from solver.instrument import recorded
+
+CASE = load_case("virtual_strike")
+NAMES = [
+    "clamp_rotation",
+    "edge_slip",
+    "plate_thickness",
+    "plate_yield",
+    "plate_hardening",
+    "plate_rate_hardening",
+    "plate_damping",
+    "plate_preload",
+    "impact_speed",
+    "impact_angle",
+    "impact_offset",
+    "bird_mass",
+    "bird_length",
+    "bird_porosity",
+    "bird_friction",
+    "time_offset",
+    "sensor_gain",
+    "sensor_bandwidth",
+    "sensor_drift",
+]
+
+
+def test_the_library_is_the_nineteen_of_the_format() -> None:
+    assert list(effects()) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_effect_changes_the_strike_and_zero_changes_nothing(name: str) -> None:
+    effect = effects()[name]
+    changed = CASE.with_effects({name: effect.size(CASE)})
+    assert changed.canonical() != CASE.canonical()
+    assert changed.resolved().canonical() == changed.canonical()
+    assert CASE.with_effects({name: 0.0}).canonical() == CASE.canonical()
+    assert effect.meaning
+    assert effect.source
+    assert effect.size(CASE) > 0.0
+
+
+def test_a_magnitude_is_relative_to_what_the_case_declares() -> None:
+    thinner = CASE.with_values({"plate.thickness": 0.008}).with_effects({"plate_thickness": 2e-4})
+    assert thinner.plate.thickness == pytest.approx(0.0082)
+    later = CASE.with_effects({"plate_thickness": 2e-4}).with_values({"plate.thickness": 0.008})
+    assert later.plate.thickness == pytest.approx(0.0082)
+
+
+def test_springs_stand_in_series_with_the_declared_edges() -> None:
+    table = {"plate.edges": '{ rotational = "100 kN*m/rad/m" }'}
+    case = load_case("virtual_strike", table).with_effects({"clamp_rotation": 1e-5})
+    assert not isinstance(case.plate.edges, str)
+    assert case.plate.edges.rotational == pytest.approx(1.0 / (1e-5 + 1e-5))
+
+
+def test_mass_and_length_keep_what_they_promise() -> None:
+    heavy = CASE.with_effects({"bird_mass": 0.05}).bird
+    assert heavy.actual_mass == pytest.approx(CASE.bird.actual_mass + 0.05)
+    assert (heavy.length, heavy.diameter) == (CASE.bird.length, CASE.bird.diameter)
+    long = CASE.with_effects({"bird_length": 0.01}).bird
+    assert long.actual_density == pytest.approx(CASE.bird.actual_density)
+    assert long.actual_mass > CASE.bird.actual_mass
+
+
+def test_porosity_gives_woods_compressibility_at_rest() -> None:
+    """1/K = (1 - z)/K_law + z / (1.4 p_atm) (Wood 1930)."""
+    z = 0.02
+    mu, p = porous_points(CASE, z)
+    slope = np.gradient(p, mu)[np.searchsorted(mu, 0.0)]
+    law = CASE.bird.material.eos.build(CASE.bird.actual_density)
+    softness = (1.0 - z) / law.bulk_modulus + z / (1.4 * 101325.0)
+    assert slope == pytest.approx(1.0 / softness, rel=1e-3)
+    assert CASE.with_effects({"bird_porosity": z}).bird.actual_mass == pytest.approx(CASE.bird.actual_mass)
+
+
+def test_rate_hardening_is_the_stated_gain_at_100_per_second() -> None:
+    metal = CASE.with_effects({"plate_rate_hardening": 0.3}).plate.material
+    assert (100.0 / metal.rate_c) ** (1.0 / metal.rate_p) == pytest.approx(0.3)
+
+
+def test_a_slow_transducer_has_the_phase_of_a_first_order_low_pass() -> None:
+    """A sine comes out smaller by 1/sqrt(1 + (w tau)^2) and late by atan(w tau)."""
+    tau, omega, t = 5e-5, 2.0 * math.pi * 2000.0, np.arange(0.0, 0.02, 5e-6)
+    slow = CASE.with_effects({"sensor_bandwidth": tau}).instrument["displacement_centre"]
+    late = recorded(slow, t, np.sin(omega * t))[t > 0.01]
+    basis = np.stack([np.sin(omega * t), np.cos(omega * t)], axis=1)[t > 0.01]
+    sine, cosine = np.linalg.lstsq(basis, late)[0]
+    assert math.hypot(sine, cosine) == pytest.approx(1.0 / math.hypot(1.0, omega * tau), rel=1e-3)
+    assert math.atan2(-cosine, sine) == pytest.approx(math.atan(omega * tau), rel=1e-3)
+
+
+def test_bandwidth_may_be_stated_in_hertz() -> None:
+    case = load_case("virtual_strike", {"effects.sensor_bandwidth": "5 kHz"})
+    assert case.instrument["displacement_centre"].bandwidth == pytest.approx(5000.0)
+    assert "reaction_force" not in case.instrument  # of the displacement transducers alone
+
+
+def test_sizes_follow_the_case() -> None:
+    thick = CASE.with_values({"plate.thickness": 0.02})
+    clamp = PLATE[0]
+    assert bending_stiffness(thick) == pytest.approx(8.0 * bending_stiffness(CASE))
+    assert clamp.size(thick) == pytest.approx(clamp.size(CASE) / 8.0)
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"effects.bird_porosity": "-0.1"}, "effects.bird_porosity = -0.1 is below \\+0"),
+        ({"effects.plate_thickness": "0.2"}, "has no unit"),
+        ({"effects.sensor_gain": "'3 %'"}, "write a bare number"),
+        ({"effects.clamp_rotation": "1 mrad/kN", "plate.edges": "pinned"}, "do not hold it at all"),
+    ],
+)
+def test_wrong_magnitudes_are_named(stated: dict[str, str], words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case("virtual_strike", stated)
+    assert any(__import__("re").search(words, line) for line in caught.value.errors)
+
+
+@pytest.fixture
+def own() -> Iterator[Effect]:
+    """An effect of a user's own."""
+
+    def change(case: Case, x: float) -> dict[str, object]:
+        return {"plate": {"material": {"density": f"{case.plate.material.density + x} kg/m^3"}}}
+
+    yield register(Effect("plate_density", "a heavier alloy", "kg/m^3", change, lambda _: 50.0))
+    unregister("plate_density")
+
+
+def test_an_effect_of_ones_own_is_stated_like_any_other(own: Effect, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text('extends = "virtual_strike"\n[effects]\nplate_density = "40 kg/m^3"\n')
+    case = load_case(tmp_path / "own.toml")
+    assert case.plate.material.density == pytest.approx(2820.0)
+    with pytest.raises(ValueError, match="exists already"):
+        register(own)
