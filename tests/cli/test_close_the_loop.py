@@ -205,7 +205,8 @@ def test_mistakes_are_named_before_any_strike_is_paid_for(solver: Solver, record
 @pytest.mark.usefixtures("short_page")
 def test_the_verb_is_a_function(solver: Solver, record: Path, tmp_path: Path) -> None:
     heard: list[str] = []
-    closed = close_the_loop("demo", record, tmp_path / "loop", design="lhs", runs=RUNS, workers=1, say=heard.append)
+    loop, asked = tmp_path / "loop", {"design": "lhs", "runs": RUNS, "workers": 1, "diagnosis": False}
+    closed = close_the_loop("demo", record, loop, **asked, say=heard.append)
     assert len(closed["findings"]) == 5
     assert any("inactive" in line for line in heard)
     with pytest.raises(UserError):
