@@ -10,27 +10,28 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 
-from data.errors import RunFailed
+from data.errors import MeasuredError, RunFailed
 from data.histories import Array
+from data.loose_table import number_text
+from data.nodout import read_nodout
 from data.units import factor
 from solver.case_external import ColumnsReading, CsvReading, NodoutReading, Reading
 
 Curve = tuple[Array, Array]
 
-_INSTANT = re.compile(r"\(\s*at time\s+(\S+)\s*\)")
 _NUMBER = re.compile(r"[+-]?\d*\.\d*(?:[EeDd][+-]?\d+|[+-]\d{2,3})?|[+-]?\d+")
 _COMMENT = ("#", "$", "*", "%", "!")
-ID_WIDTH = 10
-"""Characters of a node's number in nodout; the numbers behind it may touch each other."""
 
 
 def read_sensor(folder: Path, reading: Reading) -> Curve:
     """Times [s], increasing, and values in SI of one sensor, (n,) each; raises RunFailed naming the file."""
     path = folder / reading.file
+    if not path.is_file():
+        raise RunFailed(f"the solver has written no {reading.file}")
     try:
         time, values = READERS[reading.format](path, reading)
-    except FileNotFoundError as error:
-        raise RunFailed(f"the solver has written no {reading.file}") from error
+    except MeasuredError as error:
+        raise RunFailed("; ".join(error.errors).replace(str(path), reading.file)) from error
     except (ValueError, KeyError, IndexError, UnicodeDecodeError, pd.errors.ParserError) as error:
         raise RunFailed(f"{reading.file} cannot be read: {error}") from error
     time, first = np.unique(time * float(factor(reading.time_unit)), return_index=True)
@@ -57,7 +58,7 @@ def _read_columns(path: Path, reading: Reading) -> Curve:
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         cells = [] if line.lstrip().startswith(_COMMENT) else line.replace(",", " ").split()
         if cells and all(_NUMBER.fullmatch(cell) for cell in cells):
-            rows.append([_number(cell) for cell in cells])
+            rows.append([float(number_text(cell)) for cell in cells])
     if any(len(row) < reading.column for row in rows):
         raise ValueError(f"a row has fewer than {reading.column} columns")
     table = np.array([[row[0], row[reading.column - 1]] for row in rows]).reshape(-1, 2)
@@ -65,31 +66,12 @@ def _read_columns(path: Path, reading: Reading) -> Curve:
 
 
 def _read_nodout(path: Path, reading: Reading) -> Curve:
-    """One component of one node over all blocks; translations and rotations stand in blocks of their own."""
+    """One component of one node."""
     assert isinstance(reading, NodoutReading)
-    instant, names, times, values = np.nan, [], [], []
-    wanted, nodes = reading.component.replace("_", "-").lower(), set()
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if found := _INSTANT.search(line):
-            instant = _number(found[1])
-        elif line.strip().lower().startswith("nodal point"):
-            names = line.lower().split()[2:]
-        elif wanted in names and line[:ID_WIDTH].strip().isdigit():
-            nodes.add(int(line[:ID_WIDTH]))
-            if int(line[:ID_WIDTH]) == reading.node:
-                cells = _NUMBER.findall(line[ID_WIDTH:])
-                times.append(instant)
-                values.append(_number(cells[names.index(wanted)]))
-    if not times:
-        what = f"node {reading.node} (nodes: {', '.join(map(str, sorted(nodes)[:10]))})" if nodes else wanted
-        raise ValueError(f"it holds no {what}")
-    return np.array(times), np.array(values)
-
-
-def _number(text: str) -> float:
-    """A number as Fortran writes it: 1.5D-3, and 1.5-103 where the exponent leaves no room for its letter."""
-    plain = text.replace("D", "E").replace("d", "e")
-    return float(re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", plain) if "e" not in plain.lower() else plain)
+    table = read_nodout(path, reading.node)
+    column = table.index(reading.component.replace("_", "-"))
+    values = np.array([[float(row[0]), float(row[column])] for _, row in table.rows])
+    return values[:, 0], values[:, 1]
 
 
 READERS: Mapping[str, Callable[[Path, Reading], Curve]] = MappingProxyType(

@@ -85,8 +85,8 @@ def changed(folder: Path, old: str, new: str, **options: str) -> Case:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("node = 4711", "node = 12", r"nodout cannot be read: it holds no node 12 \(nodes: 7, 4711\)"),
-        ('"z-disp"', '"w-disp"', "it holds no w-disp"),
+        ("node = 4711", "node = 12", "nodout has no node 12; it has 7, 4711"),
+        ('"z-disp"', '"w-disp"', 'nodout has no column "w-disp"'),
         ('file = "nodout"', 'file = "nodfor"', "has written no nodfor"),
     ],
 )
