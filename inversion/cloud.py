@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from data.dataset import Dataset
+from data.histories import Array
 from inversion.calibration import Mode
 from inversion.misfit import rmse
 from inversion.observations import Observations
@@ -25,9 +26,10 @@ POOR_Q2 = 0.9
 class Cloud:
     """Where the measurement stands relative to the runs, at the estimated time origin.
 
-    inside: False when the best fit misses by more than noise and emulator error allow (chi-square at 0.1 %, and by
-    more than 1.5 of their standard deviations, since a stated noise is rarely better known), or when most points lie
-    outside the runs' envelope; fit: root mean square of the best fit's whitened residual (1 = noise);
+    inside: False when the best fit of any channel misses by more than noise and emulator error allow (chi-square at
+    0.1 % over all channels, and by more than 1.5 of their standard deviations, since a stated noise is rarely better
+    known), when most points lie outside the runs' envelope, or when the emulator has been found too coarse;
+    fit: root mean square of the best fit's whitened residual (1 = noise and the emulator's error) in its worst channel;
     outside_envelope: share of points beyond the envelope by more than 3 standard deviations of the noise;
     coarse: why it may be the emulator that cannot follow the record, not the model; nearest_run: run number;
     nearest_distance: channel -> its RMS distance from the measurement, SI.
@@ -50,27 +52,41 @@ def cloud(dataset: Dataset, observations: Observations, best: Mode) -> Cloud:
     nearest = int(np.argmin((((runs - values) / noise) ** 2).sum(axis=1)))
     model, measured = observations.split(runs[nearest]), observations.split(values)
     distance = {channel: rmse(model[channel], measured[channel]) for channel in measured}
-    square = float(best.residual @ best.residual)
-    fit = float(np.sqrt(square / len(values)))
-    missed = chi2.sf(square, len(values)) < REJECT and fit > NOISE_MAY_BE_WRONG_BY
+    residuals = observations.split(best.residual)
+    missed = any(_misses(residual, REJECT / len(residuals)) for residual in residuals.values())
+    fit = max(_rms(residual) for residual in residuals.values())
     inside = not missed and float(beyond.mean()) <= 0.5
     return Cloud(bool(inside), fit, float(beyond.mean()), int(dataset.runs[nearest]), distance)
 
 
-def whose_fault(found: Cloud, verified: float | None, q2: Mapping[str, float | None]) -> Cloud:
-    """The judgement once the solver has run; verified: its best whitened RMS error at an answer, q2: of the emulator.
+def _misses(residual: Array, level: float) -> bool:
+    """Whether a channel's whitened residual (n,) is larger than chance and a badly known noise explain."""
+    return bool(chi2.sf(residual @ residual, len(residual)) < level and _rms(residual) > NOISE_MAY_BE_WRONG_BY)
 
-    A solver's run within noise shows that the model can produce the record; a poor emulator shows nothing.
+
+def _rms(residual: Array) -> float:
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def whose_fault(found: Cloud, verified: float | None, q2: Mapping[str, float | None]) -> Cloud:
+    """The judgement once the solver has run; verified: its whitened RMS error at an answer, q2: of the emulator.
+
+    A solver's run within noise shows that the model can produce the record; a poor emulator shows nothing: the error
+    that it admits makes every curve a good fit, so where the solver then misses the record no fit tells a parameter.
     """
+    poor = [f"{plain(name)} (Q2 {value:.2f})" for name, value in q2.items() if value is not None and value < POOR_Q2]
+    poorly = f"the emulator predicts {', '.join(poor)} poorly"
     if found.inside:
-        return found
+        if not poor or verified is None or verified <= NOISE_MAY_BE_WRONG_BY:
+            return found
+        text = f"the solver's run at its answer misses by {verified:.1f} times the noise, and {poorly}"
+        return replace(found, inside=False, coarse=text)
     if verified is not None and verified <= NOISE_MAY_BE_WRONG_BY:
         text = (
             f"the solver's run at an answer misses by {verified:.1f} times the noise only, so the model can produce it"
         )
         return replace(found, coarse=text)
-    poor = [f"{plain(name)} (Q2 {value:.2f})" for name, value in q2.items() if value is not None and value < POOR_Q2]
-    return replace(found, coarse=f"the emulator predicts {', '.join(poor)} poorly") if poor else found
+    return replace(found, coarse=poorly) if poor else found
 
 
 def warning(found: Cloud, observations: Observations) -> str:
@@ -78,7 +94,7 @@ def warning(found: Cloud, observations: Observations) -> str:
     if found.coarse:
         return (
             f"the emulator is too coarse for this curve: its best fit misses by {found.fit:.1f} times noise and its "
-            f"own error; {found.coarse}. No parameter is identified: add runs (--refine N)"
+            f"own error; {found.coarse}. No parameter is identified: add runs (--refine N), or leave that channel out"
         )
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()

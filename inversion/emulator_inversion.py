@@ -5,7 +5,7 @@ from __future__ import annotations
 from data.dataset import Dataset
 from inversion.calibration import Calibrator, Mode
 from inversion.design_gate import DesignFigures
-from inversion.identifiability import NEWS, intervals, reason
+from inversion.identifiability import NEWS, intervals, reason, reported
 from inversion.inversion import Estimate
 from inversion.posterior import Posterior
 
@@ -19,8 +19,8 @@ def emulator_estimates(
 ) -> dict[str, Estimate]:
     """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud.
 
-    The most probable value with the posterior's central interval (linearised where none was drawn); a parameter that
-    is not identified has its whole range.
+    The most probable value with the posterior's central interval (linearised where none was drawn), widened to hold
+    it; a parameter that is not identified has its whole range.
     """
     coordinates = calibrator.coordinates
     span, prior = posterior.interval() if posterior else intervals(modes), coordinates.prior_width()
@@ -34,8 +34,8 @@ def emulator_estimates(
         identified = width < NEWS
         why = reason(calibrator, modes, i, width, identified)
         low, high = float(dataset.lows[i]), float(dataset.highs[i])
-        told = tuple(low + float(z) * (high - low) for z in span[i])
-        interval = (told[0], told[1]) if identified else (low, high)
+        told = (low + float(span[i, 0]) * (high - low), low + float(span[i, 1]) * (high - low))
+        interval = reported(float(theta[i]), told, (low, high), identified)
         estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
     return estimates
 

@@ -9,6 +9,7 @@ import numpy as np
 from data.curves import Measured
 from data.dataset import Dataset
 from data.histories import Array
+from inversion.cloud import POOR_Q2
 from inversion.inversion import EmulatorFigures, MeasuredFigures, TrainingFigures
 from inversion.observations import Observations
 from inversion.words import plain, span
@@ -18,7 +19,6 @@ from surrogate.inverse_network import NetworkFit
 from surrogate.levenberg_marquardt import Settings
 
 TRAINING_FILE = "training.csv"
-POOR_Q2 = 0.9
 WORTH_SAYING = 0.01  # of a range
 
 

@@ -14,6 +14,7 @@ from inversion.words import plain, quantity
 NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 LOOKS_ALIKE = 0.8  # correlation from which another parameter is named
 GRID = 21
+NEAR_BOUND = 0.02  # of a range
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,19 @@ def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
 
 
 def _at_bound(mode: Mode, i: int) -> str:
-    if min(mode.z[i], 1.0 - mode.z[i]) > 1e-3:
+    if min(mode.z[i], 1.0 - mode.z[i]) > NEAR_BOUND:
         return ""
     return f"; the best fit is at the {'lower' if mode.z[i] < 0.5 else 'upper'} end of the range"
+
+
+def reported(
+    value: float, told: tuple[float, float], limits: tuple[float, float], identified: bool
+) -> tuple[float, float]:
+    """The 95 % interval that is reported with a value, one rule for every method, SI.
+
+    The whole range `limits` of a parameter that is not identified; else what is `told`, widened to the value where this
+    lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the range.
+    """
+    if not identified:
+        return limits
+    return min(told[0], value), max(told[1], value)

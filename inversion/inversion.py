@@ -32,6 +32,15 @@ class Estimate:
     identified: bool
     reason: str
 
+    @property
+    def consistent(self) -> bool:
+        """Whether the interval, where there is one, holds the value, rounding aside."""
+        if self.value is None or self.interval_95 is None:
+            return True
+        low, high = self.interval_95
+        rounding = 1e-9 * max(abs(low), abs(high))
+        return low - rounding <= self.value <= high + rounding
+
 
 @dataclass(frozen=True)
 class ChannelScore:
@@ -234,6 +243,9 @@ class Inversion:
 
     def save(self, path: Path) -> None:
         """Write JSON; what is not finite becomes null."""
+        for answer in self.methods.values():
+            for name, estimate in answer.parameters.items():
+                assert estimate.consistent, f"{name}: {estimate.value} lies outside {estimate.interval_95}"
         write_atomically(path, _ADAPTER.dump_json(self, indent=2).decode() + "\n")
 
     @classmethod

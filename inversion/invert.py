@@ -10,7 +10,7 @@ import numpy as np
 from data.curves import Measured
 from data.dataset import Dataset
 from data.errors import RunFailed, UserError
-from data.histories import Array
+from data.histories import Array, Histories
 from inversion import cloud as clouds
 from inversion.calibration import Calibrator
 from inversion.clock_drift import clock_drift
@@ -127,10 +127,11 @@ def invert(
         proposals["emulator"] = by_emulator(located.ground)
     posterior = located.ground.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
-    cloud = clouds.whose_fault(located.cloud, _whitened(located, verified), _q2(located.emulator))
+    cloud = clouds.whose_fault(located.cloud, _missed(located, verified), _q2(located.emulator))
     if cloud.coarse:
-        warnings[0] = clouds.warning(cloud, located.observations)
-        proposals = {method: too_coarse(proposal) for method, proposal in proposals.items()}
+        warnings[: 0 if located.cloud.inside else 1] = [clouds.warning(cloud, located.observations)]
+        proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
+        posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
     warnings += [f"the verification run of the {m} failed: {v.failure}" for m, v in verified.items() if v.failure]
     inversion = Inversion(
@@ -247,12 +248,24 @@ def answered(located: Located, proposal: Proposal, verification: Verification) -
     )
 
 
-def _whitened(located: Located, verified: Mapping[str, Verification]) -> float | None:
-    """The smallest root mean square error of a verification run in units of the noise; None without a run."""
-    record, t0 = located.observations, located.origin.value
-    runs = [v.histories for v in verified.values() if v.histories is not None]
-    errors = [whitened(stacked(run, record, t0), record.values, record.noise) for run in runs]
-    return min(errors, default=None)
+def _missed(located: Located, verified: Mapping[str, Verification]) -> float | None:
+    """Root mean square error of a verification run's worst channel in units of the noise; None without a run.
+
+    Of the best run where the fit misses the record; where it does not, of the run at the emulator's own answer.
+    """
+    runs = {method: v.histories for method, v in verified.items() if v.histories is not None}
+    errors = {method: _worst(located, run) for method, run in runs.items()}
+    least = min(errors.values(), default=None)
+    return errors.get("emulator", least) if located.cloud.inside else least
+
+
+def _worst(located: Located, run: Histories) -> float:
+    """The largest of the channels' root mean square errors in units of the noise."""
+    record = located.observations
+    model, values, noise = (
+        record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values, record.noise)
+    )
+    return max(whitened(model[name], values[name], noise[name]) for name in values)
 
 
 def _q2(emulator: Emulator) -> dict[str, float | None]:

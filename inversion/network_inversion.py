@@ -12,7 +12,7 @@ from data.dataset import Dataset
 from data.histories import Array
 from inversion.coordinates import Coordinates
 from inversion.emulator_inversion import OUTSIDE
-from inversion.identifiability import NEWS
+from inversion.identifiability import NEWS, reported
 from inversion.inversion import Estimate
 from inversion.observations import Observations
 from inversion.words import plain, quantity
@@ -73,13 +73,18 @@ def network_answer(
 def network_estimates(
     dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside_cloud: bool
 ) -> dict[str, Estimate]:
-    """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them."""
+    """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
+
+    A parameter that is not identified has its whole range, as with the emulator.
+    """
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
         interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside_cloud else (None, OUTSIDE)
-        identified = interval is not None and interval[1] - interval[0] < NEWS * prior[i]
-        estimates[name] = Estimate(float(answer.theta[i]), interval, dataset.units[i], bool(identified), why)
+        identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
+        value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
+        given = reported(value, interval, limits, identified) if interval is not None else None
+        estimates[name] = Estimate(value, given, dataset.units[i], identified, why)
     return estimates
 
 

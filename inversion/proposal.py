@@ -12,7 +12,7 @@ from data.histories import Array
 from inversion.calibration import Calibrator, Mode
 from inversion.coordinates import Coordinates
 from inversion.design_gate import DesignFigures
-from inversion.emulator_inversion import COARSE, OUTSIDE, emulator_estimates, no_separate_values
+from inversion.emulator_inversion import COARSE, emulator_estimates, no_separate_values
 from inversion.identifiability import intervals
 from inversion.inversion import Combination, Estimate
 from inversion.network_inversion import NetworkAnswer, network_estimates
@@ -71,10 +71,15 @@ def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Propos
     return Proposal(answer.theta, estimates, None)
 
 
-def too_coarse(proposal: Proposal) -> Proposal:
-    """The same where it is the emulator that cannot follow the record, not the model."""
-    why = {OUTSIDE: COARSE}
-    known = {name: replace(e, reason=why.get(e.reason, e.reason)) for name, e in proposal.estimates.items()}
+def too_coarse(proposal: Proposal, dataset: Dataset) -> Proposal:
+    """The same where it is the emulator that cannot follow the record, not the model: nothing is identified."""
+    if proposal.combination is not None:
+        return proposal
+    limits = {n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)}
+    known = {
+        name: replace(estimate, interval_95=limits[name], identified=False, reason=COARSE)
+        for name, estimate in proposal.estimates.items()
+    }
     return replace(proposal, estimates=known)
 
 

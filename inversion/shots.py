@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ class Shot:
     """One record with the campaign and forward model of its case.
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
-    known_errors: those in words.
+    known_errors: those in words; campaign: folder of the runs, if they come from one.
     """
 
     dataset: Dataset
@@ -43,6 +44,7 @@ class Shot:
     options: Options
     columns: Columns | None = None
     known_errors: tuple[str, ...] = ()
+    campaign: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,10 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     """The joint record with the shot-to-shot scatter that makes it most likely, and that scatter (1 sigma, relative).
 
     Each shot's curves may be larger or smaller by a factor of its own, normal about 1; the scatter is the one of
-    SCATTERS at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried).
+    SCATTERS at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried). It is
+    low on average and often 0, because the parameters are fitted to the same curves and take up part of the difference
+    (no degree of freedom is given back for them); two or three shots hardly tell a scatter at all. State a known one
+    as a discrepancy of the model, or as an uncertain mass or speed.
     """
     alone = replace(joint.options, method="emulator", sampling=None, analyse=False)
     names = list(joint.measured.channels)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from data.curves import Measured, read_histories, read_measured, write_histories
 from data.dataset import Dataset
 from data.errors import UserError
-from data.histories import Array
+from data.histories import Array, Histories
 from data.paths import resolve_measured
 from data.store import RunStore
 from doe.campaign import load_dataset
@@ -75,8 +76,8 @@ def train_and_invert(
 ) -> Inversion:
     """Train on the campaign in `doe_dir`, invert `measured`, verify by the solver, and write everything to `out`.
 
-    Several records are inverted together: case i belongs to record i (the first campaign's own by default), and the
-    campaign of that case must be among `doe_dir`. forward: another forward model in the solver's place.
+    Several records are inverted together: case i belongs to record i, and the campaign of that case must be among
+    `doe_dir`; without cases all records belong to the one campaign. forward: another model in the solver's place.
     Writes inversion.json, verification.csv, verified_<method>.csv, posterior.csv, emulator.npz and, with the network,
     network.npz and training.csv. Raises UserError (exit code 1) and RunFailed (exit code 2).
     """
@@ -93,10 +94,18 @@ def train_and_invert(
         analyse=more.posterior,
     )
     options.methods()
+    cases = _listed(case)
+    if len(folders) > 1 and not cases:
+        raise UserError(
+            f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
+            "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
+        )
     shots = [
         _shot(folders, record, own, folder, options, more, forward)
-        for record, own in _with_cases(_listed(measured), _listed(case))
+        for record, own in _with_cases(_listed(measured), cases)
     ]
+    _refuse_unused(folders, shots)
+    _refuse_twice(shots)
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, progress)
     write(folder, outcome, dataset, record)
@@ -147,13 +156,51 @@ def _listed(given: Any) -> list[Any]:
 
 
 def _with_cases(records: list[Any], cases: list[Any]) -> list[tuple[Any, Any]]:
-    """Each record with its case, None for the first campaign's own; raises UserError."""
+    """Each record with its case, None for the campaign's own; raises UserError."""
     if cases and len(cases) != len(records):
         raise UserError(
             f"--measured was given {len(records)} times and --case {len(cases)} times: give each record its case, or "
             "none"
         )
     return list(zip(records, cases or [None] * len(records), strict=True))
+
+
+def _refuse_unused(folders: Sequence[Path], shots: Sequence[Shot]) -> None:
+    """Raises UserError for a campaign that explains no record: it would change nothing, unseen."""
+    used = {shot.campaign for shot in shots}
+    if unused := [str(folder) for folder in folders if folder not in used]:
+        raise UserError(
+            f"no record uses the campaign in {', '.join(unused)}: give its case by --case, or leave the folder out"
+        )
+
+
+def _refuse_twice(shots: Sequence[Shot]) -> None:
+    """Raises UserError for one record given twice: it would count as two shots and halve its noise."""
+    for one, other in combinations([shot.measured for shot in shots], 2):
+        if _same_points(one, other):
+            raise UserError(
+                f"--measured: {one.path} and {other.path} hold the same points; a record counts once, so leave one out"
+            )
+
+
+def _same_points(one: Measured, other: Measured) -> bool:
+    """Whether two records have the same instants, channels and values."""
+    return (
+        np.array_equal(one.time, other.time)
+        and one.channels.keys() == other.channels.keys()
+        and all(np.array_equal(v, other.channels[name], equal_nan=True) for name, v in one.channels.items())
+    )
+
+
+def _bands(path: Path) -> Histories:
+    """Curves and bands of a mesh study; raises UserError for any other file."""
+    try:
+        found = read_histories(path)
+    except (OSError, ValueError, IndexError) as error:
+        raise UserError(f"--mesh: {path} is no convergence.csv of birdstrike converge ({error})") from error
+    if not any(name.endswith("_uncertainty") for name in found.channels):
+        raise UserError(f"--mesh: {path} is no convergence.csv of birdstrike converge (no column of an uncertainty)")
+    return found
 
 
 def _shot(
@@ -166,7 +213,7 @@ def _shot(
     forward: Forward | None,
 ) -> Shot:
     """A record with the campaign of its case."""
-    dataset, base = _campaign(folders, case)
+    dataset, base, campaign = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
     stores = tuple(RunStore(folder / "runs") for folder in folders)
     solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores)
@@ -179,7 +226,7 @@ def _shot(
     ]
     if more.discrepancy:
         said.append(f"a stated discrepancy of {100 * more.discrepancy:g} % of each peak")
-    bands = read_histories(more.mesh) if more.mesh else None
+    bands = _bands(more.mesh) if more.mesh else None
     if more.mesh:
         said.append(f"the mesh's uncertainty from {more.mesh}")
 
@@ -195,18 +242,18 @@ def _shot(
         noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
         time_offset=base.inversion.nuisance.get("time_offset", 0.0),
     )
-    return Shot(dataset, read, solver, own, columns if said else None, tuple(said))
+    return Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign)
 
 
-def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case]:
-    """The campaign that was run for a case; raises UserError when none was."""
+def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case, Path]:
+    """The campaign that was run for a case, and its folder; raises UserError when none was."""
     datasets = [load_dataset(folder) for folder in folders]
     if case is not None and len(folders) > 1:
         given = case if isinstance(case, Case) else load_case(case)
-        for dataset in datasets:
+        for folder, dataset in zip(folders, datasets, strict=True):
             if case_hash(given) == dataset.case_hash:
-                return dataset, given
-    return datasets[0], campaign_case(folders[0], datasets[0], case)
+                return dataset, given, folder
+    return datasets[0], campaign_case(folders[0], datasets[0], case), folders[0]
 
 
 def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -> Case:

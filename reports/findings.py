@@ -107,10 +107,16 @@ def cloud_and_residual(results: Results) -> str:
 
 
 def _fit(results: Results) -> str:
-    """The inversion's verdict on the whole curve."""
-    if results.inversion.cloud.inside:
-        return "within noise the model can produce the whole curve"
-    return "the emulator finds no choice of the parameters that gives the whole curve within noise"
+    """The inversion's verdict on the whole curve; the emulator's own error counts as much as the noise in it."""
+    found = results.inversion.cloud
+    if found.inside:
+        return "within noise and the emulator's own error the model can produce the whole curve"
+    if found.coarse:
+        return f"the emulator is too coarse to tell whether the model can produce the whole curve: {found.coarse}"
+    return (
+        "the emulator finds no choice of the parameters that gives the whole curve within noise and the emulator's own "
+        "error"
+    )
 
 
 def worst_text(results: Results, channel: str, method: str) -> str:

@@ -135,7 +135,11 @@ def told(inversion: Inversion) -> Iterator[str]:
     for shot in inversion.shots:
         yield f"shot {shot.path}: time origin {shot.time_offset * 1e3:+.3f} ms on its own"
     if inversion.shot_scatter is not None:
-        yield f"shot-to-shot scatter of the curves' size: {100 * inversion.shot_scatter:g} % (1 sigma)"
+        few = len(inversion.shots)
+        yield (
+            f"shot-to-shot scatter of the curves' size: {100 * inversion.shot_scatter:g} % (1 sigma), the most likely "
+            f"value and low on average: {few} shots hardly tell it, and 0 is no proof that there is none"
+        )
     if inversion.refinement is not None:
         ends = inversion.refinement
         yield (

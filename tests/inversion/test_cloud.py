@@ -9,11 +9,14 @@ import pytest
 
 from data.curves import Measured
 from data.dataset import Dataset
-from inversion.cloud import Cloud, warning, whose_fault
+from data.histories import Histories
+from inversion.calibration import Mode
+from inversion.cloud import Cloud, cloud, warning, whose_fault
+from inversion.coordinates import Box
 from inversion.invert import Options, invert
 from inversion.observations import observe
 from surrogate.emulator import Emulator
-from tests.inversion.stand_in import CHANNEL, TIMES, forward, pulse, record, truth
+from tests.inversion.stand_in import CHANNEL, TIME, TIMES, forward, pulse, record, truth
 
 OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 3e-5})
 
@@ -86,5 +89,50 @@ def test_coarse_emulator_is_not_a_model_that_cannot(dataset: Dataset) -> None:
     poor = whose_fault(found, 7.0, {CHANNEL: 0.5})
     assert "displacement centre (Q2 0.50)" in warning(poor, observations)
     assert "cannot produce" not in warning(poor, observations)
-    inside = replace(found, inside=True)
-    assert whose_fault(inside, 9.0, {CHANNEL: 0.1}) == inside
+
+
+def test_channels_that_the_emulator_predicts_poorly_identify_nothing_where_the_solver_misses() -> None:
+    """Errors as large as the signal make every curve a good fit; only the solver's run can contradict it."""
+    inside = Cloud(True, 0.4, 0.0, 3, {CHANNEL: 1e-4})
+    q2: dict[str, float | None] = {CHANNEL: 0.99, "strain": 0.45, "contact_force": 0.23}
+    refused = whose_fault(inside, 9.0, q2)
+    assert not refused.inside
+    assert "misses by 9.0 times the noise, and the emulator predicts strain (Q2 0.45), contact" in refused.coarse
+    assert whose_fault(inside, 1.1, q2) == inside
+    assert whose_fault(inside, 9.0, {CHANNEL: 0.99}) == inside
+
+
+def test_jittery_channels_leave_every_parameter_its_whole_range(dataset: Dataset) -> None:
+    """A second channel of nothing but scatter between runs: the fit is content, the solver's run is far off."""
+    scatter = 3e3 * np.random.default_rng(0).normal(size=(len(dataset.runs), len(TIME)))
+    jittery = replace(dataset, curves={CHANNEL: dataset.curves[CHANNEL], "contact_force": scatter})
+    channels = {**record(truth(0.5)).channels, "contact_force": 3e3 * np.cos(1e5 * TIMES)}
+    measured = replace(record(truth(0.5)), channels=channels, units={CHANNEL: "m", "contact_force": "N"})
+    noise = {CHANNEL: 3e-5, "contact_force": 30.0}
+    found = invert(jittery, measured, forward, replace(OPTIONS, method="emulator", noise=noise)).inversion
+    assert found.cloud.coarse
+    assert found.warnings[0].startswith("the emulator is too coarse for this curve")
+    for name, estimate in found.methods["emulator"].parameters.items():
+        assert not estimate.identified
+        assert estimate.interval_95 == found.ranges[name]
+        assert "too coarse" in estimate.reason
+
+
+def test_one_missed_channel_is_not_drowned_by_many_good_points(dataset: Dataset) -> None:
+    """100 points of one channel without error, 6 of another 3 standard deviations off: 54 in all, for 106 points."""
+    few = np.isin(np.arange(100), np.arange(10, 70, 10))
+    run = Histories(TIME, {name: rows[16] for name, rows in dataset.curves.items()}, dict(dataset.channel_units))
+    times = TIME[100:200]
+    force = np.where(few, run.at("contact_force", times), np.nan)
+    measured = replace(
+        record(truth(0.5), times),
+        channels={CHANNEL: run.at(CHANNEL, times), "contact_force": force},
+        units=dict(dataset.channel_units),
+    )
+    observations = observe(measured, dataset, {CHANNEL: 3e-5, "contact_force": 1.0})
+    residual = np.concatenate([np.zeros(100), np.full(6, 3.0)])
+    box = Box(np.zeros(4), np.ones(4), np.zeros(4, dtype=bool), truth(0.0), truth(1.0))
+    best = Mode(np.full(4, 0.5), truth(0.5), 0.0, np.eye(5), 0.0, residual, box)
+    assert not cloud(dataset, observations, best).inside
+    assert cloud(dataset, observations, best).fit == pytest.approx(3.0)
+    assert cloud(dataset, observations, replace(best, residual=np.full(106, 1.2))).inside

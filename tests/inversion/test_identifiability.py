@@ -8,7 +8,7 @@ import pytest
 from data.dataset import Dataset
 from inversion.calibration import Mode
 from inversion.coordinates import Box
-from inversion.identifiability import intervals
+from inversion.identifiability import intervals, reported
 from inversion.inversion import Estimate
 from inversion.invert import Options, invert
 from tests.inversion import eroding, stand_in
@@ -89,3 +89,16 @@ def test_two_parameters_that_make_up_for_each_other_name_each_other() -> None:
     rebound = found["pulse.rebound"]
     assert not rebound.identified
     assert "less than the noise" in rebound.reason
+
+
+def test_reported_interval_holds_its_value_and_is_the_range_of_what_is_not_identified() -> None:
+    assert reported(0.0, (0.1, 0.4), (0.0, 1.0), True) == (0.0, 0.4)  # the mode at an end, the quantiles inside
+    assert reported(0.5, (0.1, 0.4), (0.0, 1.0), True) == (0.1, 0.5)
+    assert reported(0.3, (0.1, 0.4), (0.0, 1.0), True) == (0.1, 0.4)
+    assert reported(0.3, (0.1, 0.7), (0.0, 1.0), False) == (0.0, 1.0)
+
+
+def test_estimate_outside_its_interval_is_known() -> None:
+    assert not Estimate(0.0, (0.1, 0.4), "", True, "").consistent
+    assert Estimate(0.1, (0.1, 0.4), "", True, "").consistent
+    assert Estimate(None, (0.1, 0.4), "", False, "").consistent

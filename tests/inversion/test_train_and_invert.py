@@ -15,7 +15,7 @@ from data.curves import read_histories
 from data.errors import MeasuredError, UserError
 from data.store import RunStore
 from inversion.inversion import Inversion
-from inversion.train_and_invert import train_and_invert
+from inversion.train_and_invert import Extras, train_and_invert
 from solver.case import load_case
 from surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
@@ -156,3 +156,28 @@ def test_own_forward_model_takes_the_solvers_place(doe: Path, measured: Path, tm
     assert len(seen) == 2
     assert found.methods["emulator"].run is None
     assert not (tmp_path / "runs").exists()
+
+
+def test_several_campaigns_need_a_case_for_each_record(doe: Path, measured: Path, tmp_path: Path) -> None:
+    second = shutil.copytree(doe, tmp_path / "second")
+    with pytest.raises(UserError, match="2 campaign folders were given and no --case"):
+        train_and_invert([doe, second], [measured, measured], tmp_path / "out")
+
+
+def test_a_campaign_that_no_record_uses_is_refused(doe: Path, measured: Path, tmp_path: Path) -> None:
+    second = shutil.copytree(doe, tmp_path / "second")
+    with pytest.raises(UserError, match=f"no record uses the campaign in {second}"):
+        train_and_invert([doe, second], measured, tmp_path / "out", case="reference_strike")
+
+
+def test_one_record_is_not_two_shots(doe: Path, measured: Path, tmp_path: Path) -> None:
+    copy = shutil.copy(measured, tmp_path / "copy.csv")
+    with pytest.raises(UserError, match=r"hold the same points; a record counts once"):
+        train_and_invert(doe, [measured, copy], tmp_path / "out")
+
+
+@pytest.mark.parametrize("content", ["node,x\na,b\n", "time_s,displacement_centre_m\n0,0\n1,1\n", ""])
+def test_a_file_that_is_no_mesh_study_is_refused(doe: Path, measured: Path, tmp_path: Path, content: str) -> None:
+    (tmp_path / "other.csv").write_text(content)
+    with pytest.raises(UserError, match=r"other\.csv is no convergence\.csv of birdstrike converge"):
+        train_and_invert(doe, measured, tmp_path / "out", extras=Extras(mesh=tmp_path / "other.csv"))
