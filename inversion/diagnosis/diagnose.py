@@ -246,9 +246,9 @@ class Study:
         campaign = len(self.ground.dataset.runs)
         off = {}
         for name, one in models.items():
-            if one.confirmed:
-                model = one.fit.problem.model
-                size = np.split(np.atleast_1d(model.correction), len(judge.record.traces))
+            correction = one.fit.problem.model.correction
+            if np.ndim(correction):
+                size = np.split(np.asarray(correction), len(judge.record.traces))
                 off[name] = {
                     t.name: float(np.sqrt(np.mean(part**2))) for t, part in zip(judge.record.traces, size, strict=True)
                 }
@@ -265,6 +265,9 @@ class Study:
     ) -> tuple[str, ...]:
         found = list(judge.record.warnings)
         found += doubts(judge, chosen or models[NONE], models[NONE])
+        found += [
+            f"model {name}: not confirmed by the solver: {one.doubt}" for name, one in models.items() if one.doubt
+        ]
         for name, one in held.items():
             if one.verdict not in ("not repeated", kind) or (
                 kind == ATTRIBUTED and one.chosen not in (None, chosen.name if chosen else None)

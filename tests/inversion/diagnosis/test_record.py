@@ -32,7 +32,7 @@ def test_the_record_before_contact_tells_the_noise() -> None:
     (trace,) = read(measured(WHITE)).traces
     assert trace.noise.source == "record before contact"
     assert trace.noise.level == pytest.approx(1e-4, rel=0.2)
-    assert trace.noise.freedom == 119
+    assert trace.noise.freedom == 118
     assert trace.noise.correlation_time == 0.0
 
 
@@ -41,6 +41,15 @@ def test_a_stated_noise_stands_until_the_record_rejects_it() -> None:
     loud = read(measured(WHITE), middle=6e-5)
     assert loud.traces[0].noise.source == "record before contact"
     assert "which is used instead" in loud.warnings[0]
+
+
+def test_a_drifting_sensor_is_not_taken_for_noise() -> None:
+    clean = measured(WHITE)
+    drifting = replace(clean, channels={"middle": clean.channels["middle"] + 1.0 * (TIME - TIME[0])})  # m/s
+    (trace,) = read(drifting, middle=1e-4).traces
+    assert trace.noise.source == "case"
+    assert trace.noise.correlation_time == 0.0
+    assert read(drifting).traces[0].noise.level == pytest.approx(1e-4, rel=0.2)
 
 
 def test_without_any_noise_a_tolerance_is_taken_and_not_called_known() -> None:

@@ -38,7 +38,8 @@ def curves(unit: Array, channels: int = 1) -> list[Array]:
 
 def groundwork(folder: Path, channels: int = 1, scatter: float = SCATTER) -> Groundwork:
     """Emulator of noisy runs; no numerical error beyond the plain scatter."""
-    (folder / "case.toml").write_text(CASE.replace('kind = "strain"', 'kind = "displacement"') + third(channels))
+    declared = CASE.split("[inversion.nuisance]")[0].replace('kind = "strain"', 'kind = "displacement"')
+    (folder / "case.toml").write_text(declared + third(channels))
     case = load_case(folder / "case.toml")
     names = tuple(case.sensors)[:channels]
     rng = np.random.default_rng(0)
