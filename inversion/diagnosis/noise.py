@@ -12,6 +12,8 @@ from inversion.words import plain, quantity
 
 FEWEST_BEFORE = 20  # points before contact that can tell a noise level
 REJECT = 0.05  # level at which a stated noise is given up for the one before contact
+LINE = 2  # degrees of freedom that the line through the record before contact takes
+ROUNDING = 1e-12  # of the largest value: less is no noise but the line's own rounding
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
 
 
@@ -65,9 +67,11 @@ def noise_of(
     tolerance: float | None,
 ) -> tuple[Noise, list[str]]:
     """Noise of every point of a channel, and what the user should know of it."""
-    before = values[times < quiet]
-    told = len(before) >= FEWEST_BEFORE and float(np.std(before)) > 0.0
-    level = float(np.std(before, ddof=1)) if told else None
+    early = times < quiet
+    enough = early.sum() >= FEWEST_BEFORE
+    before = _without_line(times[early], values[early]) if enough else values[early]
+    told = enough and float(np.std(before)) > ROUNDING * float(np.abs(values).max())
+    level = float(np.sqrt(before @ before / (len(before) - LINE))) if told else None
     if sigma is None and not stated and level is None:
         share = 0.01 if tolerance is None else tolerance
         size = np.full(len(values), share * float(np.abs(values).max()))
@@ -75,16 +79,22 @@ def noise_of(
     noise, said = _stated(name, unit, len(values), sigma, stated, before, level)
     if told:
         noise = replace(noise, before=(level or 0.0, len(before)))
-        noise, more = _correlated(name, noise, times[times < quiet], before)
+        noise, more = _correlated(name, noise, times[early], before)
         said += more
     return noise, said
+
+
+def _without_line(times: Array, values: Array) -> Array:
+    """The record before contact less its straight line: offset and drift of a sensor are no noise."""
+    line = np.stack([np.ones(len(times)), times / np.ptp(times)], axis=1)
+    return values - line @ np.linalg.lstsq(line, values, rcond=None)[0]
 
 
 def _stated(
     name: str, unit: str, count: int, sigma: Array | None, stated: float | None, before: Array, level: float | None
 ) -> tuple[Noise, list[str]]:
     """The stated level unless the record before contact rejects it."""
-    measured = Noise(np.full(count, level), 0.0, "record before contact", len(before) - 1.0) if level else None
+    measured = Noise(np.full(count, level), 0.0, "record before contact", float(len(before) - LINE)) if level else None
     if sigma is not None:
         noise = Noise(sigma, 0.0, "sigma column")
     elif stated:
@@ -103,15 +113,14 @@ def _stated(
 
 def _agrees(stated: float, before: Array, level: float) -> bool:
     """Two-sided chi-square test of the variance before contact."""
-    n = len(before) - 1
+    n = len(before) - LINE
     lower = float(chi2.cdf(n * (level / stated) ** 2, n))
     return 0.5 * REJECT < lower < 1.0 - 0.5 * REJECT
 
 
 def _correlated(name: str, noise: Noise, times: Array, before: Array) -> tuple[Noise, list[str]]:
     """The noise with the correlation of the record before contact, where that is clear."""
-    centred = before - before.mean()
-    rho = float(centred[1:] @ centred[:-1] / (centred @ centred))
+    rho = float(before[1:] @ before[:-1] / (before @ before))
     if rho * np.sqrt(len(before)) < CORRELATED:
         return noise, []
     correlation_time = -float(np.median(np.diff(times))) / np.log(min(rho, 0.99))
