@@ -238,7 +238,7 @@ def _noise_free(measured: Measured, truth: Truth, case: Case) -> Measured:
 def _with_noise(clean: Judge, judge: Judge):
     """The noise-free traces with the noise that the diagnosis found in the record."""
     pairs = zip(clean.record.traces, judge.record.traces, strict=True)
-    return tuple(replace(a, noise=b.noise) if len(a.values) == len(b.values) else a for a, b in pairs)
+    return tuple(replace(a, noise=b.noise) if len(a.times) == len(b.times) else a for a, b in pairs)
 
 
 def _size(ground: Groundwork, name: str) -> float:

@@ -69,7 +69,6 @@ class Noises:
         rng = np.random.default_rng(seed)
         parts: list[Array] = []
         for trace in judge.record.traces:
-            raw = trace.noise.level * np.sqrt(trace.block)
             noise = rng.standard_normal((draws, len(trace.times)))
             if self.rho:
                 noise = np.asarray(
@@ -77,7 +76,7 @@ class Noises:
                 )
             hit = rng.random(noise.shape) < self.outliers
             noise = noise + 8.0 * hit * rng.choice([-1.0, 1.0], noise.shape)
-            parts.append(averaged(self.level * raw * noise, trace.block))
+            parts.append(averaged(self.level * trace.noise.level * noise, trace.block))
         return np.hstack(parts)
 
 

@@ -41,19 +41,21 @@ class Noise:
         """Of some of the points."""
         return replace(self, sigma=self.sigma[kept])
 
-    def averaged(self, block: int) -> Noise:
-        """Of means over `block` neighbours; correlation over several points survives averaging, white noise shrinks."""
-        if block == 1:
-            return self
-        sigma = np.sqrt((self.sigma**2).reshape(-1, block).mean(axis=-1) / block)
-        return replace(self, sigma=sigma)
+    def covariance(self, times: Array, block: int = 1) -> Array:
+        """(n, n) of the means over `block` neighbours, from the noise at raw instants `times` (n block,): B C B^T.
 
-    def covariance(self, times: Array) -> Array:
-        """(n, n): exponential in the distance of instants where the noise is correlated."""
+        White noise shrinks by averaging; where it is correlated, exponentially in the distance of instants, less.
+        """
+        sigma, t = self.sigma.reshape(-1, block), times.reshape(-1, block)
         if not self.correlation_time:
-            return np.diag(self.sigma**2)
-        decay = np.exp(-np.abs(times[:, None] - times) / self.correlation_time)
-        return self.sigma[:, None] * decay * self.sigma
+            return np.diag((sigma**2).mean(axis=1) / block)
+        tau = self.correlation_time
+        # Of exp(-(t_j - t_i)/tau) between two blocks each has a factor of its own, to its end and from its start.
+        to_end = (sigma * np.exp((t - t[:, -1:]) / tau)).mean(axis=1)
+        from_start = (sigma * np.exp((t[:, :1] - t) / tau)).mean(axis=1)
+        later = np.triu(np.outer(to_end, from_start) * np.exp(-np.maximum(t[:, 0] - t[:, -1:], 0.0) / tau), 1)
+        inside = np.exp(-np.abs(t[:, :, None] - t[:, None]) / tau)
+        return later + later.T + np.diag(np.einsum("ni,nij,nj->n", sigma, inside, sigma) / block**2)
 
 
 def noise_of(
