@@ -202,8 +202,9 @@ def score(bench: Bench, experiment: Experiment, draws: int, confirm: bool) -> Sc
 
 
 def _answer(models: dict[str, Judged], alpha: float) -> tuple[str, tuple[str, ...]]:
+    inferred = models[NONE].reference.relative
     allowed = confidence_set({name: one.p for name, one in models.items()}, alpha)
-    return verdict(allowed), allowed
+    return verdict(allowed, inferred), allowed
 
 
 def _confirmed(study: Study, judge: Judge, models: dict[str, Judged]) -> dict[str, Judged]:

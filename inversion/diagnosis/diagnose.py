@@ -165,7 +165,7 @@ class Study:
         judge, models = self.judgement(record)
         alpha = self.choice.alpha
         allowed = confidence_set({name: one.p for name, one in models.items()}, alpha)
-        kind = verdict(allowed)
+        kind = verdict(allowed, record.noise_inferred)
         chosen = self._chosen(models, allowed)
         held = self._held_out(judge, models, chosen, shot)
         figures = effect_figures(judge, models)
@@ -229,7 +229,7 @@ class Study:
         self, judge: Judge, models: dict[str, Judged], allowed: tuple[str, ...], kind: str
     ) -> tuple[Proposal | None, list[Judged], Remainder | None]:
         """The separating measurement of rivals, or pairs and the remainder of what nothing explains."""
-        if kind == AMBIGUOUS:
+        if kind == AMBIGUOUS and allowed:
             ranked = effect_order(models)
             members = [models[name] for name in sorted(allowed, key=ranked.index)]
             return propose(judge, members, self.strikes), [], None

@@ -90,10 +90,10 @@ class Judge:
         return fits
 
     def judged(self, name: str, fit: Fit, confirmed: bool = False, doubt: str = "") -> Judged:
-        """p-values of a fit."""
+        """p-values of a fit; a stated tolerance is judged as a known noise."""
         record = self.record
-        freedom = record.noise_freedom if record.noise_known else np.inf
-        reference = Reference.of(fit.linear, freedom, not record.noise_known, seed=self.seed)
+        freedom = np.inf if record.noise_inferred else record.noise_freedom
+        reference = Reference.of(fit.linear, freedom, record.noise_inferred, seed=self.seed)
         return Judged(name, fit, reference, reference.judge(), confirmed, doubt)
 
     def models(self, progress: Callable[[float], None] = lambda _: None) -> dict[str, Judged]:

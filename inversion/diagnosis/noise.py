@@ -22,7 +22,8 @@ class Noise:
     """sigma: (n,) SI of every point; correlation: exp(-dt/time) between neighbours [s], 0: white.
 
     source: where the level comes from; freedom: degrees of freedom behind it, inf where it was stated; known: False
-    where it is a tolerance that nobody measured; before: level and count of the record before contact, if any.
+    where it is a tolerance that nobody measured; inferred: True where not even that was stated, so that the fit itself
+    must tell the level; before: level and count of the record before contact, if any.
     """
 
     sigma: Array
@@ -30,6 +31,7 @@ class Noise:
     source: str
     freedom: float = np.inf
     known: bool = True
+    inferred: bool = False
     before: tuple[float, int] | None = None
 
     @property
@@ -77,7 +79,8 @@ def noise_of(
     if sigma is None and not stated and level is None:
         share = 0.01 if tolerance is None else tolerance
         size = np.full(len(values), share * float(np.abs(values).max()))
-        return Noise(size, 0.0, f"tolerance of {100 * share:g} % of the peak", known=False), []
+        source = f"tolerance of {100 * share:g} % of the peak"
+        return Noise(size, 0.0, source, known=False, inferred=tolerance is None), []
     noise, said = _stated(name, unit, len(values), sigma, stated, before, level)
     if told:
         noise = replace(noise, before=(level or 0.0, len(before)))

@@ -80,6 +80,11 @@ class Record:
         """Whether every channel's noise level is known independently of the fit."""
         return all(trace.noise.known for trace in self.traces)
 
+    @property
+    def noise_inferred(self) -> bool:
+        """Whether the noise level of a channel must come from the fit, so that no miss can be called unexplained."""
+        return any(trace.noise.inferred for trace in self.traces)
+
     def covariance(self) -> Array:
         """(n, n) of the measurement noise; channels are independent."""
         return np.asarray(block_diag(*(trace.covariance() for trace in self.traces)))

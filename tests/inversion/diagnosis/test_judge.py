@@ -11,9 +11,9 @@ import pytest
 from data.histories import Histories
 from inversion.diagnosis.diagnose import Study, Wishes
 from inversion.diagnosis.groundwork import Groundwork, emulator_error
-from inversion.diagnosis.verdict import NO_RESIDUAL, NONE
+from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
 from solver.case import Case
-from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, SCATTER, TIME, curves, groundwork, judge
+from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, SCATTER, SIZE, TIME, curves, groundwork, judge
 
 MIDDLE = np.full((1, 2), 0.5)
 
@@ -77,3 +77,20 @@ def test_figures_of_three_channels_come_out_when_a_strike_has_failed(tmp_path: P
     assert study._strikes(one, models)["emulator_error"] == {}
     (warning,) = [w for w in study._warnings(one, models, None, NO_RESIDUAL, {}) if "not confirmed" in w]
     assert "none" in warning
+
+
+def test_a_stated_tolerance_is_judged_as_a_known_noise(tmp_path: Path) -> None:
+    ground = groundwork(tmp_path)
+    values = curves(MIDDLE)[0][0] + 0.02 * SIZE * np.sin(40.0 * TIME / TIME[-1])
+    p = {}
+    for tolerance in (0.002, 0.05):
+        one = judge(ground, [values], 0.0, tolerance=tolerance)
+        assert not one.record.noise_known
+        p[tolerance] = one.judged(NONE, one.start()[0]).p
+    assert p[0.002] < 0.01
+    assert p[0.05] > 0.5
+
+
+def test_nothing_is_unexplained_by_a_noise_level_that_the_fit_tells() -> None:
+    assert verdict(()) == UNEXPLAINED
+    assert verdict((), inferred=True) != UNEXPLAINED

@@ -64,10 +64,10 @@ def third(channels: int) -> str:
     return '[sensors.side]\nkind = "displacement"\nat = ["0 mm", "40 mm"]\n' if channels > 2 else ""
 
 
-def judge(ground: Groundwork, values: list[Array], noise: float, sigma: bool = True, times: Array = TIME) -> Judge:
-    """Of a record with the channels' values (n,) at `times` [s]; sigma: whether the file states its noise."""
+def judge(ground: Groundwork, values: list[Array], noise: float, tolerance: float | None = None) -> Judge:
+    """Of a record with the channels' values (n,), its noise stated in the file, if above 0, or as a tolerance."""
     names = ground.clock.channels
-    stated = {name: np.full(len(times), noise) for name in names} if sigma else {}
-    measured = Measured(times, dict(zip(names, values, strict=True)), stated, dict.fromkeys(names, "m"))
-    record = read_record(measured, dict.fromkeys(names, "m"), Window(0.0, TIME[-1], -1.0), {})
+    stated = {name: np.full(len(TIME), noise) for name in names} if noise else {}
+    measured = Measured(TIME, dict(zip(names, values, strict=True)), stated, dict.fromkeys(names, "m"))
+    record = read_record(measured, dict.fromkeys(names, "m"), Window(0.0, float(TIME[-1]), -1.0), {}, tolerance)
     return Judge.of(ground, record)
