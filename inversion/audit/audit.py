@@ -202,8 +202,9 @@ def score(bench: Bench, experiment: Experiment, draws: int, confirm: bool) -> Sc
 
 
 def _answer(models: dict[str, Judged], alpha: float) -> tuple[str, tuple[str, ...]]:
+    inferred = models[NONE].reference.relative
     allowed = confidence_set({name: one.p for name, one in models.items()}, alpha)
-    return verdict(allowed), allowed
+    return verdict(allowed, inferred), allowed
 
 
 def _confirmed(study: Study, judge: Judge, models: dict[str, Judged]) -> dict[str, Judged]:
@@ -238,7 +239,7 @@ def _noise_free(measured: Measured, truth: Truth, case: Case) -> Measured:
 def _with_noise(clean: Judge, judge: Judge):
     """The noise-free traces with the noise that the diagnosis found in the record."""
     pairs = zip(clean.record.traces, judge.record.traces, strict=True)
-    return tuple(replace(a, noise=b.noise) if len(a.values) == len(b.values) else a for a, b in pairs)
+    return tuple(replace(a, noise=b.noise) if len(a.times) == len(b.times) else a for a, b in pairs)
 
 
 def _size(ground: Groundwork, name: str) -> float:

@@ -15,6 +15,7 @@ from scipy.signal import lfilter
 from data.histories import Array
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.record import averaged
+from inversion.diagnosis.refit import bounds
 from inversion.diagnosis.verdict import NONE, confidence_set, verdict
 from inversion.identifiability import NEWS
 from inversion.time_origin import NORMAL_95
@@ -69,7 +70,6 @@ class Noises:
         rng = np.random.default_rng(seed)
         parts: list[Array] = []
         for trace in judge.record.traces:
-            raw = trace.noise.level * np.sqrt(trace.block)
             noise = rng.standard_normal((draws, len(trace.times)))
             if self.rho:
                 noise = np.asarray(
@@ -77,7 +77,7 @@ class Noises:
                 )
             hit = rng.random(noise.shape) < self.outliers
             noise = noise + 8.0 * hit * rng.choice([-1.0, 1.0], noise.shape)
-            parts.append(averaged(self.level * raw * noise, trace.block))
+            parts.append(averaged(self.level * trace.noise.level * noise, trace.block))
         return np.hstack(parts)
 
 
@@ -118,16 +118,23 @@ def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, fl
     """(draws,) whether the 95 % interval holds the truth: of identified parameters, and of the effect as `b`."""
     fit, coordinates = one.fit, judge.groundwork.coordinates
     spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance()))
+    least, most = bounds(fit.problem, fit.own, fit.box)
+    x = np.clip(draws.unknowns[one.name], least, most)
+    ends = np.clip(x - spread, least, most), np.clip(x + spread, least, most)
     low, high = judge.groundwork.dataset.lows, judge.groundwork.dataset.highs
-    x, prior = draws.unknowns[one.name], coordinates.prior_width()
+    prior = coordinates.prior_width()
     found: dict[str, Array] = {}
     for i, name in enumerate(coordinates.names):
-        if name in parameters and 2.0 * spread[i] < NEWS * prior[i] and not fit.at_bound[i]:
-            z = (parameters[name] - low[i]) / (high[i] - low[i])
-            found[name] = (np.abs(x[:, i] - z) <= spread[i]).astype(float)
-    if fit.own and not fit.at_bound[-1]:
-        found["b"] = (np.abs(x[:, -1] - b) <= spread[-1]).astype(float)
+        if name in parameters and 2.0 * spread[i] < NEWS * prior[i]:
+            found[name] = _holds(ends, i, (parameters[name] - low[i]) / (high[i] - low[i]))
+    if fit.own:
+        found["b"] = _holds(ends, -1, b)
     return found
+
+
+def _holds(ends: tuple[Array, Array], i: int, truth: float) -> Array:
+    """(draws,) whether an unknown's interval holds the truth, up to rounding at a bound."""
+    return ((ends[0][:, i] <= truth + 1e-9) & (truth <= ends[1][:, i] + 1e-9)).astype(float)
 
 
 def signal(judge: Judge, base: Judged, name: str, b: float) -> float:

@@ -77,7 +77,7 @@ def noise_figures(judge: Judge) -> dict[str, Any]:
         trace.name: {
             "unit": trace.unit,
             "source": trace.noise.source,
-            "sigma": float(trace.noise.level * np.sqrt(trace.block)),
+            "sigma": trace.noise.level,
             "correlation_time": trace.noise.correlation_time,
             "before_contact": {"sigma": trace.noise.before[0], "points": trace.noise.before[1]}
             if trace.noise.before

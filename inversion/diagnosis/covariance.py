@@ -28,3 +28,8 @@ class Whitener:
     def apply(self, rows: Array) -> Array:
         """W x for every row x of rows (..., n): (..., used)."""
         return rows[..., self.used] @ self.inverse.T
+
+    @property
+    def log_determinant(self) -> float:
+        """log |Sigma| of the points used."""
+        return float(-2.0 * np.log(np.diag(self.inverse)).sum())

@@ -165,7 +165,7 @@ class Study:
         judge, models = self.judgement(record)
         alpha = self.choice.alpha
         allowed = confidence_set({name: one.p for name, one in models.items()}, alpha)
-        kind = verdict(allowed)
+        kind = verdict(allowed, record.noise_inferred)
         chosen = self._chosen(models, allowed)
         held = self._held_out(judge, models, chosen, shot)
         figures = effect_figures(judge, models)
@@ -229,7 +229,7 @@ class Study:
         self, judge: Judge, models: dict[str, Judged], allowed: tuple[str, ...], kind: str
     ) -> tuple[Proposal | None, list[Judged], Remainder | None]:
         """The separating measurement of rivals, or pairs and the remainder of what nothing explains."""
-        if kind == AMBIGUOUS:
+        if kind == AMBIGUOUS and allowed:
             ranked = effect_order(models)
             members = [models[name] for name in sorted(allowed, key=ranked.index)]
             return propose(judge, members, self.strikes), [], None
@@ -246,9 +246,9 @@ class Study:
         campaign = len(self.ground.dataset.runs)
         off = {}
         for name, one in models.items():
-            if one.confirmed:
-                model = one.fit.problem.model
-                size = np.split(np.atleast_1d(model.correction), len(judge.record.traces))
+            correction = one.fit.problem.model.correction
+            if np.ndim(correction):
+                size = np.split(np.asarray(correction), len(judge.record.traces))
                 off[name] = {
                     t.name: float(np.sqrt(np.mean(part**2))) for t, part in zip(judge.record.traces, size, strict=True)
                 }
@@ -265,6 +265,9 @@ class Study:
     ) -> tuple[str, ...]:
         found = list(judge.record.warnings)
         found += doubts(judge, chosen or models[NONE], models[NONE])
+        found += [
+            f"model {name}: not confirmed by the solver: {one.doubt}" for name, one in models.items() if one.doubt
+        ]
         for name, one in held.items():
             if one.verdict not in ("not repeated", kind) or (
                 kind == ATTRIBUTED and one.chosen not in (None, chosen.name if chosen else None)

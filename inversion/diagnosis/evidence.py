@@ -11,27 +11,32 @@ from inversion.time_origin import NORMAL_95
 
 
 def log_evidence(fit: Fit) -> float:
-    """log p(y | model) up to what all models share: -|r|^2/2 - b^2/2 - log det(A^T A + prior of b)/2.
+    """log p(y | model) up to what all share: -|r|^2/2 - b^2/2 - log det(A^T A + prior of b)/2 - log |Sigma|/2.
 
-    Prior of b: N(0, 1) in plausible sizes, half-normal (twice as dense) for a one-sided effect (Laplace's
-    approximation: Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773, sect. 4.1).
+    A holds the unknowns at a bound too. Prior of b: N(0, 1) in plausible sizes, half-normal (twice as dense) for a
+    one-sided effect; at b = 0 only half of the peak lies inside, which takes the two back (Laplace's approximation:
+    Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773, sect. 4.1). Models that a strike corrected have another Sigma.
     """
-    free, problem = ~fit.at_bound, fit.problem
-    shared = len(fit.x) - len(fit.own)
-    prior = np.append(np.zeros(shared), np.ones(len(fit.own)))[free]
-    hessian = fit.linear.design.T @ fit.linear.design + np.diag(prior)
-    sides = sum(np.log(2.0) for i in fit.own if problem.model.known[i].one_sided)
-    b = fit.magnitudes
-    return float(-0.5 * (fit.cost + b @ b) - 0.5 * np.linalg.slogdet(hessian)[1] + sides)
+    prior = np.append(np.zeros(len(fit.x) - len(fit.own)), np.ones(len(fit.own)))
+    hessian = fit.whole_design.T @ fit.whole_design + np.diag(prior)
+    b, known = fit.magnitudes, [fit.problem.model.known[i] for i in fit.own]
+    sides = sum(np.log(2.0) for one, size in zip(known, b, strict=True) if one.one_sided and size > 0.0)
+    volume = np.linalg.slogdet(hessian)[1] + fit.problem.whitener.log_determinant
+    return float(-0.5 * (fit.cost + b @ b + volume) + sides)
 
 
-def magnitude(judged: Judged) -> tuple[float, tuple[float, float]]:
-    """Magnitude of the model's first own effect in SI, with its 95 % interval inside its bounds."""
+def magnitude(judged: Judged) -> tuple[float, tuple[float, float] | None]:
+    """Magnitude of the model's first own effect in SI, with its 95 % interval inside its bounds.
+
+    No interval where the largest magnitude that is looked at holds it: the data would have it larger.
+    """
     fit = judged.fit
     known = fit.problem.model.known[fit.own[0]]
     column = len(fit.x) - len(fit.own)
     spread = NORMAL_95 * float(np.sqrt(fit.covariance()[column, column]))
     b = float(fit.magnitudes[0])
+    if fit.at_limit:
+        return known.magnitude(b), None
     low, high = max(b - spread, known.least), min(b + spread, known.most)
     return known.magnitude(b), (known.magnitude(low), known.magnitude(high))
 

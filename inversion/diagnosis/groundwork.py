@@ -108,11 +108,16 @@ def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
 
 
 def emulator_error(model: Model, theta: Array) -> Array:
-    """(n, n) covariance of the emulator's error at theta (k,) on the record's points."""
+    """(n, n) covariance of the emulator's error at theta (k,) on the record's points.
+
+    What a new run has beyond all components is taken whole at every point: means over a block do not lower it, because
+    how it hangs together between neighbours is not known.
+    """
     u = model.emulator.inputs(theta[None])[0]
-    factors = [model.emulator.channels[c].error_factor(u, model.clock.time) for c in model.clock.channels]
-    factor = model.sample(np.asarray(block_diag(*factors)).T)
-    return factor.T @ factor
+    emulators = [model.emulator.channels[c] for c in model.clock.channels]
+    factor = model.sample(np.asarray(block_diag(*(e.error_factor(u, model.clock.time) for e in emulators))).T)
+    outside = np.concatenate([e.outside_at(model.clock.time) for e in emulators])
+    return factor.T @ factor + np.diag(model.sample(outside[None])[0])
 
 
 def numerical_error(numerical: Numerical, model: Model) -> Array:

@@ -60,7 +60,14 @@ def hold_out(
     chosen = _chosen(models, allowed)
     before, raw_before = errors(judge, models[NONE], held)
     after, raw_after = errors(judge, chosen, held) if chosen else (None, None)
-    return HeldOut(before, after, raw_before, raw_after, chosen.name if chosen else None, verdict(allowed))
+    return HeldOut(
+        before,
+        after,
+        raw_before,
+        raw_after,
+        chosen.name if chosen else None,
+        verdict(allowed, judge.record.noise_inferred),
+    )
 
 
 def _chosen(models: dict[str, Judged], allowed: tuple[str, ...]) -> Judged | None:

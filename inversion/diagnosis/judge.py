@@ -27,13 +27,17 @@ ABSENT = 1e-3  # plausible sizes: nearer to 0 an effect is left out of a strike
 
 @dataclass(frozen=True)
 class Judged:
-    """One model: its fit, what the data say of it, and whether the solver was asked at the fit."""
+    """One model: its fit, what the data say of it, and whether the solver was asked at the fit and agreed.
+
+    doubt: why the solver, though asked, did not confirm the fit.
+    """
 
     name: str
     fit: Fit
     reference: Reference
     consistency: Consistency
     confirmed: bool
+    doubt: str = ""
 
     @property
     def p(self) -> float:
@@ -85,12 +89,12 @@ class Judge:
             theta = fits[0].theta
         return fits
 
-    def judged(self, name: str, fit: Fit, confirmed: bool = False) -> Judged:
-        """p-values of a fit."""
+    def judged(self, name: str, fit: Fit, confirmed: bool = False, doubt: str = "") -> Judged:
+        """p-values of a fit; a stated tolerance is judged as a known noise."""
         record = self.record
-        freedom = record.noise_freedom if record.noise_known else np.inf
-        reference = Reference.of(fit.linear, freedom, not record.noise_known, seed=self.seed)
-        return Judged(name, fit, reference, reference.judge(), confirmed)
+        freedom = np.inf if record.noise_inferred else record.noise_freedom
+        reference = Reference.of(fit.linear, freedom, record.noise_inferred, seed=self.seed)
+        return Judged(name, fit, reference, reference.judge(), confirmed, doubt)
 
     def models(self, progress: Callable[[float], None] = lambda _: None) -> dict[str, Judged]:
         """Every model of the library, by the emulator and the learnt responses."""
@@ -105,19 +109,24 @@ class Judge:
     def confirm(self, judged: Sequence[Judged], strikes: Strikes, rounds: int = ROUNDS) -> dict[str, Judged]:
         """The same models with the solver asked at their fits, and refitted to what it said.
 
-        Again, up to `rounds` times, for those whose curve then moved by more than a third of its error.
+        Again, up to `rounds` times, for those whose curve then moved by more than a third of its error. Confirmed are
+        those that settled; a model whose strike failed keeps the fit that it had.
         """
         fits = {one.name: one.fit for one in judged}
+        doubts = dict.fromkeys(fits, "the solver was not asked")
         due = list(fits)
         whitener = self.whitener(self.jitter)
         for _ in range(rounds):
             runs = strikes.run({name: self._case(fits[name]) for name in due})
+            doubts |= {name: f"its strike failed: {strikes.failures[name]}" for name in due if name not in runs}
             moved = {name: self._corrected(fits[name], histories, whitener) for name, histories in runs.items()}
-            due = [name for name, fit in moved.items() if _shift(fits[name], fit) > MOVED]
+            shifts = {name: _shift(fits[name], fit) for name, fit in moved.items()}
+            doubts |= {name: _unsettled(shift) for name, shift in shifts.items()}
+            due = [name for name, shift in shifts.items() if shift > MOVED]
             fits |= moved
             if not due:
                 break
-        return {name: self.judged(name, fit, True) for name, fit in fits.items()}
+        return {name: self.judged(name, fit, not doubts[name], doubts[name]) for name, fit in fits.items()}
 
     def _corrected(self, fit: Fit, histories: Histories, whitener: Whitener) -> Fit:
         """The fit, made again with what the solver adds to the sum of emulator and responses where it stood."""
@@ -142,6 +151,11 @@ def _shift(before: Fit, after: Fit) -> float:
     model = after.problem.model
     change = model.points(after.place, after.box) - model.points(before.place, before.box)
     return float(np.sqrt(np.mean(after.problem.whitener.apply(change[0]) ** 2)))
+
+
+def _unsettled(shift: float) -> str:
+    """Empty where the refit stayed where the solver was asked."""
+    return f"its last refit still moved the curve by {shift:.1f} standard deviations" if shift > MOVED else ""
 
 
 def near(models: dict[str, Judged]) -> list[Judged]:

@@ -22,7 +22,7 @@ FEWEST_POINTS = 3
 class Trace:
     """One channel: instants (raw,) [s] on the record's clock, of which each `block` neighbours make one point.
 
-    values: (n,) SI, the means of the blocks; noise: of one point; peak: largest magnitude, SI.
+    values: (n,) SI, the means of the blocks; noise: of one instant; peak: largest magnitude, SI.
     """
 
     name: str
@@ -38,9 +38,14 @@ class Trace:
         """(n,) mean instant of every point [s]."""
         return averaged(self.times, self.block)
 
+    @property
+    def level(self) -> float:
+        """Typical standard deviation of a point's noise, SI."""
+        return float(np.sqrt(np.diag(self.covariance()).mean()))
+
     def covariance(self) -> Array:
-        """(n, n) of the measurement noise."""
-        return self.noise.covariance(self.middle)
+        """(n, n) of the measurement noise of the points."""
+        return self.noise.covariance(self.times, self.block)
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,11 @@ class Record:
     def noise_known(self) -> bool:
         """Whether every channel's noise level is known independently of the fit."""
         return all(trace.noise.known for trace in self.traces)
+
+    @property
+    def noise_inferred(self) -> bool:
+        """Whether the noise level of a channel must come from the fit, so that no miss can be called unexplained."""
+        return any(trace.noise.inferred for trace in self.traces)
 
     def covariance(self) -> Array:
         """(n, n) of the measurement noise; channels are independent."""
@@ -158,9 +168,8 @@ def _trace(
     warnings += said
     block = -(-count // most)
     kept = np.flatnonzero(inside)[: count - count % block]
-    of_points = noise.at(kept).averaged(block)
     peak = float(np.abs(values[inside]).max())
-    return Trace(name, measured.units[name], times[kept], block, averaged(values[kept], block), of_points, peak)
+    return Trace(name, measured.units[name], times[kept], block, averaged(values[kept], block), noise.at(kept), peak)
 
 
 def _outliers(

@@ -107,12 +107,30 @@ class Fit:
         near = AT_BOUND * np.maximum(high - low, 1e-12)
         return (self.x <= low + near) | (self.x >= high - near)
 
+    @property
+    def at_limit(self) -> bool:
+        """Whether an effect of its own is held by the largest magnitude that is looked at, no bound of physics."""
+        known = [self.problem.model.known[i] for i in self.own]
+        held = self.at_bound[len(self.x) - len(self.own) :]
+        return any(
+            hit and (b > 0.0 or (b < 0.0 and one.least == -one.most))
+            for one, hit, b in zip(known, held, self.magnitudes, strict=True)
+        )
+
+    @cached_property
+    def slopes(self) -> Array:
+        """(rows, shared + m) change of the model by every shared unknown and every effect, at this fit."""
+        return _slopes(self)
+
+    @property
+    def whole_design(self) -> Array:
+        """(rows, q) of all unknowns of the model, those at a bound too."""
+        shared = _shared(self)
+        return self.slopes[:, [*range(shared), *(shared + i for i in self.own)]]
+
     def covariance(self) -> Array:
-        """(q, q) of the unknowns at the fit, those at a bound without scatter."""
-        free = ~self.at_bound
-        whole = np.zeros((len(self.x), len(self.x)))
-        whole[np.ix_(free, free)] = np.linalg.pinv(self.linear.design.T @ self.linear.design)
-        return whole
+        """(q, q) of all unknowns at the fit; a bound cuts intervals off, it does not make an unknown known."""
+        return np.linalg.pinv(self.whole_design.T @ self.whole_design)
 
 
 def _effects(problem: Problem, own: Sequence[int], v: Array, magnitudes: Array) -> Array:
@@ -203,26 +221,29 @@ def _shared(fit: Fit) -> int:
     return len(fit.box.lows) + len(fit.problem.nuisances)
 
 
+def _slopes(fit: Fit) -> Array:
+    """Every effect gets a column of its own beside the nuisances, at the magnitude that the fit gives it."""
+    known = fit.problem.model.known
+    magnitudes = np.zeros(len(known))
+    magnitudes[list(fit.own)] = fit.magnitudes
+    everything = tuple(range(len(known)))
+    return -slopes_of(fit.problem, everything, fit.box, np.append(fit.x[: _shared(fit)], magnitudes))
+
+
 def linearise(fit: Fit) -> Linear:
     """Residual, design of the free unknowns and all effects' columns at a fit."""
     problem, known = fit.problem, fit.problem.model.known
-    everything = tuple(range(len(known)))
-    shared = fit.x[: _shared(fit)]
-    # Every effect gets a column of its own beside the nuisances, at the magnitude that the fit gives it.
-    magnitudes = np.zeros(len(known))
-    magnitudes[list(fit.own)] = fit.magnitudes
-    slopes = -slopes_of(problem, everything, fit.box, np.append(shared, magnitudes))
+    shared, slopes = _shared(fit), fit.slopes
     residual = rows_of(problem, fit.own, fit.box, fit.x[None])[0]
     free = ~fit.at_bound
-    columns = [*range(len(shared)), *(len(shared) + i for i in fit.own)]
-    design = slopes[:, [column for column, is_free in zip(columns, free, strict=True) if is_free]]
-    own_bound = [i for i, is_free in zip(fit.own, free[len(shared) :], strict=True) if not is_free]
+    design = fit.whole_design[:, free]
+    own_bound = [i for i, is_free in zip(fit.own, free[shared:], strict=True) if not is_free]
     held = own_bound[0] if len(fit.own) == 1 and own_bound and known[own_bound[0]].one_sided else None
     return Linear(
         problem.names,
         residual,
         design,
-        slopes[:, len(shared) :],
+        slopes[:, shared:],
         np.array([one.one_sided and (i not in fit.own or i == held) for i, one in enumerate(known)]),
         held,
     )

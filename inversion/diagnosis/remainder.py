@@ -95,7 +95,7 @@ def remainder(judge: Judge, judged: Judged) -> Remainder:
     number = int(np.argmax(shares))
     here = record.channel == number
     times, values, trace = record.middle[here], miss[here], record.traces[number]
-    curve = _smooth(times, values, trace.noise.level)
+    curve = _smooth(times, values, trace.level)
     strong = np.abs(curve) > 0.3 * np.abs(curve).max()
     start, end = times[strong][0], times[strong][-1]
     period = _period(times, curve)

@@ -175,7 +175,7 @@ def _noise(judge: Judge, case: Case, here: Sensitivities, name: str) -> float:
     kind, level = case.sensors[name].kind, SHARE * here.peak[name]
     for trace in judge.record.traces:
         if case.sensors[trace.name].kind == kind:
-            level = trace.noise.level * np.sqrt(trace.block)
+            level = trace.noise.level
             break
     runs, time = judge.groundwork.runs, judge.groundwork.clock.time
     changes = {n: runs[n].channels[name] - runs[CENTRE].channels[name] for n in judge.groundwork.numerical.directions}

@@ -24,9 +24,12 @@ HEADS = {
 
 def magnitude_words(one: EffectFigures) -> str:
     """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"."""
-    if one.magnitude is None or one.interval_95 is None:
+    if one.magnitude is None:
         return ""
     effect = effects().get(one.name)
+    if one.interval_95 is None:
+        value = shown(effect, one.magnitude) if effect else f"{one.magnitude:+.3g} {one.unit}".strip()
+        return f"{value} (the largest looked at: the limit was reached, no interval)"
     if effect is None:
         return f"{one.magnitude:+.3g} {one.unit}".strip()
     unit = SHOWN.get(effect.unit, effect.unit)

@@ -124,7 +124,9 @@ def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
     twins = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in one["twins"].items()) or "–"
     share = "–" if one["absorbed"] is None else f"{100 * one['absorbed']:.0f} %"
     value = "–"
-    if one["magnitude"] is not None:
+    if one["magnitude"] is not None and one["interval_95"] is None:
+        value = f"{_sized(one['magnitude'], unit)} (limit of the search reached)"
+    elif one["magnitude"] is not None:
         low, high = (
             _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
         )

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from data.curves import Measured
 from data.errors import MeasuredError
+from inversion.diagnosis.noise import Noise
 from inversion.diagnosis.record import Record, Window, read_record
 
 STEP = 5e-6
@@ -32,7 +33,7 @@ def test_the_record_before_contact_tells_the_noise() -> None:
     (trace,) = read(measured(WHITE)).traces
     assert trace.noise.source == "record before contact"
     assert trace.noise.level == pytest.approx(1e-4, rel=0.2)
-    assert trace.noise.freedom == 119
+    assert trace.noise.freedom == 118
     assert trace.noise.correlation_time == 0.0
 
 
@@ -41,6 +42,15 @@ def test_a_stated_noise_stands_until_the_record_rejects_it() -> None:
     loud = read(measured(WHITE), middle=6e-5)
     assert loud.traces[0].noise.source == "record before contact"
     assert "which is used instead" in loud.warnings[0]
+
+
+def test_a_drifting_sensor_is_not_taken_for_noise() -> None:
+    clean = measured(WHITE)
+    drifting = replace(clean, channels={"middle": clean.channels["middle"] + 1.0 * (TIME - TIME[0])})  # m/s
+    (trace,) = read(drifting, middle=1e-4).traces
+    assert trace.noise.source == "case"
+    assert trace.noise.correlation_time == 0.0
+    assert read(drifting).traces[0].noise.level == pytest.approx(1e-4, rel=0.2)
 
 
 def test_without_any_noise_a_tolerance_is_taken_and_not_called_known() -> None:
@@ -72,8 +82,18 @@ def test_neighbours_are_averaged_beyond_what_the_fit_can_use() -> None:
     record = read_record(Measured(fine, {"middle": 1e-4 * noise}, {}, UNITS), UNITS, WINDOW, {"middle": 1e-4})
     (trace,) = record.traces
     assert (trace.block, len(trace.values)) == (4, 800)
-    assert trace.noise.level == pytest.approx(5e-5)
+    assert np.sqrt(np.diag(trace.covariance())) == pytest.approx(5e-5)
     assert np.std(trace.values) == pytest.approx(5e-5, rel=0.1)
+
+
+def test_correlated_noise_is_averaged_as_it_is_correlated() -> None:
+    rho, block, count = 0.8, 6, 400
+    times = STEP * np.arange(count * block)
+    noise = Noise(np.linspace(1.0, 2.0, count * block), -STEP / np.log(rho), "case")
+    raw = noise.covariance(times)
+    assert raw[0, 1] == pytest.approx(rho * noise.sigma[0] * noise.sigma[1])
+    means = np.repeat(np.eye(count), block, axis=1) / block
+    assert noise.covariance(times, block) == pytest.approx(means @ raw @ means.T, rel=1e-9)
 
 
 def test_an_unknown_channel_and_an_empty_window_are_named() -> None:

@@ -1,0 +1,96 @@
+"""Models judged on a toy that needs no strike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data.histories import Histories
+from inversion.diagnosis.diagnose import Study, Wishes
+from inversion.diagnosis.groundwork import Groundwork, emulator_error
+from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
+from solver.case import Case
+from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, SCATTER, SIZE, TIME, curves, groundwork, judge
+
+MIDDLE = np.full((1, 2), 0.5)
+
+
+def test_the_emulators_error_holds_the_whole_scatter_of_a_new_run(tmp_path: Path) -> None:
+    ground = groundwork(tmp_path)
+    (values,) = curves(MIDDLE)
+    model = ground.model(judge(ground, [values[0]], 1e-5).record)
+    theta = 0.5 * (LOWS + HIGHS)
+    said = np.diag(emulator_error(model, theta))
+    assert said == pytest.approx(np.diag(ground.emulator.covariance(theta, "middle", TIME)))
+    assert np.sqrt(said.mean()) == pytest.approx(SCATTER, rel=0.2)
+
+
+class Answers:
+    """Strikes that fail for some models and answer the others with the emulated curve, off by a shift."""
+
+    def __init__(self, ground: Groundwork, shift: float = 0.0, failing: tuple[str, ...] = ()) -> None:
+        self.ground, self.shift, self.failing = ground, shift, failing
+        self.failures: dict[str, str] = {}
+        self.paid = self.reused = self.asked = 0
+
+    def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
+        self.asked += 1
+        self.failures |= dict.fromkeys((name for name in cases if name in self.failing), "it blew up")
+        off = [self.shift * self.asked**2 * np.sin(np.pi * TIME / TIME[-1])] * len(self.ground.clock.channels)
+        found: dict[str, Histories] = {}
+        for name, case in cases.items():
+            if name not in self.failing:
+                clean = curves(self._unit(case)[None], len(off))
+                channels = {c: y[0] + o for c, y, o in zip(self.ground.clock.channels, clean, off, strict=True)}
+                found[name] = Histories(TIME, channels, {})
+        return found
+
+    def _unit(self, case: Case) -> np.ndarray:
+        values = [case.bird.material.viscosity, case.bird.material.eos.c0]
+        return (np.array(values) - LOWS) / (HIGHS - LOWS)
+
+
+def test_a_model_is_confirmed_only_where_the_solver_answered_and_the_fit_settled(tmp_path: Path) -> None:
+    ground = groundwork(tmp_path, 3)
+    one = judge(ground, [y[0] for y in curves(MIDDLE, 3)], 1e-5)
+    models = {NONE: one.judged(NONE, one.start()[0])}
+    settled = one.confirm([models[NONE]], Answers(ground))[NONE]
+    assert settled.confirmed
+    assert not settled.doubt
+    failed = one.confirm([models[NONE]], Answers(ground, failing=(NONE,)))[NONE]
+    assert not failed.confirmed
+    assert "it blew up" in failed.doubt
+    moving = one.confirm([models[NONE]], Answers(ground, shift=3e-4))[NONE]
+    assert not moving.confirmed
+    assert "still moved" in moving.doubt
+
+
+def test_figures_of_three_channels_come_out_when_a_strike_has_failed(tmp_path: Path) -> None:
+    ground = groundwork(tmp_path, 3)
+    one = judge(ground, [y[0] for y in curves(MIDDLE, 3)], 1e-5)
+    strikes = Answers(ground, failing=(NONE,))
+    models = one.confirm([one.judged(NONE, one.start()[0])], strikes)
+    study = Study(ground, strikes, Wishes())
+    assert study._strikes(one, models)["emulator_error"] == {}
+    (warning,) = [w for w in study._warnings(one, models, None, NO_RESIDUAL, {}) if "not confirmed" in w]
+    assert "none" in warning
+
+
+def test_a_stated_tolerance_is_judged_as_a_known_noise(tmp_path: Path) -> None:
+    ground = groundwork(tmp_path)
+    values = curves(MIDDLE)[0][0] + 0.02 * SIZE * np.sin(40.0 * TIME / TIME[-1])
+    p = {}
+    for tolerance in (0.002, 0.05):
+        one = judge(ground, [values], 0.0, tolerance=tolerance)
+        assert not one.record.noise_known
+        p[tolerance] = one.judged(NONE, one.start()[0]).p
+    assert p[0.002] < 0.01
+    assert p[0.05] > 0.5
+
+
+def test_nothing_is_unexplained_by_a_noise_level_that_the_fit_tells() -> None:
+    assert verdict(()) == UNEXPLAINED
+    assert verdict((), inferred=True) != UNEXPLAINED
