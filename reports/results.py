@@ -25,7 +25,7 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)", 
 
 
 def merged(warnings: Sequence[str], strikes: int) -> tuple[str, ...]:
-    """Warnings of several strikes, those that differ by their numbers alone as one: "83 .. 94 Pa s (2 of 27 strikes)"."""
+    """Warnings of several strikes, alike but for their numbers as one: "83 .. 94 Pa s (2 of 9 strikes)"."""
     alike: dict[str, list[str]] = {}
     for text in warnings:
         alike.setdefault(_NUMBER.sub("#", text), []).append(text)
