@@ -1,4 +1,7 @@
-"""A user's own design: CSV with `#` provenance, a header of dotted case keys with their units, one row a run."""
+"""A user's own design: CSV with `#` provenance, a header of dotted case keys with their units, one row a run.
+
+A campaign's own `design.csv` is read as it stands, in SI: its header is `run`, then the bare keys.
+"""
 
 from __future__ import annotations
 
@@ -22,13 +25,14 @@ Lines = list[tuple[int, list[str]]]
 def read_design(path: str | Path, space: ParameterSpace) -> tuple[NDArray[np.int64], Array]:
     """Run numbers (n,) (from the column `run`, else 1..n) and SI values (n, k) in the order of `space`.
 
-    The columns are the case's parameters, all of them, each with its unit: `bird.material.viscosity [Pa s]`. Raises
-    UserError with every error of the file, by line.
+    The columns are the case's parameters, all of them, each with its unit: `bird.material.viscosity [Pa s]`; only a
+    `design.csv` that run-doe wrote has none and is SI. Raises UserError with every error of the file, by line.
     """
     lines = _lines(Path(path))
     if len(lines) < 3:
         raise UserError(f"{path} has {max(len(lines) - 1, 0)} runs; a design needs a header and at least two rows")
-    columns = _columns(lines[0], space, str(path))
+    columns = _own_columns(lines[0][1], space) if _is_own(Path(path)) else None
+    columns = columns or _columns(lines[0], space, str(path))
     numbers, values = _rows(lines[1:], columns, space, str(path))
     return numbers, values
 
@@ -41,6 +45,19 @@ def _lines(path: Path) -> Lines:
         raise UserError(f"{path} is not UTF-8 text; save it as CSV (UTF-8)") from error
     kept = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     return [(i, [cell.strip() for cell in next(csv.reader([line]))]) for i, line in kept]
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a campaign wrote the file: `design.csv`, without provenance, beside the campaign's `case.json`."""
+    return path.name == "design.csv" and (path.parent / "case.json").is_file()
+
+
+def _own_columns(cells: list[str], space: ParameterSpace) -> list[tuple[str, str]] | None:
+    """(key, SI unit) where the header is `run`, then exactly the bare keys, in any order; else None."""
+    units = dict(zip(space.names, space.units, strict=True))
+    if cells[:1] != ["run"] or sorted(cells[1:]) != sorted(units):
+        return None
+    return [("run", ""), *((key, units[key]) for key in cells[1:])]
 
 
 def _columns(header: tuple[int, list[str]], space: ParameterSpace, path: str) -> list[tuple[str, str]]:

@@ -18,6 +18,7 @@ from data.store import RunStore
 from doe.campaign import load_dataset
 from inversion.inversion import Inversion
 from reports.results import Books, Convergence, Results
+from reports.shots import first_shot, other_shots
 from solver.case import load_case
 
 Simulated = dict[str, dict[str, Array]]
@@ -35,6 +36,7 @@ def read_results(folder: Path) -> Results:
             f"({dataset.case_hash}); repeat: {_invert_again(folder)}"
         )
     campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
+    others, inversion = other_shots(inversion), first_shot(inversion)
     record, simulated = _verification(inverted / "verification.csv", inversion)
     verified = {method: _verified(folder, inversion, method) for method in simulated}
     return Results(
@@ -50,6 +52,7 @@ def read_results(folder: Path) -> Results:
         campaign=campaign,
         books=_books(doe, campaign, inversion, verified),
         failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
+        other_shots=others,
     )
 
 

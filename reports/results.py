@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,27 @@ from solver.case import Case
 
 Books = Mapping[str, Any]
 """A run's `summary.json`."""
+
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
+
+
+def merged(warnings: Sequence[str], strikes: int) -> tuple[str, ...]:
+    """Warnings of several strikes, alike but for their numbers as one: "83 .. 94 Pa s (2 of 9 strikes)"."""
+    alike: dict[str, list[str]] = {}
+    for text in warnings:
+        alike.setdefault(_NUMBER.sub("#", text), []).append(text)
+    return tuple(f"{_ranged(texts)} ({len(texts)} of {strikes} strikes)" for texts in alike.values())
+
+
+def _ranged(texts: Sequence[str]) -> str:
+    """The first of texts that are equal but for their numbers, each number as the range that it has in all of them."""
+    columns = zip(*(_NUMBER.findall(text) for text in texts), strict=True)
+    ranges = iter([_range(sorted(set(column), key=float)) for column in columns])
+    return _NUMBER.sub(lambda _: next(ranges), texts[0])
+
+
+def _range(ordered: Sequence[str]) -> str:
+    return ordered[0] if len(ordered) == 1 else f"{ordered[0]} .. {ordered[-1]}"
 
 
 @dataclass(frozen=True)
@@ -37,7 +59,8 @@ class Results:
     record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
     where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
     label -> its summary; failures: run's label -> reason; draws: of the posterior, name -> (n,) SI, None for
-    none; struck: the bird models' strikes, {} where none were asked for.
+    none; other_shots: a sentence about each shot inverted together with the record; struck: the bird models' strikes,
+    {} where none were asked for.
     """
 
     folder: Path
@@ -52,6 +75,7 @@ class Results:
     books: Mapping[str, Books]
     failures: Mapping[str, str]
     draws: Mapping[str, Array] | None = None
+    other_shots: tuple[str, ...] = ()
     struck: Mapping[str, Model] = field(default_factory=dict)
 
     @property
@@ -101,5 +125,4 @@ class Results:
         """What the reader must know: of the inversion, of failed strikes, and of the strikes' own books."""
         failed = [f"{label} failed and is not used: {reason}" for label, reason in self.failures.items()]
         own = [text for books in self.books.values() for text in books.get("warnings", [])]
-        counted = [f"{text} ({own.count(text)} of {len(self.books)} strikes)" for text in dict.fromkeys(own)]
-        return (*self.inversion.warnings, *failed, *counted)
+        return (*self.other_shots, *self.inversion.warnings, *failed, *merged(own, len(self.books)))

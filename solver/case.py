@@ -111,8 +111,7 @@ class Case(Section):
         if not self.effects:
             return self
         bare = case_from_table({key: value for key, value in self._raw.items() if key != "effects"}, self._name)
-        table = with_effects(bare.model_copy(update={"effects": self.effects}), bare._raw, case_from_table)
-        return case_from_table(table, self._name)
+        return _in_place(bare.model_copy(update={"effects": self.effects}), bare._raw, self._name)
 
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
         """The case with another bird and plate mesh, validated anew; raises CaseError."""
@@ -155,16 +154,25 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     if case.effects:
-        case = _acted_upon(case, table)
+        case = _acted_upon(case, table, name)
     case._raw, case._name = table, name
     return case
 
 
-def _acted_upon(case: Case, table: Raw) -> Case:
+def _acted_upon(case: Case, table: Raw, name: str) -> Case:
     """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
-    acted = case_from_table(with_effects(case, table, case_from_table))
-    sections = {name: getattr(acted, name) for name in ("plate", "bird", "impact", "instrument")}
+    acted = _in_place(case, table, name)
+    sections = {section: getattr(acted, section) for section in ("plate", "bird", "impact", "instrument")}
     return case.model_copy(update=sections)
+
+
+def _in_place(case: Case, table: Raw, name: str) -> Case:
+    """The case with its effects in the keys that they change; raises CaseError that names the case and the effect."""
+    try:
+        return with_effects(case, table, lambda changed: case_from_table(changed, name))
+    except CaseError as error:
+        count = len(error.errors)
+        raise CaseError(error.errors, f"case {name}: {count} error{'s' if count > 1 else ''}") from error
 
 
 def case_hash(case: Case) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import GetCoreSchemaHandler
@@ -31,6 +31,7 @@ class Magnitudes:
         return checked(_section)
 
 
+Rebuild = Callable[[Raw], "Case"]
 Effects = Annotated[dict[str, float], Magnitudes()]
 
 
@@ -80,23 +81,37 @@ def magnitude_text(effect: Effect, value: float) -> str | float:
 def shown(effect: Effect, value: float, digits: int = 3) -> str:
     """A magnitude in the engineers' unit: "+0.2 mm"."""
     unit = SHOWN.get(effect.unit, effect.unit)
-    return f"{from_si(value, unit) if unit else value:+.{digits}g} {unit}".strip()
+    number = from_si(value, unit) if unit else value
+    return f"{number:+.{digits}g} {unit}".strip() if number else f"0 {unit}".strip()
 
 
-def with_effects(case: Case, raw: Raw, rebuild: Any) -> Raw:
-    """The case's table with every effect put in place and the section gone; rebuild: from a table to its case.
+def stated(case: Case) -> list[str]:
+    """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
+    known = effects()
+    return [
+        f"effects.{name} = {shown(known[name], size)}: {known[name].meaning}" for name, size in case.effects.items()
+    ]
+
+
+def with_effects(case: Case, raw: Raw, rebuild: Rebuild) -> Case:
+    """The case with every effect put in place and the section gone; rebuild: from a table to its case.
 
     Effects act one after the other, in the order of the library. Raises CaseError for one that the case cannot carry.
     """
     table = {key: value for key, value in raw.items() if key != "effects"}
-    stated = case.effects
-    for effect in (effect for name, effect in effects().items() if name in stated):
-        below = rebuild(table)
-        errors = _refusals(effect, below, stated[effect.name])
+    acted, sizes = rebuild(table), case.effects
+    for effect in (effect for name, effect in effects().items() if name in sizes):
+        size = sizes[effect.name]
+        errors = _refusals(effect, acted, size)
         if errors:
             raise CaseError(errors)
-        table = overlay(table, effect.change(below, stated[effect.name]))
-    return table
+        table = overlay(table, effect.change(acted, size))
+        try:
+            acted = rebuild(table)
+        except CaseError as error:
+            made = f"effects.{effect.name} = {shown(effect, size)} makes the case wrong"
+            raise CaseError([f"{made}: {line}" for line in error.errors]) from error
+    return acted
 
 
 def _refusals(effect: Effect, case: Case, value: float) -> list[str]:

@@ -55,7 +55,13 @@ def _times(raw: Raw) -> Iterator[str]:
     if interval is not None and interval > 0.5 * end:
         yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
     snapshots = at(raw, "time.snapshots")
+    early: list[str] = []
     for text in snapshots if isinstance(snapshots, list) else []:
         instant = valid(Between("0 ms", "100 ms"), text)
-        if instant is not None and instant > end:
-            yield f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}'
+        if instant is None or instant <= end:
+            early.append(f'"{text}"')
+            continue
+        yield (
+            f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}; leave it out, such as '
+            f"--set time.snapshots='[{', '.join(early)}]'"
+        )

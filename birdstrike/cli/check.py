@@ -58,8 +58,11 @@ def command(
     if Path(case).is_dir():
         return check_campaign(Path(case))
     from solver.case import load_case
+    from solver.case_effects import stated
 
     loaded = load_case(case, overrides(settings))
+    for line in stated(loaded):
+        say(line)
     if loaded.solver.name == "external":
         return _check_external(case, loaded)
     with console.status("working out the time step"):

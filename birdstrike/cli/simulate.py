@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -51,6 +52,7 @@ def command(
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
     from solver.case import load_case
+    from solver.case_effects import stated
     from solver.instrument import refuse_noiseless
 
     loaded = load_case(case, overrides(settings))
@@ -59,7 +61,9 @@ def command(
     if noise is not None:
         refuse_noiseless(loaded.sensors)
     out.mkdir(parents=True, exist_ok=True)
-    histories = _run(loaded, threads or loaded.solver.threads)
+    for line in stated(loaded):
+        say(line)
+    histories = _with_effects(_run(loaded, threads or loaded.solver.threads), loaded)
     write_strike(out, histories, loaded if fields else None)
     if noise is not None:
         write_record(out / "record.csv", loaded, histories, noise)
@@ -91,6 +95,11 @@ def _run(case: Case, threads: int | None) -> Histories:
         return solver_for(case).simulate(case, threads=min(threads or available, available), progress=progress)
 
 
+def _with_effects(histories: Histories, case: Case) -> Histories:
+    """The histories whose summary holds the magnitudes [SI] of the case's effects, where it has any."""
+    return replace(histories, summary={**histories.summary, "effects": case.effects}) if case.effects else histories
+
+
 def write_strike(out: Path, histories: Histories, pictured: Case | None = None) -> None:
     """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
     from data.curves import write_histories
@@ -111,6 +120,7 @@ def write_record(path: Path, case: Case, histories: Histories, seed: int) -> Non
     """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
     from data.curves import Measured, write_measured
     from doe.solvers import solver_for
+    from solver.case_effects import stated
     from solver.instrument import with_noise
 
     noisy = with_noise(histories, case.sensors, seed)
@@ -118,6 +128,7 @@ def write_record(path: Path, case: Case, histories: Histories, seed: int) -> Non
     provenance = (
         f"SIMULATED by birdstrike (solver {solver_for(case).version}) from case {case.name}, NOT MEASURED.",
         f"White noise of the sensors' own sigma was added, seed {seed}.",
+        *(f"Of the case: {line}." for line in stated(case)),
     )
     write_measured(path, Measured(noisy.time, noisy.channels, sigma, noisy.units, provenance))
 

@@ -48,6 +48,12 @@ def _command(results: Results) -> str:
     """The line that makes all this again from the folder's own copy of the case."""
     design, training = results.campaign["design"], results.inversion.training
     trainer = f" --trainer {training.trainer}" if training is not None else ""
+    if len(shots := results.inversion.shots) > 1:
+        records = " ".join(f"--measured {shot.path}" for shot in shots)
+        return (
+            f"birdstrike train-and-invert {results.folder / 'doe'} {records} --out AGAIN --seed "
+            f"{results.inversion.seed}{trainer}, with the other shots' campaigns and each record's --case as they were"
+        )
     return (
         f"birdstrike close-the-loop {results.folder / 'doe' / 'case.toml'} --measured {results.record.path} "
         f"--out AGAIN --design {design['source'] or design['kind']} --runs {design['runs']} "

@@ -10,6 +10,7 @@ import pytest
 from data.errors import UserError
 from data.paths import REFERENCE
 from doe.designs import Design, make_design
+from doe.folder import design_text
 from doe.space import ParameterSpace
 from tests.doe.stand_in import reference
 
@@ -90,6 +91,16 @@ def test_columns_come_in_any_order_and_runs_keep_their_numbers(tmp_path: Path) -
     )  # fmt: skip
     np.testing.assert_array_equal(design.numbers, [7, 3])
     np.testing.assert_allclose(design.values, [[-1e5, 500.0, 1.1, 0.9], [-2e5, 1500.0, 1.2, 0.8]])
+
+
+def test_a_campaign_s_own_design_is_read_as_it_stands_and_only_there(tmp_path: Path) -> None:
+    design = make_design("uniform", SPACE, 8, seed=3)
+    path = tmp_path / "design.csv"
+    path.write_text(design_text(design))
+    with pytest.raises(UserError, match="has no unit"):
+        make_design(path, SPACE)
+    (tmp_path / "case.json").write_text("{}")
+    np.testing.assert_array_equal(make_design(path, SPACE).values, design.values)
 
 
 def test_values_outside_a_range_are_warned_of_and_kept(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from data.errors import CaseError
 from solver.case import Case, load_case
+from solver.case_effects import shown, stated
 from solver.effects import Effect, effects, register, unregister
 from solver.effects_bird import porous_points
 from solver.effects_plate import PLATE, bending_stiffness
@@ -120,18 +121,30 @@ def test_sizes_follow_the_case() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stated", "words"),
+    ("given", "words"),
     [
-        ({"effects.bird_porosity": "-0.1"}, "effects.bird_porosity = -0.1 is below \\+0"),
+        ({"effects.bird_porosity": "-0.1"}, "effects.bird_porosity = -0.1 is below 0,"),
         ({"effects.plate_thickness": "0.2"}, "has no unit"),
+        (
+            {"effects.plate_thickness": "-9.99 mm"},
+            "effects.plate_thickness = -9.99 mm makes the case wrong: plate.thick",
+        ),
         ({"effects.sensor_gain": "'3 %'"}, "write a bare number"),
         ({"effects.clamp_rotation": "1 mrad/kN", "plate.edges": "pinned"}, "do not hold it at all"),
     ],
 )
-def test_wrong_magnitudes_are_named(stated: dict[str, str], words: str) -> None:
+def test_wrong_magnitudes_are_named(given: dict[str, str], words: str) -> None:
     with pytest.raises(CaseError) as caught:
-        load_case("virtual_strike", stated)
+        load_case("virtual_strike", given)
     assert any(__import__("re").search(words, line) for line in caught.value.errors)
+    assert caught.value.heading == "case virtual_strike: 1 error"
+
+
+def test_a_case_states_its_effects_in_the_engineers_units() -> None:
+    assert stated(CASE) == []
+    (line,) = stated(CASE.with_effects({"plate_thickness": 2e-4}))
+    assert line.startswith("effects.plate_thickness = +0.2 mm: ")
+    assert shown(effects()["plate_thickness"], -0.0) == "0 mm"
 
 
 @pytest.fixture

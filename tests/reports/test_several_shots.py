@@ -1,0 +1,41 @@
+"""The page of two shots that were inverted together: the first one's curves, the other named."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from inversion.train_and_invert import Extras, train_and_invert
+from reports.folder import read_results
+from tests.reports.conftest import page_of
+from tests.reports.synthetic import simulate, write_record
+
+
+@pytest.fixture(scope="module")
+def two_shots(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first loop's campaign with two records of its case."""
+    folder = tmp_path_factory.mktemp("two_shots")
+    shutil.copytree(finished / "doe", folder / "doe")
+    records = [write_record(folder / "shot7.csv"), write_record(folder / "shot8.csv", peak=5.52e-3)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("inversion.forward.simulate", simulate)
+        train_and_invert(
+            folder / "doe", records, folder / "inversion", method="emulator", extras=Extras(posterior=False)
+        )
+    return folder
+
+
+def test_the_page_shows_the_first_shot_and_names_the_other(two_shots: Path) -> None:
+    results = read_results(two_shots)
+    assert results.channels == ("displacement_centre",)
+    assert [Path(shot.path).name for shot in results.inversion.shots] == ["shot7.csv", "shot8.csv"]
+    (told,) = results.other_shots
+    assert told in results.warnings
+    text = page_of(two_shots).read_text(encoding="utf-8")
+    assert "shot8.csv was inverted together with shot7.csv" in text
+
+
+def test_a_single_shot_has_no_others(finished: Path) -> None:
+    assert read_results(finished).other_shots == ()
