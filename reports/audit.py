@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from data.errors import UserError
 from data.files import write_atomically
 from reports.blocks import Paragraph, Section, Table, drawing
 from reports.figures.audit import confusion_figure, power_figure
-from reports.sections.reproducibility import installed
+from reports.render import rendered
 from solver.case_effects import shown
 from solver.effects import effects
 
@@ -33,21 +30,11 @@ def write_audit_page(folder: str | Path) -> Path:
 def page(content: Mapping[str, Any]) -> str:
     """The page as HTML text; nothing in it points outside."""
     sections = [section(i, name, entry, content["alpha"]) for i, (name, entry) in enumerate(content["tables"].items())]
-    environment = Environment(
-        loader=PackageLoader("reports", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("template.html.j2").render(
+    return rendered(
         title="Audit of the diagnosis",
         subtitle=f"Planted experiments, simulated on finer meshes than the diagnosed ones; {content['draws']} draws of "
         f"the noise on each curve; solver {content['solver_version']}.",
         sections=sections,
-        switches=[],
-        version=installed("birdstrike"),
-        footer=f"Written by birdstrike {installed('birdstrike')} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
     )
 
 

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from data.errors import UserError
 from data.files import write_atomically
 from reports.blocks import Section
 from reports.figures.diagnosis import before_after_figure, consistency_figure
 from reports.figures.style import png
+from reports.render import rendered
 from reports.results import Results
 from reports.sections.diagnosis import DiagnosisResults, sections
-from reports.sections.reproducibility import installed
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
@@ -61,20 +59,10 @@ def write_diagnosis_page(folder: str | Path) -> Path:
 def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
     made: list[Section] = list(sections(results))
-    environment = Environment(
-        loader=PackageLoader("reports", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     record = Path(results.content["record"]["path"]).stem or "record"
     kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
-    return environment.get_template("template.html.j2").render(
+    return rendered(
         title=f"Diagnosis of the record {record}",
         subtitle=f"The record is {kind}; every model curve is simulated by birdstrike.",
         sections=made,
-        switches=[],
-        version=installed("birdstrike"),
-        footer=f"Written by birdstrike {installed('birdstrike')} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
     )

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from data.files import write_atomically
 from reports.blocks import Picture, Section
@@ -15,6 +12,7 @@ from reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from reports.folder import read_results
 from reports.models import strike_models, titled
 from reports.record import origin, short_name
+from reports.render import rendered
 from reports.results import Results
 from reports.sections import (
     books,
@@ -31,7 +29,6 @@ from reports.sections import (
     surrogates,
 )
 from reports.sections.diagnosis import effects_section, verdict_section
-from reports.sections.reproducibility import installed
 
 Maker = Callable[[Results], Section | None]
 
@@ -100,20 +97,11 @@ def page(results: Results, progress: Callable[[float], None] | None = None, make
             sections.append(section)
         if progress:
             progress(done / len(makers))
-    environment = Environment(
-        loader=PackageLoader("reports", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("template.html.j2").render(
+    return rendered(
         title=f"Bird strike {results.case_name}: parameters from the record {short_name(results.record)}",
         subtitle=f"The record is {origin(results.record)}; every model curve is simulated by birdstrike.",
         sections=sections,
         switches=switches(results, sections),
-        version=installed("birdstrike"),
-        footer=f"Written by birdstrike {installed('birdstrike')} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
     )
 
 
