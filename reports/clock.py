@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from reports.results import Results
 
 TRIALS = 81
+FORBIDDEN = 1e100  # above any misfit, and finite: the minimiser fits parabolas through the costs
 
 
 def on_clock(run: Histories, channel: str, times: Array, offset: float) -> Array:
@@ -37,7 +38,7 @@ def best_offset(results: Results, run: Histories) -> float:
     def cost(offset: float) -> float:
         misfits = (on_clock(run, c, t, offset) - v for c, (t, v) in inside.items())
         weighted = sum(float(np.sum((m / noise[c]) ** 2)) for c, m in zip(inside, misfits, strict=True))
-        return np.inf if np.isnan(weighted) else weighted + (offset / sigma) ** 2
+        return FORBIDDEN if np.isnan(weighted) else weighted + (offset / sigma) ** 2
 
     trials = np.linspace(-FARTHEST_OFFSET * sigma, FARTHEST_OFFSET * sigma, TRIALS)
     best = float(trials[int(np.argmin([cost(float(t)) for t in trials]))])

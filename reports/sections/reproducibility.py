@@ -6,6 +6,7 @@ import json
 import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 from reports.blocks import Paragraph, Section, Table
 from reports.results import Results
@@ -38,10 +39,16 @@ def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
         ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
         *([("bird models' runs in models/runs", ", ".join(struck))] if struck else []),
         ("seed of the design", str(results.campaign["design"]["seed"])),
-        ("record", results.record.path),
+        ("record", _named(results, results.record.path)),
         ("folder", str(results.folder)),
         ("command", _command(results)),
     )
+
+
+def _named(results: Results, path: str) -> str:
+    """A record's path within the folder, else its bare name: the page may travel."""
+    inside = Path(path).is_relative_to(results.folder)
+    return str(Path(path).relative_to(results.folder)) if inside else Path(path).name
 
 
 def _command(results: Results) -> str:
