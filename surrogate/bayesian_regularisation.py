@@ -1,4 +1,4 @@
-"""Bayesian regularisation, MATLAB's `trainbr`: small weights are rewarded as far as the data allow.
+"""Bayesian regularisation, as MATLAB's `trainbr`: small weights are rewarded as far as the data allow.
 
 F = beta sum e^2 + alpha sum w^2 is minimised by Levenberg-Marquardt; after each step, with H = beta J^T J + alpha I,
 gamma = p - alpha tr H^-1 (the effective number of weights), alpha = gamma / (2 sum w^2), beta = (m - gamma) / (2
@@ -20,6 +20,8 @@ from surrogate.training import Samples, Training
 
 STEADY = 1e-5  # relative change of F and of gamma below which nothing more is learnt
 STEADY_FOR = 20  # epochs
+NOISE = 0.01  # of a parameter's range, root mean square: the outputs are not taken to be known better than this
+INTERPOLATES = 0.9  # effective weights, as a share of the residuals, from which nothing is left to judge the fit by
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,12 @@ class Weighing:
 
     @classmethod
     def of(cls, gamma: float, squares: float, error: float, residuals: int) -> Weighing:
-        """From gamma, sum w^2, sum e^2 and the number of residuals; 1 where beta would not be positive."""
-        beta = (residuals - gamma) / (2.0 * max(error, 1e-300))
+        """From gamma, sum w^2, sum e^2 and the number of residuals; 1 where beta would not be positive.
+
+        With more weights than residuals F has a minimum at sum e^2 = 0, gamma = m, where beta is 0/0: the squares count
+        as no smaller than NOISE gives, so that the weights stay small.
+        """
+        beta = (residuals - gamma) / (2.0 * max(error, residuals * NOISE**2))
         return cls(gamma / (2.0 * max(squares, 1e-300)), beta if beta > 0.0 else 1.0, gamma)
 
     def cost(self, error: float, squares: float) -> float:
@@ -103,6 +109,17 @@ def _train(
         "are effective"
     )
     return Training("br", weights, mse, test_mse, damping, status, effective_weights=weighing.gamma)
+
+
+def warning(training: Training, residuals: int) -> str:
+    """What a user must know of a network with nearly as many effective weights as training values; else nothing."""
+    gamma = training.effective_weights
+    if gamma is None or gamma <= INTERPOLATES * residuals:
+        return ""
+    return (
+        f"the network's {gamma:.1f} effective weights nearly equal the {residuals} values it was trained on: it "
+        "interpolates them, and its training error says nothing; add runs"
+    )
 
 
 def _lower(

@@ -110,6 +110,8 @@ def fit_network(
     samples = Samples(learnt, np.tile(t[train], (copies + 1, 1)), x[test], t[test])
     start = ensemble.starts(shape, ensemble.MEMBERS, seed) if trainer == "ensemble" else nguyen_widrow(shape, seed)
     training = TRAINERS[trainer](shape, start, samples, progress=progress)
+    if warned := bayesian_regularisation.warning(training, samples.t.size):
+        notes = (*notes, warned)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, outputs)
     return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes)
 

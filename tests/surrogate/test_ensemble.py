@@ -61,6 +61,22 @@ def test_regularisation_uses_few_weights_and_does_not_follow_the_noise() -> None
     assert np.sqrt(regular.mse[-1]) == pytest.approx(0.05, rel=0.35)  # what is left is the noise
 
 
+def test_regularisation_does_not_interpolate_a_few_samples() -> None:
+    """8 runs, 16 values, 137 weights: without a floor of the error MSE 6e-18 is reached with all 16 effective."""
+    rng = np.random.default_rng(0)
+    t = rng.random((10, 2))
+    x = 0.5 * t[:, :1] + 0.5 * np.sin(3.0 * np.linspace(0.0, 1.0, 12) * t[:, 1:])
+    shape = Shape(12, 9, 2)
+    found = bayesian_regularisation.train(shape, nguyen_widrow(shape, 0), Samples(x[:8], t[:8], x[8:], t[8:]))
+    assert found.mse[-1] > 1e-6
+    assert found.effective_weights is not None
+    assert found.effective_weights < 0.9 * 16
+    assert not bayesian_regularisation.warning(found, 16)
+    assert "interpolates" in bayesian_regularisation.warning(replace(found, effective_weights=15.9), 16)
+    assert not bayesian_regularisation.warning(replace(found, effective_weights=10.0), 16)
+    assert not bayesian_regularisation.warning(replace(found, effective_weights=None), 16)
+
+
 def test_validation_set_stops_the_training_and_its_best_weights_are_kept() -> None:
     samples = smooth_surface(12)
     rng = np.random.default_rng(3)
