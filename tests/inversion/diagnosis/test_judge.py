@@ -11,6 +11,7 @@ import pytest
 from data.histories import Histories
 from inversion.diagnosis.diagnose import Study, Wishes
 from inversion.diagnosis.groundwork import Groundwork, emulator_error
+from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
 from solver.case import Case
 from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, SCATTER, SIZE, TIME, curves, groundwork, judge
@@ -28,13 +29,12 @@ def test_the_emulators_error_holds_the_whole_scatter_of_a_new_run(tmp_path: Path
     assert np.sqrt(said.mean()) == pytest.approx(SCATTER, rel=0.2)
 
 
-class Answers:
+class Answers(Strikes):
     """Strikes that fail for some models and answer the others with the emulated curve, off by a shift."""
 
     def __init__(self, ground: Groundwork, shift: float = 0.0, failing: tuple[str, ...] = ()) -> None:
-        self.ground, self.shift, self.failing = ground, shift, failing
-        self.failures: dict[str, str] = {}
-        self.paid = self.reused = self.asked = 0
+        super().__init__("unused")
+        self.ground, self.shift, self.failing, self.asked = ground, shift, failing, 0
 
     def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
         self.asked += 1

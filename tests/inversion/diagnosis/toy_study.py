@@ -21,7 +21,7 @@ from surrogate.emulator import fit_emulator
 from tests.inversion.diagnosis.test_diagnose import CASE
 
 TIME = np.linspace(0.0, 1e-3, 101)
-NAMES = ("bird.material.viscosity", "bird.material.eos.c0")
+NAMES: tuple[str, ...] = ("bird.material.viscosity", "bird.material.eos.c0")
 LOWS, HIGHS = np.array([0.0, 1000.0]), np.array([800.0, 1800.0])
 SIZE = 5e-3
 SCATTER = 2e-5  # of a run, which no parameter explains
