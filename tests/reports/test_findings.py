@@ -187,3 +187,14 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
         assert all(f'id="figure-{name}-{channel}"' in text for channel in channels)
     assert "(sigma column)" in text
     assert "(record before contact)" in text
+
+
+def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> None:
+    found = results.inversion.cloud
+    coarse = replace(found, inside=False, coarse="the emulator predicts strain (Q2 0.23) poorly")
+    other = replace(results, inversion=replace(results.inversion, cloud=coarse))
+    assert "within noise and the emulator's own error the model can produce the whole curve" in findings(results)[3]
+    assert (
+        "too coarse to tell whether the model can produce the whole curve: the emulator predicts strain"
+        in (findings(other)[3])
+    )
