@@ -13,6 +13,7 @@ import numpy as np
 
 from data.histories import Array
 from surrogate.network import Shape
+from surrogate.torch_threads import one_torch_thread
 from surrogate.training import Samples, Training
 
 if TYPE_CHECKING:
@@ -36,14 +37,8 @@ def train(
     progress: Callable[[float], None] | None = None,
 ) -> Training:
     """Train from the weights `start`; Adam may go uphill, so the best weights are kept. Nothing is drawn at random."""
-    import torch  # takes seconds to load, so only who trains with Adam waits for it
-
-    rules, threads = settings or Settings(), torch.get_num_threads()
-    torch.set_num_threads(1)  # matrices of this size lose more to waking threads than they gain
-    try:
-        return _train(shape, start, samples, rules, progress)
-    finally:
-        torch.set_num_threads(threads)
+    with one_torch_thread():
+        return _train(shape, start, samples, settings or Settings(), progress)
 
 
 def _train(

@@ -15,6 +15,7 @@ import numpy as np
 from data.histories import Array
 from surrogate.levenberg_marquardt import Settings
 from surrogate.network import Shape, nguyen_widrow
+from surrogate.torch_threads import one_torch_thread
 from surrogate.training import Samples, Training
 
 if TYPE_CHECKING:
@@ -33,9 +34,8 @@ def train(
     """Train from the starting weights `start` (N, p); weights (N, p) and mean errors over the members come back."""
     import torch  # takes seconds to load, so only who trains many networks waits for it
 
-    rules, threads = settings or Settings(), torch.get_num_threads()
-    torch.set_num_threads(1)  # matrices of this size lose more to waking threads than they gain
-    try:
+    rules = settings or Settings()
+    with one_torch_thread():
         batch = _Batch(shape, torch.as_tensor(start), samples, rules)
         history = [batch.errors()]
         while len(batch.active):
@@ -43,8 +43,6 @@ def train(
             history.append(batch.errors())
             if progress is not None:
                 progress(float(batch.epochs.max()) / rules.epochs)
-    finally:
-        torch.set_num_threads(threads)
     mse, test_mse = np.array(history).T
     return Training("ensemble", batch.weights.numpy(), mse, test_mse, np.full(len(mse), np.nan), batch.status())
 
