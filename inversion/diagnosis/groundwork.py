@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -48,6 +48,12 @@ class Groundwork:
     def model(self, record: Record) -> Model:
         """The model on a record's points."""
         return Model(self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record)
+
+    def changes(self, channels: Sequence[str]) -> dict[str, Array]:
+        """Change (grid,) of the stacked channels by every numerical choice; channels: the probed case's."""
+        clock = replace(self.clock, channels=tuple(channels))
+        base = clock.stack(self.runs[CENTRE])
+        return {name: clock.stack(self.runs[name]) - base for name in self.numerical.directions}
 
     def nuisances(self) -> tuple[tuple[int, float], ...]:
         """(index of the effect, sigma in its plausible sizes) of the case's nuisances."""
