@@ -12,8 +12,9 @@ from data.dataset import Dataset
 from data.errors import RunFailed, UserError
 from data.histories import Array, Histories
 from inversion.coordinates import Box, Coordinates, parameter_coordinates
+from inversion.diagnosis.finer import CHOICES, choices, pairs
 from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model
-from inversion.diagnosis.numerical import Numerical, variants
+from inversion.diagnosis.numerical import Numerical
 from inversion.diagnosis.probes import with_probes
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.responses import Known, Response, cases_of, learn, library
@@ -21,7 +22,7 @@ from inversion.diagnosis.strikes import Strikes
 from solver.case import Case
 from surrogate.emulator import Emulator, fit_emulator
 
-CENTRE = "campaign's centre"
+CENTRE, DECLARED = "campaign's centre", "as declared beside "
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,8 @@ class Groundwork:
     """A case made ready.
 
     probed: the case with the sensors that a next measurement could have; theta: the campaign's centre by dotted key;
-    runs: strikes at the centre by label; refused: effects that the case cannot carry, and why.
+    runs: strikes at the centre, and those of the numerical error, by label; refused: effects that the case cannot
+    carry, and why.
     """
 
     case: Case
@@ -51,9 +53,7 @@ class Groundwork:
 
     def changes(self, channels: Sequence[str]) -> dict[str, Array]:
         """Change (grid,) of the stacked channels by every numerical choice; channels: the probed case's."""
-        clock = replace(self.clock, channels=tuple(channels))
-        base = clock.stack(self.runs[CENTRE])
-        return {name: clock.stack(self.runs[name]) - base for name in self.numerical.directions}
+        return numerical_changes(self.runs, replace(self.clock, channels=tuple(channels)))
 
     def nuisances(self) -> tuple[tuple[int, float], ...]:
         """(index of the effect, sigma in its plausible sizes) of the case's nuisances."""
@@ -78,14 +78,15 @@ def prepare(
     probed = with_probes(case)
     known, refused = library(case)
     theta = centre(dataset, coordinates)
-    cases = {CENTRE: probed.with_values(theta)} | cases_of(probed, known, theta) | variants(probed, theta)
+    cases = {CENTRE: probed.with_values(theta)} | cases_of(probed, known, theta) | choices(probed, theta)
+    for name, (declared, finer) in pairs(probed, coordinates).items():
+        cases |= {f"{DECLARED}{name}": declared, name: finer}
     runs = strikes.run(cases)
     if CENTRE not in runs:
         raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
     base = clock.stack(runs[CENTRE])
-    changes = {name: clock.stack(runs[name]) - base for name in variants(probed, theta) if name in runs}
-    numerical = Numerical.of(changes, case, clock.time, len(channels))
-    jitter = numerical.jitter_size(len(channels))
+    numerical = Numerical.of(numerical_changes(runs, clock), clock.time, len(channels))
+    jitter = _roughness(emulator, channels)
     learnt = {one.name: learn(one, base, runs, clock.stack, jitter) for one in known if not one.of_record}
     responses = {name: response for name, response in learnt.items() if response is not None}
     kept = tuple(one for one in known if one.of_record or one.name in responses)
@@ -104,6 +105,18 @@ def prepare(
         theta,
         runs,
     )
+
+
+def numerical_changes(runs: Mapping[str, Histories], clock: Clock) -> dict[str, Array]:
+    """Change (grid,) of the clock's channels by every numerical strike, each against its own declared one."""
+    against = {name: f"{DECLARED}{name}" if f"{DECLARED}{name}" in runs else CENTRE for name in runs}
+    told = [name for name in runs if name in CHOICES or against[name] != CENTRE]
+    return {name: clock.stack(runs[name]) - clock.stack(runs[against[name]]) for name in told}
+
+
+def _roughness(emulator: Emulator, channels: tuple[str, ...]) -> tuple[float, ...]:
+    """RMS per channel by which a run leaves what is smooth in the parameters."""
+    return tuple(float(np.sqrt(emulator.channels[c].outside.mean())) for c in channels)
 
 
 def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
@@ -126,14 +139,9 @@ def emulator_error(model: Model, theta: Array) -> Array:
     return factor.T @ factor + np.diag(model.sample(outside[None])[0])
 
 
-def numerical_error(numerical: Numerical, model: Model) -> Array:
-    """(n, n) covariance of the numerical error on the record's points."""
-    return numerical.covariance(model.sample, model.record.middle, model.record.channel)
-
-
-def jitter_error(numerical: Numerical, model: Model) -> Array:
-    """(n, n) covariance of one strike's own scatter on the record's points."""
-    return numerical.jitter(model.sample, model.record.middle, model.record.channel)
+def numerical_error(numerical: Numerical, model: Model, measurement: Array) -> Array:
+    """(n, n) covariance of the numerical error on the record's points; measurement: that of the noise."""
+    return numerical.covariance(model.sample, model.record.middle, model.record.channel, measurement)
 
 
 def middle(box: Box) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from data.histories import Array, Histories
 from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.groundwork import Groundwork, emulator_error, jitter_error, middle, numerical_error
+from inversion.diagnosis.groundwork import Groundwork, emulator_error, middle, numerical_error
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
@@ -49,25 +49,22 @@ class Judged:
 class Judge:
     """Fits and judges models of a record.
 
-    measurement, numerical, jitter: covariances (n, n), the last of one strike's own scatter, which a model that was
-    corrected by a strike carries; used: points that count, all by default.
+    measurement, numerical: covariances (n, n); used: points that count, all by default.
     """
 
     groundwork: Groundwork
     record: Record
     measurement: Array
     numerical: Array
-    jitter: Array
     used: np.ndarray
     seed: int = 0
 
     @classmethod
     def of(cls, groundwork: Groundwork, record: Record, seed: int = 0) -> Judge:
         """For all points of the record."""
-        model = groundwork.model(record)
-        numerical, jitter = numerical_error(groundwork.numerical, model), jitter_error(groundwork.numerical, model)
-        used = np.ones(len(record.values), dtype=bool)
-        return cls(groundwork, record, record.covariance(), numerical, jitter, used, seed)
+        measurement = record.covariance()
+        numerical = numerical_error(groundwork.numerical, groundwork.model(record), measurement)
+        return cls(groundwork, record, measurement, numerical, np.ones(len(record.values), dtype=bool), seed)
 
     def only(self, used: np.ndarray) -> Judge:
         """The same with fewer points."""
@@ -115,7 +112,7 @@ class Judge:
         fits = {one.name: one.fit for one in judged}
         doubts = dict.fromkeys(fits, "the solver was not asked")
         due = list(fits)
-        whitener = self.whitener(self.jitter)
+        whitener = self.whitener()
         for _ in range(rounds):
             runs = strikes.run({name: self._case(fits[name]) for name in due})
             doubts |= {name: f"its strike failed: {strikes.failures[name]}" for name in due if name not in runs}

@@ -1,173 +1,152 @@
-"""What the discretisation does to the curves: bias directions and scatter, as a covariance of the model's error.
+"""What the discretisation does to the curves, as a covariance of the model's error.
 
-Each numerical choice (resolution of bird and plate, lattice, artificial viscosity, smoothing length; the contact's gap
-goes with the particle spacing) is changed once, and the change d of the curves enters as d d^T: a direction that no
-effect may claim for itself. What a change leaves beyond the span of the others is rough and short-lived; its size and
-its correlation time give the rest of the covariance.
+Two parts. *Draws*: at several places of the parameters' box the strike is made twice, as declared and on a finer mesh
+with another lattice lying otherwise in the bird's outline; the changes are draws of what a finer strike will differ by.
+*Choices* that the draws leave alone (artificial viscosity, smoothing length; the contact's gap goes with the particle
+spacing) are changed once each, and the change d of the curves enters as d d^T.
+
+A few draws span little; their second moment is therefore widened by a stationary process under their envelope, whose
+share and length are those that predict each draw best from the others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+from scipy.linalg import LinAlgError, cholesky, solve_triangular
 from scipy.ndimage import uniform_filter1d
 
-from data.errors import CaseError
 from data.histories import Array
-from solver.case import Case
-from solver.case_overlay import Raw, overlay
+from inversion.diagnosis.finer import CHOICES
 
-FINER, WIDER = 2.0, 1.5  # particles, shells a side
-SEEDS = (11, 12)
-JITTER = 0.1  # of the spacing
-UNSEEN = 2.0
-"""A bias direction's standard deviation in units of the change that was seen: twice the particles lower the spacing by
-a fifth, so that what a finer mesh still would change may be as large again and more (first order: 4.8 times in all)."""
-OVERFITTED = 2.0
-"""Factor on the rest: as many changes as the smooth part has dimensions leave too little of each other. Strikes on
-finer meshes at other parameters left about twice as much (16 of them, apart from the shipped experiments)."""
-DRAWN = "lattice jitter"
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One numerical choice changed: its name for the user, the keys that change it; scatter: one of several draws."""
-
-    name: str
-    changes: Raw
-    scatter: bool = False
-
-
-def choices(case: Case) -> tuple[Choice, ...]:
-    """The choices that are changed for a case, one strike each.
-
-    How a lattice comes to lie in the bird's outline and on the plate changes with every number of particles, finer or
-    coarser: several numbers stand for that draw.
-    """
-    shells = {"elements": [max(2, round(WIDER * n)) for n in case.plate.elements]}
-    many = _particles(case, FINER)
-    shock = {"shock_linear": 0.5 * case.solver.shock_linear, "shock_quadratic": 0.5 * case.solver.shock_quadratic}
-    found = [
-        Choice("finer bird", {"bird": {"particles": many}}),
-        Choice("artificial viscosity halved", {"solver": shock}),
-    ]
-    if not case.plate.rigid:
-        found.append(Choice("finer plate", {"plate": shells}))
-    if case.bird.method != "sph":
-        between = Choice("bird between", {"bird": {"particles": _particles(case, 1.5)}})
-        return (*found, between, Choice("finer bird and plate", {"plate": shells, "bird": {"particles": many}}))
-    other = {"lattice": "cubic" if case.bird.lattice == "fcc" else "fcc"}
-    finest = {
-        "bird": {**other, "particles": _particles(case, 1.25 * FINER), "jitter": JITTER, "seed": 1},
-        "plate": shells,
-    }
-    found += [
-        Choice(f"{share:g} x the particles", {"bird": {"particles": _particles(case, share)}}) for share in (0.8, 1.3)
-    ]
-    found += [
-        Choice(f"other lattice, {share:g} x the particles", {"bird": {**other, "particles": _particles(case, share)}})
-        for share in (0.8, 1.0, 1.3, FINER)
-    ]
-    found += [
-        Choice("other lattice, disturbed, finer bird and plate", finest),
-        Choice("smoothing length", {"solver": {"smoothing": min(1.1 * case.solver.smoothing, 2.5)}}),
-    ]
-    return (*found, *(Choice(f"{DRAWN} {s}", {"bird": {"jitter": JITTER, "seed": s}}, True) for s in SEEDS))
-
-
-def _particles(case: Case, share: float) -> int:
-    return min(max(round(share * case.bird.particles), 100), 200_000)
-
-
-def variants(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
-    """The case at theta with each choice changed, by the choice's name; those that cannot be built are left out."""
-    from solver.case import case_from_table
-
-    base = case.with_values(theta)
-    cases: dict[str, Case] = {}
-    for choice in choices(case):
-        try:
-            cases[choice.name] = case_from_table(overlay(base._raw, choice.changes), base.name)
-        except CaseError:
-            continue
-    return cases
+LENGTHS = tuple(1.0 / 2.0**k for k in range(2, 8))  # of the record: correlation lengths that are tried
+SHARES = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the draws' variance: shares of the process that are tried
+ENVELOPE = 0.05  # of the record: over which the envelope is smoothed
+FLOOR = 1e-3  # of the largest change: no instant is free of error
+POINTS = 100  # means over neighbours, on which length and share are chosen
 
 
 @dataclass(frozen=True)
 class Numerical:
-    """Covariance of the model's numerical error on its clock, all channels stacked (grid,).
+    """Numerical error on the model's clock, all channels stacked (grid,).
 
-    directions: name -> change d (grid,) of the curves; scatter: (grid,) standard deviation of the rough rest;
-    correlation: per channel, its correlation time [s].
+    draws: (k, grid) changes by finer strikes; directions: name of a choice -> its change d (grid,); correlation: per
+    channel, the time [s] over which what is rough in the draws hangs together.
     """
 
+    draws: Array
     directions: Mapping[str, Array]
-    scatter: Array
     correlation: tuple[float, ...]
 
     @classmethod
-    def of(cls, changes: Mapping[str, Array], case: Case, time: Array, channels: int) -> Numerical:
-        """From the changes d (grid,) of the curves by choice."""
-        if not changes:
-            grid = channels * len(time)
-            return cls({}, np.zeros(grid), (float(time[1] - time[0]),) * channels)
-        draws = [choice.name for choice in choices(case) if choice.scatter and choice.name in changes]
-        rest = np.stack([_beyond(name, changes) for name in changes])
-        parts = np.split(rest, channels, axis=1)
+    def of(cls, changes: Mapping[str, Array], time: Array, channels: int) -> Numerical:
+        """From the changes (grid,) of the curves by name."""
+        draws = [d for name, d in changes.items() if name not in CHOICES]
+        stacked = np.stack(draws) if draws else np.zeros((0, channels * len(time)))
         step = float(time[1] - time[0])
-        scatter = OVERFITTED * np.concatenate([_envelope(part) for part in parts])
-        correlation = tuple(_correlation_time(part, step) for part in parts)
-        scale = {name: 1.0 / np.sqrt(len(draws)) if name in draws else 1.0 for name in changes}
-        return cls({name: scale[name] * d for name, d in changes.items()}, scatter, correlation)
+        correlation = tuple(_correlation_time(_beyond(part), step) for part in np.split(stacked, channels, axis=1))
+        return cls(stacked, {name: d for name, d in changes.items() if name in CHOICES}, correlation)
 
-    def jitter_size(self, channels: int) -> tuple[float, ...]:
-        """RMS of one run's own scatter, per channel."""
-        draws = [d for name, d in self.directions.items() if name.startswith(DRAWN)]
-        square = self.scatter**2 + sum((d**2 for d in draws), np.zeros_like(self.scatter))
-        return tuple(float(np.sqrt(part.mean())) for part in np.split(square, channels))
+    def covariance(
+        self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray, measurement: Array
+    ) -> Array:
+        """(n, n) on the record's points.
 
-    def jitter(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
-        """(n, n) of one run's own scatter: the rough rest and the draws of the lattice."""
-        size = sample(self.scatter[None])[0]
-        length = np.asarray(self.correlation)[channel]
-        near = (channel[:, None] == channel) * np.exp(-0.5 * ((times[:, None] - times) / length) ** 2)
-        rough = size[:, None] * near * size
-        draws = [d for name, d in self.directions.items() if name.startswith(DRAWN)]
-        return rough + _outer(sample, draws)
+        sample: curves (q, grid) to points (q, n); times [s], channel: of every point; measurement: (n, n) of the
+        noise, beside which the process is judged.
+        """
+        n = len(times)
+        found = np.zeros((n, n))
+        if self.directions:
+            d = sample(np.stack(list(self.directions.values())))
+            found += d.T @ d
+        if not len(self.draws):
+            return found
+        draws = sample(self.draws)
+        found += draws.T @ draws / len(draws)
+        for number in np.unique(channel):
+            here = np.flatnonzero(channel == number)
+            block = np.ix_(here, here)
+            found[block] += best_process(draws[:, here], times[here], measurement[block])
+        return found
 
-    def covariance(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray) -> Array:
-        """(n, n) on the record's points; sample: curves (q, grid) to points (q, n); channel: of every point."""
-        biases = [UNSEEN * d for name, d in self.directions.items() if not name.startswith(DRAWN)]
-        return self.jitter(sample, times, channel) + _outer(sample, biases)
-
-
-def _outer(sample: Callable[[Array], Array], directions: list[Array]) -> Array:
-    """Sum of d d^T on the record's points."""
-    if not directions:
-        return np.zeros(())
-    d = sample(np.stack(directions))
-    return d.T @ d
-
-
-def _beyond(name: str, changes: Mapping[str, Array]) -> Array:
-    """What of a change the other changes do not span."""
-    others = np.stack([d for other, d in changes.items() if other != name], axis=1) if len(changes) > 1 else None
-    d = changes[name]
-    if others is None:
-        return d
-    return d - others @ np.linalg.lstsq(others, d, rcond=1e-8)[0]
+    @property
+    def sizes(self) -> dict[str, Array]:
+        """Name -> (grid,) typical change of the curves, for the user."""
+        shown = {f"finer meshes on other lattices ({len(self.draws)} draws)": np.sqrt(np.mean(self.draws**2, axis=0))}
+        return {**(shown if len(self.draws) else {}), **self.directions}
 
 
-def _envelope(rest: Array) -> Array:
-    """(m,) root mean square over the changes (c, m), smoothed over a twentieth of the record; each lost a freedom."""
-    mean = uniform_filter1d((rest**2).mean(axis=0), max(3, rest.shape[1] // 20), mode="nearest")
-    return np.sqrt(mean)
+def best_process(draws: Array, times: Array, noise: Array) -> Array:
+    """(n, n) covariance of the process under the envelope of draws (k, n) that predicts each from the others best.
+
+    Score: expected log density of a draw with noise on it, N(0, second moment of the others + process + noise). One
+    draw alone has nobody to be predicted from; it gets the widest process that is tried.
+    """
+    tried = list(product((share * (times[-1] - times[0]) for share in LENGTHS), SHARES))
+    if len(draws) < 2:
+        return _process(draws, times, tried[0][0], SHARES[-1])
+    mean = _means(len(times))
+    few, middle, quiet = draws @ mean.T, mean @ times, mean @ noise @ mean.T
+    scores = [_predicts(few, middle, length, share, quiet) for length, share in tried]
+    return _process(draws, times, *tried[int(np.argmax(scores))])
+
+
+def _means(n: int) -> Array:
+    """(m, n) of means over neighbours, at most POINTS of them."""
+    block = -(-n // POINTS)
+    rows = np.repeat(np.arange(-(-n // block)), block)[:n]
+    mean = (rows == np.arange(rows[-1] + 1)[:, None]).astype(float)
+    return mean / mean.sum(axis=1, keepdims=True)
+
+
+def _predicts(draws: Array, times: Array, length: float, share: float, noise: Array) -> float:
+    """Sum over draws of the expected log density given the others."""
+    total = 0.0
+    for i, own in enumerate(draws):
+        others = np.delete(draws, i, axis=0)
+        try:
+            covariance = others.T @ others / len(others) + _process(others, times, length, share) + noise
+            lower = cholesky(covariance, lower=True)
+        except LinAlgError:
+            return -np.inf
+        inverse = solve_triangular(lower, np.eye(len(lower)), lower=True)
+        whitened = inverse @ own
+        expected_noise = float(((inverse @ noise) * inverse).sum())
+        total += -0.5 * (whitened @ whitened + expected_noise) - float(np.log(np.diag(lower)).sum())
+    return total
+
+
+def _process(draws: Array, times: Array, length: float, share: float) -> Array:
+    """Covariance under the draws' smoothed root mean square, of a correlation length [s]."""
+    width = max(3, round(ENVELOPE * draws.shape[1]))
+    mean = uniform_filter1d((draws**2).mean(axis=0), width, mode="nearest")
+    envelope = np.sqrt(mean + (FLOOR * np.abs(draws).max()) ** 2)
+    return share * envelope[:, None] * _matern(times, length) * envelope
+
+
+def _matern(times: Array, length: float) -> Array:
+    """Matern correlation 3/2 (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.17)."""
+    r = np.sqrt(3.0) * np.abs(times[:, None] - times) / length
+    return (1.0 + r) * np.exp(-r)
+
+
+def _beyond(draws: Array) -> Array:
+    """What the other draws do not span of each."""
+    if len(draws) < 2:
+        return draws
+    rest = []
+    for i, own in enumerate(draws):
+        others = np.delete(draws, i, axis=0).T
+        rest.append(own - others @ np.linalg.lstsq(others, own, rcond=1e-8)[0])
+    return np.stack(rest)
 
 
 def _correlation_time(rest: Array, step: float) -> float:
-    """Length l [s] of exp(-lag^2 / 2 l^2) that has the rest's lag-1 and lag-2 correlation."""
+    """Length l [s] of exp(-lag^2 / 2 l^2) that has the rest's correlation at a lag of 2."""
     total = float((rest**2).sum())
     if total == 0.0:
         return step

@@ -106,9 +106,9 @@ def learn(
 ) -> Response | None:
     """The response through the effect's strikes; None where none of them finished.
 
-    stack: a strike's (grid,) curves; jitter: by how much a strike scatters by its lattice alone, RMS per channel. What
-    is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power
-    the slope is shrunk (its own scatter would otherwise be taken for a signature).
+    stack: a strike's (grid,) curves; jitter: by how much a strike leaves what is smooth in its inputs, RMS per channel.
+    What is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power the
+    slope is shrunk (its own scatter would otherwise be taken for a signature).
     """
     found: list[tuple[float, Array]] = [
         (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs

@@ -12,7 +12,7 @@ from scipy.stats import ncx2
 from data.histories import Array, Histories
 from inversion.diagnosis.groundwork import CENTRE, Groundwork
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.numerical import UNSEEN, Numerical
+from inversion.diagnosis.numerical import Numerical
 from inversion.diagnosis.probes import PREFIX, SHARE
 from inversion.diagnosis.responses import Known, label
 from inversion.diagnosis.strikes import Strikes

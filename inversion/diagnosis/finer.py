@@ -1,0 +1,86 @@
+"""Strikes that tell the numerical error: finer meshes at several parameters, and single numerical choices changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import qmc
+
+from data.errors import CaseError
+from data.histories import Array
+from inversion.coordinates import Box, Coordinates
+from solver.case import Case
+from solver.case_overlay import Raw, overlay
+
+DRAWS = 10
+PARTICLES = (1.5, 2.5)  # times the declared ones
+SHELLS = 1.5  # times the declared ones a side
+JITTER = 0.05, 0.1  # of the particle spacing
+INSIDE = 0.9  # share of the box, about its middle, from which the draws' parameters are taken
+FEWEST, MOST = 100, 200_000  # particles
+SHOCK, SMOOTHING = "artificial viscosity halved", "smoothing length 1.1 times"
+CHOICES = (SHOCK, SMOOTHING)
+SMOOTHEST = 2.5
+
+
+def pairs(case: Case, coordinates: Coordinates) -> dict[str, tuple[Case, Case]]:
+    """Draw's name -> the strike as declared and on its finer mesh, at parameters of its own.
+
+    A pair is left out where the finer case cannot be built; nothing is left where a case has nothing to refine.
+    """
+    places = _places(coordinates)
+    found: dict[str, tuple[Case, Case]] = {}
+    for i, theta in enumerate(places):
+        base = case.with_values(dict(zip(coordinates.names, map(float, theta), strict=True)))
+        finer = _changed(base, _finer(case, i))
+        if finer is not None:
+            found[f"finer mesh {i + 1}"] = base, finer
+    return found
+
+
+def choices(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
+    """Choice's name -> the case at theta with it changed; those that a case does not have are left out."""
+    solver = case.solver
+    shock = {"shock_linear": 0.5 * solver.shock_linear, "shock_quadratic": 0.5 * solver.shock_quadratic}
+    changes: dict[str, Raw] = {SHOCK: {"solver": shock}}
+    if case.bird.method == "sph":
+        changes[SMOOTHING] = {"solver": {"smoothing": min(1.1 * solver.smoothing, SMOOTHEST)}}
+    base = case.with_values(dict(theta))
+    cases = {name: _changed(base, change) for name, change in changes.items()}
+    return {name: changed for name, changed in cases.items() if changed is not None}
+
+
+def changed_by(case: Case) -> set[str]:
+    """Dotted keys that the finer meshes change."""
+    return {f"{table}.{key}" for table, keys in _finer(case, 0).items() for key in keys}
+
+
+def _places(coordinates: Coordinates) -> Array:
+    """(DRAWS, k) parameters spread over the largest box, SI."""
+    box: Box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
+    with np.errstate(all="ignore"):
+        shares = qmc.Halton(len(box.lows), rng=0).random(DRAWS)
+    shares = 0.5 + INSIDE * (shares - 0.5)
+    return coordinates.theta(box.lows + shares * (box.highs - box.lows), box)
+
+
+def _finer(case: Case, number: int) -> dict[str, dict[str, object]]:
+    """More particles, on either lattice in turn, each disturbed and so lying otherwise; more shells a side."""
+    share = PARTICLES[0] + (PARTICLES[1] - PARTICLES[0]) * ((0.5 + number * 0.618034) % 1.0)
+    bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}
+    if case.bird.method == "sph":
+        lattices = ("cubic", "fcc") if case.bird.lattice == "fcc" else ("fcc", "cubic")
+        bird |= {"lattice": lattices[number % 2], "jitter": JITTER[number % 2], "seed": number + 1}
+    plate = {} if case.plate.rigid else {"elements": [max(2, round(SHELLS * n)) for n in case.plate.elements]}
+    return {"bird": bird, "plate": plate} if plate else {"bird": bird}
+
+
+def _changed(case: Case, changes: Raw) -> Case | None:
+    """The case with keys changed; None where it cannot be built."""
+    from solver.case import case_from_table
+
+    try:
+        return case_from_table(overlay(case._raw, changes), case.name)
+    except CaseError:
+        return None
