@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
@@ -24,18 +25,26 @@ CHOICES = (SHOCK, SMOOTHING)
 SMOOTHEST = 2.5
 
 
-def pairs(case: Case, coordinates: Coordinates) -> dict[str, tuple[Case, Case]]:
-    """Draw's name -> the strike as declared and on its finer mesh, at parameters of its own.
+@dataclass(frozen=True)
+class Pair:
+    """A strike as declared and on a finer mesh, at parameters theta (k,) SI."""
 
-    A pair is left out where the finer case cannot be built; nothing is left where a case has nothing to refine.
+    theta: Array
+    declared: Case
+    finer: Case
+
+
+def pairs(case: Case, coordinates: Coordinates) -> dict[str, Pair]:
+    """The draws of the numerical error by name.
+
+    One is left out where the finer case cannot be built; nothing is left where a case has nothing to refine.
     """
-    places = _places(coordinates)
-    found: dict[str, tuple[Case, Case]] = {}
-    for i, theta in enumerate(places):
-        base = case.with_values(dict(zip(coordinates.names, map(float, theta), strict=True)))
-        finer = _changed(base, _finer(case, i))
+    found: dict[str, Pair] = {}
+    for i, theta in enumerate(_places(coordinates)):
+        declared = case.with_values(dict(zip(coordinates.names, map(float, theta), strict=True)))
+        finer = _changed(declared, _finer(case, i))
         if finer is not None:
-            found[f"finer mesh {i + 1}"] = base, finer
+            found[f"finer mesh {i + 1}"] = Pair(theta, declared, finer)
     return found
 
 
@@ -51,11 +60,6 @@ def choices(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
     return {name: changed for name, changed in cases.items() if changed is not None}
 
 
-def changed_by(case: Case) -> set[str]:
-    """Dotted keys that the finer meshes change."""
-    return {f"{table}.{key}" for table, keys in _finer(case, 0).items() for key in keys}
-
-
 def _places(coordinates: Coordinates) -> Array:
     """(DRAWS, k) parameters spread over the largest box, SI."""
     box: Box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
@@ -65,7 +69,7 @@ def _places(coordinates: Coordinates) -> Array:
     return coordinates.theta(box.lows + shares * (box.highs - box.lows), box)
 
 
-def _finer(case: Case, number: int) -> dict[str, dict[str, object]]:
+def _finer(case: Case, number: int) -> Raw:
     """More particles, on either lattice in turn, each disturbed and so lying otherwise; more shells a side."""
     share = PARTICLES[0] + (PARTICLES[1] - PARTICLES[0]) * ((0.5 + number * 0.618034) % 1.0)
     bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}

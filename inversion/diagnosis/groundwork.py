@@ -13,7 +13,7 @@ from data.errors import RunFailed, UserError
 from data.histories import Array, Histories
 from inversion.coordinates import Box, Coordinates, parameter_coordinates
 from inversion.diagnosis.finer import CHOICES, choices, pairs
-from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model
+from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model, Place
 from inversion.diagnosis.numerical import Numerical
 from inversion.diagnosis.probes import with_probes
 from inversion.diagnosis.record import Record
@@ -51,9 +51,9 @@ class Groundwork:
         """The model on a record's points."""
         return Model(self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record)
 
-    def changes(self, channels: Sequence[str]) -> dict[str, Array]:
-        """Change (grid,) of the stacked channels by every numerical choice; channels: the probed case's."""
-        return numerical_changes(self.runs, replace(self.clock, channels=tuple(channels)))
+    def numerical_of(self, channels: Sequence[str]) -> Numerical:
+        """The numerical error of any channels of the probed case."""
+        return _numerical(self.runs, replace(self.clock, channels=tuple(channels)), {})
 
     def nuisances(self) -> tuple[tuple[int, float], ...]:
         """(index of the effect, sigma in its plausible sizes) of the case's nuisances."""
@@ -79,13 +79,15 @@ def prepare(
     known, refused = library(case)
     theta = centre(dataset, coordinates)
     cases = {CENTRE: probed.with_values(theta)} | cases_of(probed, known, theta) | choices(probed, theta)
-    for name, (declared, finer) in pairs(probed, coordinates).items():
-        cases |= {f"{DECLARED}{name}": declared, name: finer}
+    finer = pairs(probed, coordinates)
+    for name, pair in finer.items():
+        cases |= {f"{DECLARED}{name}": pair.declared, name: pair.finer}
     runs = strikes.run(cases)
     if CENTRE not in runs:
         raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
     base = clock.stack(runs[CENTRE])
-    numerical = Numerical.of(numerical_changes(runs, clock), clock.time, len(channels))
+    shapes = {name: _smooth(emulator, clock, pair.theta) for name, pair in finer.items()}
+    numerical = _numerical(runs, clock, shapes)
     jitter = _roughness(emulator, channels)
     learnt = {one.name: learn(one, base, runs, clock.stack, jitter) for one in known if not one.of_record}
     responses = {name: response for name, response in learnt.items() if response is not None}
@@ -107,11 +109,24 @@ def prepare(
     )
 
 
-def numerical_changes(runs: Mapping[str, Histories], clock: Clock) -> dict[str, Array]:
-    """Change (grid,) of the clock's channels by every numerical strike, each against its own declared one."""
-    against = {name: f"{DECLARED}{name}" if f"{DECLARED}{name}" in runs else CENTRE for name in runs}
-    told = [name for name in runs if name in CHOICES or against[name] != CENTRE]
-    return {name: clock.stack(runs[name]) - clock.stack(runs[against[name]]) for name in told}
+def _numerical(runs: Mapping[str, Histories], clock: Clock, shapes: Mapping[str, Array]) -> Numerical:
+    """From the strikes at hand; shapes: the draws' declared curves without what a strike has of its own, if known."""
+    declared = {name: clock.stack(runs[f"{DECLARED}{name}"]) for name in runs if f"{DECLARED}{name}" in runs}
+    changes = [clock.stack(runs[name]) - curve for name, curve in declared.items()]
+    base, grid = clock.stack(runs[CENTRE]), len(clock.channels) * len(clock.time)
+    return Numerical(
+        np.array([shapes.get(name, curve) for name, curve in declared.items()]).reshape(-1, grid),
+        np.array(changes).reshape(-1, grid),
+        {name: clock.stack(runs[name]) - base for name in CHOICES if name in runs},
+        len(clock.channels),
+        float(clock.time[1] - clock.time[0]),
+    )
+
+
+def _smooth(emulator: Emulator, clock: Clock, theta: Array) -> Array:
+    """(grid,) the emulator's curves at theta (k,)."""
+    u = emulator.inputs(theta[None])
+    return np.concatenate([emulator.channels[c].curves(u, clock.time)[0] for c in clock.channels])
 
 
 def _roughness(emulator: Emulator, channels: tuple[str, ...]) -> tuple[float, ...]:
@@ -139,9 +154,19 @@ def emulator_error(model: Model, theta: Array) -> Array:
     return factor.T @ factor + np.diag(model.sample(outside[None])[0])
 
 
-def numerical_error(numerical: Numerical, model: Model, measurement: Array) -> Array:
-    """(n, n) covariance of the numerical error on the record's points; measurement: that of the noise."""
-    return numerical.covariance(model.sample, model.record.middle, model.record.channel, measurement)
+def numerical_error(numerical: Numerical, model: Model, measurement: Array) -> Callable[[Model, Place, Box], Array]:
+    """(n, n) covariance of the numerical error on the record's points, as a function of where a model stands.
+
+    Gain and shift act on the model's own curve and go through its instrument; measurement: covariance of the noise.
+    """
+    at = numerical.on(model.sample, model.record.middle, model.record.channel, measurement)
+
+    def error(there: Model, place: Place, box: Box) -> Array:
+        frame = numerical.frame(there.grid(place, box)[0])
+        still = there.recorded(np.zeros((1, frame.shape[1])), place.b)  # a drift reads without any signal
+        return at(there.recorded(frame, np.repeat(place.b, len(frame), axis=0)) - still)
+
+    return error
 
 
 def middle(box: Box) -> Array:

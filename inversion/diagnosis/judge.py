@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.histories import Array, Histories
+from data.histories import Array
+from inversion.coordinates import Box
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.groundwork import Groundwork, emulator_error, middle, numerical_error
+from inversion.diagnosis.model import Model, Place
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
@@ -22,7 +24,9 @@ BEST = 3  # so many of the lowest costs are confirmed whatever their p
 ROUNDS = 2
 MOVED = 0.3
 MODES = 2
+SETTLING = 2
 ABSENT = 1e-3  # plausible sizes: nearer to 0 an effect is left out of a strike
+SMALLEST, SHOWS = 1.0, 1.5  # plausible sizes: a smaller fitted effect is struck at the second instead
 
 
 @dataclass(frozen=True)
@@ -49,42 +53,54 @@ class Judged:
 class Judge:
     """Fits and judges models of a record.
 
-    measurement, numerical: covariances (n, n); used: points that count, all by default.
+    measurement, numerical: covariances (n, n), the latter where the model without effects fits; error: the latter
+    wherever a model stands; used: points that count, all by default.
     """
 
     groundwork: Groundwork
     record: Record
     measurement: Array
     numerical: Array
+    error: Callable[[Model, Place, Box], Array]
     used: np.ndarray
     seed: int = 0
 
     @classmethod
     def of(cls, groundwork: Groundwork, record: Record, seed: int = 0) -> Judge:
         """For all points of the record."""
-        measurement = record.covariance()
-        numerical = numerical_error(groundwork.numerical, groundwork.model(record), measurement)
-        return cls(groundwork, record, measurement, numerical, np.ones(len(record.values), dtype=bool), seed)
+        model, measurement = groundwork.model(record), record.covariance()
+        error, box = numerical_error(groundwork.numerical, model, measurement), model.coordinates.boxes[0]
+        place = Place(middle(box)[None], np.zeros((1, len(model.known))))
+        used = np.ones(len(record.values), dtype=bool)
+        judge = cls(groundwork, record, measurement, error(model, place, box), error, used, seed)
+        fit = judge.start()[0]
+        return replace(judge, numerical=error(model, fit.place, fit.box))
 
     def only(self, used: np.ndarray) -> Judge:
         """The same with fewer points."""
         return replace(self, used=used)
 
-    def whitener(self, emulator: Array | float = 0.0) -> Whitener:
-        """Of the points used, with the emulator's error where that counts."""
-        return Whitener.of(self.measurement + self.numerical + emulator, self.used)
+    def whitener(self, fit: Fit) -> Whitener:
+        """Of the points used, with the numerical error at a fit, and the emulator's where no strike corrects it."""
+        model = fit.problem.model
+        emulator = 0.0 if np.ndim(model.correction) else emulator_error(model, fit.theta)
+        return Whitener.of(self.measurement + self.error(model, fit.place, fit.box) + emulator, self.used)
 
     def start(self) -> list[Fit]:
-        """Minima of the model without effects, the emulator's error taken where the best one lies."""
+        """Minima of the model without effects, the best one's whitener its own."""
         model = self.groundwork.model(self.record)
-        box = model.coordinates.boxes[0]
-        theta = model.coordinates.theta(middle(box)[None], box)[0]
         fits: list[Fit] = []
+        whitener = Whitener.of(self.measurement + self.numerical, self.used)
         for _ in range(2):
-            whitener = self.whitener(emulator_error(model, theta))
             fits = fit_none(Problem(model, whitener, self.groundwork.nuisances()), self.seed)
-            theta = fits[0].theta
-        return fits
+            whitener = self.whitener(fits[0])
+        return [self.settled(fit) for fit in fits[:MODES]]
+
+    def settled(self, fit: Fit) -> Fit:
+        """The fit, made again with the errors where it stands."""
+        for _ in range(SETTLING):
+            fit = again(fit, replace(fit.problem, whitener=self.whitener(fit)))
+        return fit
 
     def judged(self, name: str, fit: Fit, confirmed: bool = False, doubt: str = "") -> Judged:
         """p-values of a fit; a stated tolerance is judged as a known noise."""
@@ -99,24 +115,32 @@ class Judge:
         found = {NONE: self.judged(NONE, bases[0])}
         names = bases[0].problem.names
         for i, name in enumerate(names):
-            found[name] = self.judged(name, fit_effect(bases[0].problem, (i,), bases[:MODES]))
+            found[name] = self.judged(name, self.settled(fit_effect(bases[0].problem, (i,), bases)))
             progress((i + 1) / len(names))
         return found
 
     def confirm(self, judged: Sequence[Judged], strikes: Strikes, rounds: int = ROUNDS) -> dict[str, Judged]:
         """The same models with the solver asked at their fits, and refitted to what it said.
 
-        Again, up to `rounds` times, for those whose curve then moved by more than a third of its error. Confirmed are
+        First without and with the model's own effect, so that its response is the one at these parameters; then, up to
+        `rounds` times in all, at the fit of those whose curve moved by more than a third of its error. Confirmed are
         those that settled; a model whose strike failed keeps the fit that it had.
         """
         fits = {one.name: one.fit for one in judged}
         doubts = dict.fromkeys(fits, "the solver was not asked")
         due = list(fits)
-        whitener = self.whitener()
-        for _ in range(rounds):
-            runs = strikes.run({name: self._case(fits[name]) for name in due})
-            doubts |= {name: f"its strike failed: {strikes.failures[name]}" for name in due if name not in runs}
-            moved = {name: self._corrected(fits[name], histories, whitener) for name, histories in runs.items()}
+        for number in range(rounds):
+            places = {name: _places(fits[name]) if number == 0 else (fits[name].b,) for name in due}
+            cases = {(name, i): self._case(fits[name], b) for name, bs in places.items() for i, b in enumerate(bs)}
+            runs = strikes.run({f"{name} {i}": case for (name, i), case in cases.items()})
+            moved: dict[str, Fit] = {}
+            for name, bs in places.items():
+                labels = [f"{name} {i}" for i in range(len(bs))]
+                if failed := [label for label in labels if label not in runs]:
+                    doubts[name] = f"its strike failed: {strikes.failures[failed[0]]}"
+                    continue
+                curves = [self.groundwork.clock.stack(runs[label]) for label in labels]
+                moved[name] = self.settled(_corrected(fits[name], list(zip(bs, curves, strict=True))))
             shifts = {name: _shift(fits[name], fit) for name, fit in moved.items()}
             doubts |= {name: _unsettled(shift) for name, shift in shifts.items()}
             due = [name for name, shift in shifts.items() if shift > MOVED]
@@ -125,22 +149,43 @@ class Judge:
                 break
         return {name: self.judged(name, fit, not doubts[name], doubts[name]) for name, fit in fits.items()}
 
-    def _corrected(self, fit: Fit, histories: Histories, whitener: Whitener) -> Fit:
-        """The fit, made again with what the solver adds to the sum of emulator and responses where it stood."""
-        model = fit.problem.model
-        off = self.groundwork.clock.stack(histories) - model.grid(fit.place, fit.box)[0]
-        corrected = replace(model, correction=model.correction + off)
-        return again(fit, replace(fit.problem, model=corrected, whitener=whitener))
-
-    def _case(self, fit: Fit) -> Case:
-        """The strike at a fit, everything that acts on it included."""
-        b, base = fit.b, self.groundwork.probed
-        known = fit.problem.model.known
+    def _case(self, fit: Fit, b: Array) -> Case:
+        """The strike at a fit's parameters with effects b (m,), those of the record left out."""
+        base, model = self.groundwork.probed, fit.problem.model
         acting = {
-            k.name: k.magnitude(float(b[i])) for i, k in enumerate(known) if not k.of_record and abs(b[i]) > ABSENT
+            k.name: k.magnitude(float(size))
+            for k, size in zip(model.known, b, strict=True)
+            if not k.of_record and abs(size) > ABSENT
         }
-        theta = dict(zip(fit.problem.model.emulator.names, map(float, fit.theta), strict=True))
+        theta = dict(zip(model.emulator.names, map(float, fit.theta), strict=True))
         return base.with_values(theta).with_effects({**base.effects, **acting})
+
+
+def _places(fit: Fit) -> tuple[Array, ...]:
+    """Effects b (m,) at which the solver is asked: without the fit's own effect, and with it, large enough to show."""
+    known = fit.problem.model.known
+    without = fit.b.copy()
+    without[list(fit.own)] -= fit.magnitudes
+    if len(fit.own) != 1 or known[fit.own[0]].of_record:
+        return (fit.b,)
+    own, size = known[fit.own[0]], float(fit.magnitudes[0])
+    wanted = size if abs(size) >= SMALLEST else float(np.copysign(SHOWS, size))
+    shown = without.copy()
+    shown[fit.own[0]] += np.clip(wanted, own.least, own.most)
+    return without, shown
+
+
+def _corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
+    """The fit with a model through what the solver said: (effects b (m,), curves (grid,)) without and with its own."""
+    model, z = fit.problem.model, fit.place.z
+    b, curve = told[0]
+    model = replace(model, correction=model.correction + curve - model.grid(Place(z, b[None]), fit.box)[0])
+    for there, seen in told[1:]:
+        own = model.known[fit.own[0]].name
+        missing = seen - model.grid(Place(z, there[None]), fit.box)[0]
+        response = model.responses[own].steeper(missing / (there - b)[fit.own[0]])
+        model = replace(model, responses={**model.responses, own: response})
+    return replace(fit, problem=replace(fit.problem, model=model))
 
 
 def _shift(before: Fit, after: Fit) -> float:

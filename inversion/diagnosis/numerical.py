@@ -5,8 +5,10 @@ with another lattice lying otherwise in the bird's outline; the changes are draw
 *Choices* that the draws leave alone (artificial viscosity, smoothing length; the contact's gap goes with the particle
 spacing) are changed once each, and the change d of the curves enters as d d^T.
 
-A few draws span little; their second moment is therefore widened by a stationary process under their envelope, whose
-share and length are those that predict each draw best from the others.
+Much of a draw is a gain and a shift in time of the strike's own curve (the lattice moves the bird's front and spreads
+its mass), so these two go with the curve at which the error is asked for. What remains spans little; its second moment
+is widened by a stationary process under its envelope, whose share and length, and the weight of gain and shift, are
+those that predict each draw best from the others.
 """
 
 from __future__ import annotations
@@ -16,83 +18,163 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
+from scipy.linalg import LinAlgError, block_diag, cholesky, solve_triangular
 from scipy.ndimage import uniform_filter1d
 
 from data.histories import Array
-from inversion.diagnosis.finer import CHOICES
 
-LENGTHS = tuple(1.0 / 2.0**k for k in range(2, 8))  # of the record: correlation lengths that are tried
-SHARES = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the draws' variance: shares of the process that are tried
+LENGTHS = tuple(2.0**-k for k in range(2, 9))  # of the record: correlation lengths that are tried
+SHARES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # of the rest's variance: shares of the process that are tried
+WEIGHTS = (1.0, 1.5, 2.5)  # of gain and shift: few draws may show too little of them
 ENVELOPE = 0.05  # of the record: over which the envelope is smoothed
-FLOOR = 1e-3  # of the largest change: no instant is free of error
-POINTS = 100  # means over neighbours, on which length and share are chosen
+FLOOR = 1e-3  # of the largest rest: no instant is free of error
+POINTS = 100  # means over neighbours, on which the process is chosen
+FEWEST = 3  # draws that can predict one another
 
 
 @dataclass(frozen=True)
 class Numerical:
-    """Numerical error on the model's clock, all channels stacked (grid,).
+    """Numerical error on the model's clock, `channels` stacked (grid,).
 
-    draws: (k, grid) changes by finer strikes; directions: name of a choice -> its change d (grid,); correlation: per
-    channel, the time [s] over which what is rough in the draws hangs together.
+    shapes, changes: (k, grid) the declared curves at the draws' parameters, and what a finer strike adds to them;
+    directions: name of a choice -> its change d (grid,); step [s] of the clock.
     """
 
-    draws: Array
+    shapes: Array
+    changes: Array
     directions: Mapping[str, Array]
-    correlation: tuple[float, ...]
-
-    @classmethod
-    def of(cls, changes: Mapping[str, Array], time: Array, channels: int) -> Numerical:
-        """From the changes (grid,) of the curves by name."""
-        draws = [d for name, d in changes.items() if name not in CHOICES]
-        stacked = np.stack(draws) if draws else np.zeros((0, channels * len(time)))
-        step = float(time[1] - time[0])
-        correlation = tuple(_correlation_time(_beyond(part), step) for part in np.split(stacked, channels, axis=1))
-        return cls(stacked, {name: d for name, d in changes.items() if name in CHOICES}, correlation)
-
-    def covariance(
-        self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray, measurement: Array
-    ) -> Array:
-        """(n, n) on the record's points.
-
-        sample: curves (q, grid) to points (q, n); times [s], channel: of every point; measurement: (n, n) of the
-        noise, beside which the process is judged.
-        """
-        n = len(times)
-        found = np.zeros((n, n))
-        if self.directions:
-            d = sample(np.stack(list(self.directions.values())))
-            found += d.T @ d
-        if not len(self.draws):
-            return found
-        draws = sample(self.draws)
-        found += draws.T @ draws / len(draws)
-        for number in np.unique(channel):
-            here = np.flatnonzero(channel == number)
-            block = np.ix_(here, here)
-            found[block] += best_process(draws[:, here], times[here], measurement[block])
-        return found
+    channels: int
+    step: float
 
     @property
     def sizes(self) -> dict[str, Array]:
         """Name -> (grid,) typical change of the curves, for the user."""
-        shown = {f"finer meshes on other lattices ({len(self.draws)} draws)": np.sqrt(np.mean(self.draws**2, axis=0))}
-        return {**(shown if len(self.draws) else {}), **self.directions}
+        if not len(self.changes):
+            return dict(self.directions)
+        name = f"finer meshes on other lattices ({len(self.changes)} draws)"
+        return {name: np.sqrt(np.mean(self.changes**2, axis=0)), **self.directions}
+
+    @property
+    def correlation(self) -> tuple[float, ...]:
+        """Per channel, the time [s] over which what is rough in the draws hangs together."""
+        return tuple(_correlation_time(rest, self.step) for rest in np.split(self._split[1], self.channels, axis=1))
+
+    def on(
+        self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray, measurement: Array
+    ) -> Callable[[Array], Array]:
+        """The covariance (n, n) on the record's points as a function of unit gain and shift there, see `frame`.
+
+        sample: curves (q, grid) to points (q, n); times [s], channel: of every point; measurement: (n, n) of the
+        noise, beside which the process is judged.
+        """
+        fixed = np.zeros((len(times), len(times)))
+        if self.directions:
+            d = sample(np.stack(list(self.directions.values())))
+            fixed += d.T @ d
+        if len(self.changes) < FEWEST:
+            d = sample(self.changes) if len(self.changes) else np.zeros((1, len(times)))
+            return lambda _: fixed + d.T @ d
+        moments, rest = self._split
+        changes, left = sample(self.changes), sample(rest)
+        fixed += left.T @ left / len(left)
+        weights = np.ones(self.channels)
+        for number in np.unique(channel):
+            here = np.flatnonzero(channel == number)
+            block, own = np.ix_(here, here), slice(2 * number, 2 * number + 2)
+            frames = np.stack([sample(self.frame(shape)[own])[:, here] for shape in self.shapes])
+            draws = Draws(changes[:, here], left[:, here], moments[:, own], frames, times[here], measurement[block])
+            length, share, weights[number] = draws.best()
+            fixed[block] += process(left[:, here], times[here], length, share)
+        spread = moments * np.repeat(np.sqrt(weights), 2) / np.sqrt(len(moments))
+
+        def at(frame: Array) -> Array:
+            moved = spread @ frame
+            return fixed + moved.T @ moved
+
+        return at
+
+    def frame(self, curve: Array) -> Array:
+        """(2 channels, grid) unit gain and shift in time of every channel of a curve (grid,), the others zero."""
+        parts = np.split(curve, self.channels)
+        return np.asarray(block_diag(*(np.stack([part, np.gradient(part, self.step)]) for part in parts)))
+
+    @property
+    def _split(self) -> tuple[Array, Array]:
+        """(k, 2 channels) gains and shifts of the draws, and (k, grid) what they leave."""
+        if not len(self.changes):
+            return np.zeros((0, 2 * self.channels)), self.changes
+        frames = [self.frame(shape) for shape in self.shapes]
+        moments = [np.linalg.lstsq(f.T, d, rcond=1e-10)[0] for f, d in zip(frames, self.changes, strict=True)]
+        rest = [d - m @ f for f, d, m in zip(frames, self.changes, moments, strict=True)]
+        return np.stack(moments), np.stack(rest)
 
 
-def best_process(draws: Array, times: Array, noise: Array) -> Array:
-    """(n, n) covariance of the process under the envelope of draws (k, n) that predicts each from the others best.
+@dataclass(frozen=True)
+class Draws:
+    """One channel's draws on its points.
 
-    Score: expected log density of a draw with noise on it, N(0, second moment of the others + process + noise). One
-    draw alone has nobody to be predicted from; it gets the widest process that is tried.
+    changes, rest: (k, n); moments: (k, 2) gains and shifts; frames: (k, 2, n) unit gain and shift of each draw's curve;
+    times (n,) [s]; noise: (n, n).
     """
-    tried = list(product((share * (times[-1] - times[0]) for share in LENGTHS), SHARES))
-    if len(draws) < 2:
-        return _process(draws, times, tried[0][0], SHARES[-1])
-    mean = _means(len(times))
-    few, middle, quiet = draws @ mean.T, mean @ times, mean @ noise @ mean.T
-    scores = [_predicts(few, middle, length, share, quiet) for length, share in tried]
-    return _process(draws, times, *tried[int(np.argmax(scores))])
+
+    changes: Array
+    rest: Array
+    moments: Array
+    frames: Array
+    times: Array
+    noise: Array
+
+    def best(self) -> tuple[float, float, float]:
+        """Length [s] and share of the process, and weight of gain and shift, that predict each draw from the others.
+
+        Score: expected log density of a draw with noise on it.
+        """
+        mean = _means(len(self.times))
+        few = Draws(
+            self.changes @ mean.T,
+            self.rest @ mean.T,
+            self.moments,
+            self.frames @ mean.T,
+            mean @ self.times,
+            mean @ self.noise @ mean.T,
+        )
+        span = self.times[-1] - self.times[0]
+        tried = list(product((share * span for share in LENGTHS), SHARES))
+        length, share = tried[int(np.argmax([few.score(*one, WEIGHTS[0]) for one in tried]))]
+        weight = WEIGHTS[int(np.argmax([few.score(length, share, one) for one in WEIGHTS]))]
+        return length, share, weight
+
+    def score(self, length: float, share: float, weight: float) -> float:
+        """Sum over draws of the expected log density given the others."""
+        kernel, total = matern(self.times, length), 0.0
+        for i, own in enumerate(self.changes):
+            others = np.arange(len(self.changes)) != i
+            left, moved = self.rest[others], self.moments[others] @ self.frames[i]
+            size = envelope(left)
+            second = left.T @ left + weight * moved.T @ moved
+            covariance = second / others.sum() + share * size[:, None] * kernel * size + self.noise
+            try:
+                lower = cholesky(covariance, lower=True, check_finite=False)
+            except LinAlgError:
+                return -np.inf
+            inverse = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
+            whitened = inverse @ own
+            noisy = float(((inverse @ self.noise) * inverse).sum())
+            total += -0.5 * (whitened @ whitened + noisy) - float(np.log(np.diag(lower)).sum())
+        return total
+
+
+def process(rest: Array, times: Array, length: float, share: float) -> Array:
+    """(n, n) covariance under the envelope of draws (k, n), of a correlation length [s]."""
+    size = envelope(rest)
+    return share * size[:, None] * matern(times, length) * size
+
+
+def envelope(rest: Array) -> Array:
+    """(n,) smoothed root mean square of draws (k, n)."""
+    width = max(3, round(ENVELOPE * rest.shape[1]))
+    mean = uniform_filter1d((rest**2).mean(axis=0), width, mode="nearest")
+    return np.sqrt(mean + (FLOOR * np.abs(rest).max()) ** 2)
 
 
 def _means(n: int) -> Array:
@@ -103,46 +185,10 @@ def _means(n: int) -> Array:
     return mean / mean.sum(axis=1, keepdims=True)
 
 
-def _predicts(draws: Array, times: Array, length: float, share: float, noise: Array) -> float:
-    """Sum over draws of the expected log density given the others."""
-    total = 0.0
-    for i, own in enumerate(draws):
-        others = np.delete(draws, i, axis=0)
-        try:
-            covariance = others.T @ others / len(others) + _process(others, times, length, share) + noise
-            lower = cholesky(covariance, lower=True)
-        except LinAlgError:
-            return -np.inf
-        inverse = solve_triangular(lower, np.eye(len(lower)), lower=True)
-        whitened = inverse @ own
-        expected_noise = float(((inverse @ noise) * inverse).sum())
-        total += -0.5 * (whitened @ whitened + expected_noise) - float(np.log(np.diag(lower)).sum())
-    return total
-
-
-def _process(draws: Array, times: Array, length: float, share: float) -> Array:
-    """Covariance under the draws' smoothed root mean square, of a correlation length [s]."""
-    width = max(3, round(ENVELOPE * draws.shape[1]))
-    mean = uniform_filter1d((draws**2).mean(axis=0), width, mode="nearest")
-    envelope = np.sqrt(mean + (FLOOR * np.abs(draws).max()) ** 2)
-    return share * envelope[:, None] * _matern(times, length) * envelope
-
-
-def _matern(times: Array, length: float) -> Array:
+def matern(times: Array, length: float) -> Array:
     """Matern correlation 3/2 (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.17)."""
     r = np.sqrt(3.0) * np.abs(times[:, None] - times) / length
     return (1.0 + r) * np.exp(-r)
-
-
-def _beyond(draws: Array) -> Array:
-    """What the other draws do not span of each."""
-    if len(draws) < 2:
-        return draws
-    rest = []
-    for i, own in enumerate(draws):
-        others = np.delete(draws, i, axis=0).T
-        rest.append(own - others @ np.linalg.lstsq(others, own, rcond=1e-8)[0])
-    return np.stack(rest)
 
 
 def _correlation_time(rest: Array, step: float) -> float:

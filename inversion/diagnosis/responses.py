@@ -96,6 +96,10 @@ class Response:
         """(q, grid) at b (q,)."""
         return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
 
+    def steeper(self, slope: Array) -> Response:
+        """With a slope (grid,) added."""
+        return Response(self.slope + slope, self.curvature)
+
 
 def learn(
     known: Known,

@@ -13,8 +13,12 @@ from data.histories import Array, Histories
 from inversion.diagnosis.groundwork import CENTRE, Groundwork
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.numerical import Numerical
+
+UNSEEN = 2.0
 from inversion.diagnosis.probes import PREFIX, SHARE
 from inversion.diagnosis.responses import Known, label
+
+UNSEEN = 2.0
 from inversion.diagnosis.strikes import Strikes
 from solver.case import Case
 
