@@ -82,6 +82,12 @@ class CurveEmulator:
         variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
         return self.at(times)[1].T * np.sqrt(variance)
 
+    def rough(self) -> float:
+        """Mean variance, SI squared, by which a run leaves what is smooth in the parameters: no emulator knows it."""
+        variance = self.unpredicted.copy()
+        variance[: len(self.processes)] = [p.nugget for p in self.processes]
+        return float((variance @ self.basis**2).mean() + self.outside.mean())
+
     def outside_at(self, times: Array) -> Array:
         """(t,) `outside` at `times` [s]."""
         return np.interp(times, self.time, self.outside)

@@ -63,6 +63,11 @@ class GaussianProcess:
         inflation = max(1.0, float(np.mean(((y / scale - loo) / loo_sd) ** 2)))
         return cls(model, fitted, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), inflation)
 
+    @property
+    def nugget(self) -> float:
+        """Variance of a run about what is smooth, in the prediction's."""
+        return self.inflation * self.scale**2 * float(self.kernel.k2.noise_level)  # pyright: ignore[reportAttributeAccessIssue]
+
     def predict(self, u: Array) -> tuple[Array, Array]:
         """Mean and variance (q,) at u (q, d): of a new run, nugget included."""
         mean, sd = (np.asarray(part, dtype=np.float64) for part in self.model.predict(u, return_std=True))

@@ -19,6 +19,7 @@ PARTICLES = (1.5, 2.5)  # times the declared ones
 SHELLS = 1.5  # times the declared ones a side
 JITTER = 0.05, 0.1  # of the particle spacing
 INSIDE = 0.9  # share of the box, about its middle, from which the draws' parameters are taken
+ELSEWHERE, AS_MANY = (0.25, 0.75), (1.2, 0.85)  # shares of the box's ranges, times the declared particles
 FEWEST, MOST = 100, 200_000  # particles
 SHOCK, SMOOTHING = "artificial viscosity halved", "smoothing length 1.1 times"
 CHOICES = (SHOCK, SMOOTHING)
@@ -48,6 +49,17 @@ def pairs(case: Case, coordinates: Coordinates) -> dict[str, Pair]:
     return found
 
 
+def elsewhere(case: Case, coordinates: Coordinates) -> dict[str, Case]:
+    """Two more strikes of about the declared cost, by name: off the box's middle to either side, on other lattices."""
+    box = _largest(coordinates)
+    found: dict[str, Case] = {}
+    for i, (share, many) in enumerate(zip(ELSEWHERE, AS_MANY, strict=True)):
+        theta = coordinates.theta(box.lows + share * (box.highs - box.lows), box)
+        base = case.with_values(dict(zip(coordinates.names, map(float, theta), strict=True)))
+        found[f"place {i + 1}"] = _changed(base, {"bird": _lattice(case, many, i)}) or base
+    return found
+
+
 def choices(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
     """Choice's name -> the case at theta with it changed; those that a case does not have are left out."""
     solver = case.solver
@@ -62,22 +74,31 @@ def choices(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
 
 def _places(coordinates: Coordinates) -> Array:
     """(DRAWS, k) parameters spread over the largest box, SI."""
-    box: Box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
+    box = _largest(coordinates)
     with np.errstate(all="ignore"):
         shares = qmc.Halton(len(box.lows), rng=0).random(DRAWS)
     shares = 0.5 + INSIDE * (shares - 0.5)
     return coordinates.theta(box.lows + shares * (box.highs - box.lows), box)
 
 
+def _largest(coordinates: Coordinates) -> Box:
+    return max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
+
+
 def _finer(case: Case, number: int) -> Raw:
-    """More particles, on either lattice in turn, each disturbed and so lying otherwise; more shells a side."""
+    """More particles, more shells a side."""
     share = PARTICLES[0] + (PARTICLES[1] - PARTICLES[0]) * ((0.5 + number * 0.618034) % 1.0)
-    bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}
-    if case.bird.method == "sph":
-        lattices = ("cubic", "fcc") if case.bird.lattice == "fcc" else ("fcc", "cubic")
-        bird |= {"lattice": lattices[number % 2], "jitter": JITTER[number % 2], "seed": number + 1}
     plate = {} if case.plate.rigid else {"elements": [max(2, round(SHELLS * n)) for n in case.plate.elements]}
-    return {"bird": bird, "plate": plate} if plate else {"bird": bird}
+    return {"bird": _lattice(case, share, number), "plate": plate} if plate else {"bird": _lattice(case, share, number)}
+
+
+def _lattice(case: Case, share: float, number: int) -> dict[str, object]:
+    """Another number of particles, on either lattice in turn, each disturbed and so lying otherwise."""
+    bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}
+    if case.bird.method != "sph":
+        return bird
+    lattices = ("cubic", "fcc") if case.bird.lattice == "fcc" else ("fcc", "cubic")
+    return {**bird, "lattice": lattices[number % 2], "jitter": JITTER[number % 2], "seed": number + 1}
 
 
 def _changed(case: Case, changes: Raw) -> Case | None:

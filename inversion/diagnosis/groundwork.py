@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from data.dataset import Dataset
 from data.errors import RunFailed, UserError
 from data.histories import Array, Histories
 from inversion.coordinates import Box, Coordinates, parameter_coordinates
-from inversion.diagnosis.finer import CHOICES, choices, pairs
+from inversion.diagnosis.finer import CHOICES, choices, elsewhere, pairs
 from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model, Place
 from inversion.diagnosis.numerical import Numerical
 from inversion.diagnosis.probes import with_probes
@@ -78,18 +77,19 @@ def prepare(
     probed = with_probes(case)
     known, refused = library(case)
     theta = centre(dataset, coordinates)
-    cases = {CENTRE: probed.with_values(theta)} | cases_of(probed, known, theta) | choices(probed, theta)
+    base, others = probed.with_values(theta), elsewhere(probed, coordinates)
+    cases = {CENTRE: base, **others} | cases_of(base, list(others.values()), known) | choices(probed, theta)
     finer = pairs(probed, coordinates)
     for name, pair in finer.items():
         cases |= {f"{DECLARED}{name}": pair.declared, name: pair.finer}
     runs = strikes.run(cases)
     if CENTRE not in runs:
         raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
-    base = clock.stack(runs[CENTRE])
+    bases = [clock.stack(runs[name]) for name in (CENTRE, *others) if name in runs]
     shapes = {name: _smooth(emulator, clock, pair.theta) for name, pair in finer.items()}
     numerical = _numerical(runs, clock, shapes)
-    jitter = _roughness(emulator, channels)
-    learnt = {one.name: learn(one, base, runs, clock.stack, jitter) for one in known if not one.of_record}
+    jitter = roughness(emulator, channels)
+    learnt = {one.name: learn(one, bases, runs, clock.stack, jitter) for one in known if not one.of_record}
     responses = {name: response for name, response in learnt.items() if response is not None}
     kept = tuple(one for one in known if one.of_record or one.name in responses)
     lost = {name: "its strikes failed" for name, response in learnt.items() if response is None}
@@ -129,9 +129,9 @@ def _smooth(emulator: Emulator, clock: Clock, theta: Array) -> Array:
     return np.concatenate([emulator.channels[c].curves(u, clock.time)[0] for c in clock.channels])
 
 
-def _roughness(emulator: Emulator, channels: tuple[str, ...]) -> tuple[float, ...]:
+def roughness(emulator: Emulator, channels: tuple[str, ...]) -> tuple[float, ...]:
     """RMS per channel by which a run leaves what is smooth in the parameters."""
-    return tuple(float(np.sqrt(emulator.channels[c].outside.mean())) for c in channels)
+    return tuple(float(np.sqrt(emulator.channels[c].rough())) for c in channels)
 
 
 def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
@@ -139,19 +139,6 @@ def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
     box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
     theta = coordinates.theta((0.5 * (box.lows + box.highs))[None], box)[0]
     return {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
-
-
-def emulator_error(model: Model, theta: Array) -> Array:
-    """(n, n) covariance of the emulator's error at theta (k,) on the record's points.
-
-    What a new run has beyond all components is taken whole at every point: means over a block do not lower it, because
-    how it hangs together between neighbours is not known.
-    """
-    u = model.emulator.inputs(theta[None])[0]
-    emulators = [model.emulator.channels[c] for c in model.clock.channels]
-    factor = model.sample(np.asarray(block_diag(*(e.error_factor(u, model.clock.time) for e in emulators))).T)
-    outside = np.concatenate([e.outside_at(model.clock.time) for e in emulators])
-    return factor.T @ factor + np.diag(model.sample(outside[None])[0])
 
 
 def numerical_error(numerical: Numerical, model: Model, measurement: Array) -> Callable[[Model, Place, Box], Array]:

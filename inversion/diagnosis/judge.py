@@ -10,8 +10,9 @@ import numpy as np
 from data.histories import Array
 from inversion.coordinates import Box
 from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.groundwork import Groundwork, emulator_error, middle, numerical_error
+from inversion.diagnosis.groundwork import Groundwork, middle, numerical_error
 from inversion.diagnosis.model import Model, Place
+from inversion.diagnosis.model_error import doubted, emulator_error, response_error, rough
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
@@ -81,10 +82,14 @@ class Judge:
         return replace(self, used=used)
 
     def whitener(self, fit: Fit) -> Whitener:
-        """Of the points used, with the numerical error at a fit, and the emulator's where no strike corrects it."""
+        """Of the points used, with the numerical and the emulator's error at a fit.
+
+        The latter stays where a strike corrects the model: it is also that of one strike about what is smooth in the
+        parameters, which the correction carries over to its neighbours.
+        """
         model = fit.problem.model
-        emulator = 0.0 if np.ndim(model.correction) else emulator_error(model, fit.theta)
-        return Whitener.of(self.measurement + self.error(model, fit.place, fit.box) + emulator, self.used)
+        error = self.error(model, fit.place, fit.box) + emulator_error(model, fit.theta) + response_error(model, fit.b)
+        return Whitener.of(self.measurement + error, self.used)
 
     def start(self) -> list[Fit]:
         """Minima of the model without effects, the best one's whitener its own."""
@@ -176,14 +181,20 @@ def _places(fit: Fit) -> tuple[Array, ...]:
 
 
 def _corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
-    """The fit with a model through what the solver said: (effects b (m,), curves (grid,)) without and with its own."""
+    """The fit with a model nearer to what the solver said: (effects b (m,), curves (grid,)) without and with its own.
+
+    A single strike is as rough as the emulator's runs were, so the model moves by what stands above that.
+    """
     model, z = fit.problem.model, fit.place.z
     b, curve = told[0]
-    model = replace(model, correction=model.correction + curve - model.grid(Place(z, b[None]), fit.box)[0])
+    off = curve - model.grid(Place(z, b[None]), fit.box)[0]
+    model = replace(model, correction=model.correction + doubted(model, fit.theta) * off)
     for there, seen in told[1:]:
-        own = model.known[fit.own[0]].name
-        missing = seen - model.grid(Place(z, there[None]), fit.box)[0]
-        response = model.responses[own].steeper(missing / (there - b)[fit.own[0]])
+        own, size = model.known[fit.own[0]].name, float((there - b)[fit.own[0]])
+        missing = (seen - curve) - (
+            model.grid(Place(z, there[None]), fit.box) - model.grid(Place(z, b[None]), fit.box)
+        )[0]
+        response = model.responses[own].told(missing / size, 2.0 * rough(model) / size**2)
         model = replace(model, responses={**model.responses, own: response})
     return replace(fit, problem=replace(fit.problem, model=model))
 

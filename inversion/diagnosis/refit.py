@@ -204,10 +204,18 @@ def fit_none(problem: Problem, seed: int = 0) -> list[Fit]:
 
 
 def fit_effect(problem: Problem, own: Sequence[int], bases: Sequence[Fit]) -> Fit:
-    """The best minimum with the effects `own` free, from fits without them and from both signs."""
+    """The best minimum with the effects `own` free: from fits without them and both signs, the best starts refined."""
     signs = [np.zeros(len(own)), np.ones(len(own)), -np.ones(len(own))]
-    starts = [(base, sign) for base in bases for sign in signs]
-    fits = [refine(problem, own, base.box, np.append(base.x[: _shared(base)], sign)) for base, sign in starts]
+    found: list[tuple[float, Box, Array]] = []
+    for base in bases:
+        low, high = bounds(problem, own, base.box)
+        x = np.clip([np.append(base.x[: _shared(base)], sign) for sign in signs], low, high)
+        found += [
+            (cost, base.box, start)
+            for cost, start in zip((rows_of(problem, own, base.box, x) ** 2).sum(1), x, strict=True)
+        ]
+    found.sort(key=lambda start: start[0])
+    fits = [refine(problem, own, box, start) for _, box, start in found[:STARTS]]
     return min(fits, key=lambda fit: fit.cost)
 
 

@@ -1,8 +1,12 @@
-"""Responses of the curves to effects: learnt from strikes at a few magnitudes, quadratic in the magnitude."""
+"""Responses of the curves to effects: learnt from strikes at a few magnitudes, quadratic in the magnitude.
+
+At the campaign's centre twice; and once at either of two other places, on lattices of their own, which tells by how
+much a response changes with the parameters and with how the particles happen to lie.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +54,10 @@ class Known:
         low = max(TWO_SIDED[0], 0.5 * self.least)
         return (low, TWO_SIDED[1])
 
+    def checked_at(self) -> tuple[float, float]:
+        """b of the strikes at the two other places."""
+        return (ONE_SIDED[1], ONE_SIDED[1]) if self.one_sided else (TWO_SIDED[1], self.learnt_at()[0])
+
 
 def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     """Effects that the case can carry, and why it cannot carry the others."""
@@ -69,62 +77,93 @@ def _declared(case: Case, name: str) -> str:
     return "the case states it already" if name in case.effects else ""
 
 
-def cases_of(case: Case, known: tuple[Known, ...], theta: Mapping[str, float]) -> dict[str, Case]:
-    """The strikes that teach the responses, by "effect at b"."""
-    base = case.with_values(theta)
+def cases_of(base: Case, others: Sequence[Case], known: tuple[Known, ...]) -> dict[str, Case]:
+    """The strikes that teach the responses, by "effect at b": from the centre's case and from two others."""
     cases: dict[str, Case] = {}
     for one in known:
-        if not one.of_record:
-            for b in one.learnt_at():
-                cases[label(one.name, b)] = base.with_effects({**case.effects, one.name: one.magnitude(b)})
+        if one.of_record:
+            continue
+        for b in one.learnt_at():
+            cases[label(one.name, b)] = _with(base, one, b)
+        for i, (other, b) in enumerate(zip(others, one.checked_at(), strict=True)):
+            cases[label(one.name, b, i + 1)] = _with(other, one, b)
     return cases
 
 
-def label(name: str, b: float) -> str:
-    """Name of a strike of an effect."""
-    return f"{name} at {b:g} sizes"
+def _with(base: Case, one: Known, b: float) -> Case:
+    return base.with_effects({**base.effects, one.name: one.magnitude(b)})
+
+
+def label(name: str, b: float, place: int = 0) -> str:
+    """Name of a strike of an effect; place: 0 for the campaign's centre."""
+    return f"{name} at {b:g} sizes{f', place {place}' if place else ''}"
 
 
 @dataclass(frozen=True)
 class Response:
-    """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each."""
+    """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each.
+
+    spread: (q, grid) directions in which the slope may be off elsewhere, one standard deviation each.
+    """
 
     slope: Array
     curvature: Array
+    spread: Array
 
     def at(self, b: Array) -> Array:
         """(q, grid) at b (q,)."""
         return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
 
-    def steeper(self, slope: Array) -> Response:
-        """With a slope (grid,) added."""
-        return Response(self.slope + slope, self.curvature)
+    def told(self, slope: Array, rough: Array) -> Response:
+        """After a strike that wants the slope (grid,) added.
+
+        It is followed as far as the slope's own uncertainty stands above `rough` (grid,), the variance with which a
+        strike tells a slope: the usual weighing of two estimates, one weight a channel.
+        """
+        own = (self.spread**2).sum(axis=0)
+        weight = own / np.maximum(own + rough, 1e-300)
+        return Response(self.slope + weight * slope, self.curvature, (1.0 - weight) * self.spread)
 
 
 def learn(
     known: Known,
-    base: Array,
+    bases: Sequence[Array],
     runs: Mapping[str, Histories],
     stack: Callable[[Histories], Array],
     jitter: tuple[float, ...],
 ) -> Response | None:
     """The response through the effect's strikes; None where none of them finished.
 
-    stack: a strike's (grid,) curves; jitter: by how much a strike leaves what is smooth in its inputs, RMS per channel.
-    What is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose power the
-    slope is shrunk (its own scatter would otherwise be taken for a signature).
+    bases: (grid,) curves without the effect at the centre and at the other places; stack: a strike's (grid,) curves;
+    jitter: by how much a strike leaves what is smooth in its inputs, RMS per channel. What is not linear in the
+    magnitude counts as curvature where it exceeds that; else as scatter, by whose power the slope is shrunk (its own
+    scatter would otherwise be taken for a signature).
     """
     found: list[tuple[float, Array]] = [
-        (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
+        (b, stack(runs[name]) - bases[0]) for b in known.learnt_at() if (name := label(known.name, b)) in runs
     ]
     if not found:
         return None
-    parts = [
-        _learn([(b, y) for b, y in zip(bs, ys, strict=True)], scatter) for bs, ys, scatter in _channels(found, jitter)
+    parts = [_learn(list(zip(bs, ys, strict=True)), scatter) for bs, ys, scatter in _channels(found, jitter)]
+    slope, curvature = (np.concatenate([part[i] for part in parts]) for i in range(2))
+    centre = Response(slope, curvature, np.zeros((0, len(slope))))
+    checked = list(enumerate(zip(known.checked_at(), bases[1:], strict=False)))
+    off = [
+        (stack(runs[name]) - base - centre.at(np.array([b]))[0]) / b
+        for i, (b, base) in checked
+        if (name := label(known.name, b, i + 1)) in runs
     ]
-    return Response(
-        np.concatenate([slope for slope, _ in parts]), np.concatenate([curvature for _, curvature in parts])
-    )
+    return _widened(centre, np.array([np.zeros_like(slope), *off], dtype=np.float64))
+
+
+def _widened(centre: Response, off: Array) -> Response:
+    """The mean slope of k places, off (k, grid) from the centre's, and its spread at yet another place."""
+    k = len(off)
+    if k < 2:
+        return centre
+    mean = off.mean(axis=0)
+    spread = np.sqrt((1.0 + 1.0 / k) / (k - 1.0)) * (off - mean)
+    return Response(centre.slope + mean, centre.curvature, spread)
 
 
 def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):

@@ -1,0 +1,51 @@
+"""What a model of the diagnosis does not know of the solver: errors of emulator and responses, a strike's roughness."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from data.histories import Array
+from inversion.diagnosis.model import Model
+
+
+def emulator_error(model: Model, theta: Array) -> Array:
+    """(n, n) covariance of the emulator's error at theta (k,) on the record's points.
+
+    What a new run has beyond all components is taken whole at every point: means over a block do not lower it, because
+    how it hangs together between neighbours is not known.
+    """
+    u = model.emulator.inputs(theta[None])[0]
+    emulators = [model.emulator.channels[c] for c in model.clock.channels]
+    factor = model.sample(np.asarray(block_diag(*(e.error_factor(u, model.clock.time) for e in emulators))).T)
+    outside = np.concatenate([e.outside_at(model.clock.time) for e in emulators])
+    return factor.T @ factor + np.diag(model.sample(outside[None])[0])
+
+
+def response_error(model: Model, b: Array) -> Array | float:
+    """(n, n) covariance, on the record's points, of what learnt responses are off by where effects b (m,) act."""
+    acting = [
+        (model.responses[k.name], size) for k, size in zip(model.known, b, strict=True) if k.name in model.responses
+    ]
+    rows = [size * response.spread for response, size in acting if size and len(response.spread)]
+    if not rows:
+        return 0.0
+    factor = model.sample(np.vstack(rows))
+    return factor.T @ factor
+
+
+def rough(model: Model) -> Array:
+    """(grid,) variance by which a strike leaves what is smooth in its parameters, one value a channel."""
+    sizes = [model.emulator.channels[c].rough() for c in model.clock.channels]
+    return np.repeat(sizes, len(model.clock.time))
+
+
+def doubted(model: Model, theta: Array) -> Array:
+    """(grid,) share of a strike's difference from the emulator that is the emulator's error, not roughness."""
+    u, m = model.emulator.inputs(theta[None])[0], len(model.clock.time)
+    shares: list[float] = []
+    for name in model.clock.channels:
+        emulator = model.emulator.channels[name]
+        whole = (emulator.error_factor(u, model.clock.time) ** 2).sum(axis=1).mean() + emulator.outside.mean()
+        shares.append(max(0.0, 1.0 - emulator.rough() / max(float(whole), 1e-300)))
+    return np.repeat(shares, m)
