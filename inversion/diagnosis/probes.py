@@ -6,6 +6,7 @@ from typing import Any
 
 from solver.case import Case, case_from_table
 from solver.case_overlay import overlay
+from solver.case_sensors import PLACED, Sensor
 
 PREFIX = "probe_"
 PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
@@ -42,3 +43,11 @@ def candidates(case: Case) -> dict[str, Any]:
     if "reaction_force" not in kinds:
         found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
     return found
+
+
+def described(name: str, sensor: Sensor) -> str:
+    """A sensor in words: its kind and place, and its name where the case declares it."""
+    kind = {"displacement": "a displacement sensor", "strain": "a strain gauge"}.get(sensor.kind, f"the {sensor.kind}")
+    where = f" at {1e3 * sensor.at[0]:.3g} mm along and {1e3 * sensor.at[1]:.3g} mm across from the plate's centre"
+    declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
+    return f"{kind.replace('_', ' ')}{where if sensor.kind in PLACED else ''}{declared}"
