@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from data.histories import Array
 from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.linear import Linear
+from inversion.diagnosis.linear import RANK, Linear
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.sensitivities import Sensitivities, sampled
 
@@ -24,21 +24,29 @@ PRIOR = np.sqrt(12.0)  # of a parameter in units of its range: 1 / standard devi
 class Shot:
     """One shot's derivatives on its n points, whitened by its own covariance.
 
-    theta: (r, n) per range; nuisances: name -> (n,) for one sigma; effects: name -> (n,) per plausible size.
+    theta: (r, n) per range; nuisances: name -> (n,) for one sigma; effects: name -> (n,) per plausible size; doubts:
+    name -> (n,) an error such as each of these may have.
     """
 
     theta: Array
     nuisances: Mapping[str, Array]
     effects: Mapping[str, Array]
+    doubts: Mapping[str, Array]
 
     @classmethod
     def of(cls, found: Sensitivities, record: Record, covariance: Array, nuisances: Mapping[str, float]) -> Shot:
         """On a record's points; covariance: (n, n) of all its channels; nuisances: effect -> sigma in its sizes."""
         whitener, here = Whitener.of(covariance), found.of([trace.name for trace in record.traces])
-        theta = whitener.apply(sampled(record, here.time, here.theta))
-        rows = whitener.apply(sampled(record, here.time, np.stack(list(here.effects.values()))))
-        effects = dict(zip(here.effects, rows, strict=True))
-        return cls(theta, {name: sigma * effects[name] for name, sigma in nuisances.items()}, effects)
+
+        def rows(curves: Array) -> Array:
+            return whitener.apply(sampled(record, here.time, curves))
+
+        effects, doubts = (
+            dict(zip(by, rows(np.stack(list(by.values()))), strict=True)) for by in (here.effects, here.doubts)
+        )
+        return cls(
+            rows(here.theta), {name: sigma * effects[name] for name, sigma in nuisances.items()}, effects, doubts
+        )
 
 
 def chance(shots: Sequence[Shot], sizes: Mapping[str, float], alpha: float) -> float:
@@ -49,22 +57,31 @@ def chance(shots: Sequence[Shot], sizes: Mapping[str, float], alpha: float) -> f
     what the parameters (common to the shots, with their priors), the nuisances (N(0, 1) in sigmas) and g_j can imitate.
     The speed, mass, angle and trigger of another shot are drawn anew, because another bird is fired and measured:
     columns of its own. The plate's thickness is common: its sigma is that of the batch from which the plates come.
+    What the strikes' own scatter adds to |P_j g_i b_i|^2 is taken off it, or rough channels would seem to tell most.
     """
     names, shared = tuple(sizes), _shared(shots)
-    g = np.stack([np.concatenate([shot.effects[name] for shot in shots]) for name in names], axis=1)
-    g = np.vstack([g, np.zeros((len(shared) - len(g), len(names)))])
-    b, limit = np.abs(np.array([sizes[name] for name in names])), float(norm.isf(0.5 * alpha))
-    stands = np.stack([_stands(shared, g, j, b, limit) for j in range(len(names))])
-    others = ~np.eye(len(names), dtype=bool)
-    return float(stands[others].mean())
+    g = _stacked([shot.effects for shot in shots], names, len(shared))
+    doubts = _stacked([shot.doubts for shot in shots], names, len(shared))
+    b, limit = np.array([sizes[name] for name in names]), float(norm.isf(0.5 * alpha))
+    far = np.stack([_distances(shared, g, doubts, b, j) for j in range(len(names))])
+    stands = norm.cdf(limit - far) - norm.cdf(-limit - far)
+    return float(stands[~np.eye(len(names), dtype=bool)].mean())
 
 
-def _stands(shared: Array, g: Array, j: int, b: Array, limit: float) -> Array:
-    """(m,) chance that model j is not rejected when rival i of magnitude b_i is true."""
-    names = tuple(map(str, range(g.shape[1])))
-    model = Linear(names, np.zeros(len(g)), np.column_stack([shared, g[:, j]]), g, np.zeros(len(names), bool))
-    far = b * model.sizes
-    return norm.cdf(limit - far) - norm.cdf(-limit - far)
+def _stacked(shots: Sequence[Mapping[str, Array]], names: Sequence[str], rows: int) -> Array:
+    """(rows, m) columns by name over all shots, zero in the rows of the priors."""
+    data = np.stack([np.concatenate([shot[name] for shot in shots]) for name in names], axis=1)
+    return np.pad(data, ((0, rows - len(data)), (0, 0)))
+
+
+def _distances(shared: Array, g: Array, doubts: Array, b: Array, j: int) -> Array:
+    """(m,) |P_j g_i b_i|, less what scatter in g_i, and in g_j where it imitates that, is expected to put there."""
+    flat = np.zeros(len(g))
+    design = np.column_stack([shared, g[:, j]])
+    model = Linear(tuple(map(str, range(len(b)))), flat, design, g, np.zeros(len(b), bool))
+    imitating = np.linalg.lstsq(design, g * b, rcond=RANK)[0][-1]
+    noise = (model.project(doubts) ** 2).sum(axis=0)
+    return np.sqrt(np.maximum((b * model.sizes) ** 2 - b**2 * noise - imitating**2 * noise[j], 0.0))
 
 
 def _shared(shots: Sequence[Shot]) -> Array:

@@ -25,7 +25,8 @@ class Sensitivities:
     """Derivatives of a strike's channels at the campaign's centre, on the model's clock.
 
     time: (m,) [s]; channels: names, in the order of the axis c; curves: (c, m) SI; theta: (r, c, m) per range of each
-    parameter; effects: name -> (c, m) per plausible size, those of the nuisances among them.
+    parameter; effects: name -> (c, m) per plausible size, those of the nuisances among them; doubts: name -> (c, m) an
+    error such as each of these may have.
     """
 
     time: Array
@@ -33,12 +34,13 @@ class Sensitivities:
     curves: Array
     theta: Array
     effects: Mapping[str, Array]
+    doubts: Mapping[str, Array]
 
     def of(self, channels: Sequence[str]) -> Sensitivities:
         """Of some channels, in their order."""
         at = [self.channels.index(name) for name in channels]
-        effects = {name: slope[at] for name, slope in self.effects.items()}
-        return replace(self, channels=tuple(channels), curves=self.curves[at], theta=self.theta[:, at], effects=effects)
+        effects, doubts = ({name: y[at] for name, y in own.items()} for own in (self.effects, self.doubts))
+        return Sensitivities(self.time, tuple(channels), self.curves[at], self.theta[:, at], effects, doubts)
 
 
 def sampled(record: Record, time: Array, curves: Array) -> Array:
@@ -69,7 +71,7 @@ def sensitivities(
     except CaseError:
         return None
     found = strikes.run(due)
-    if len(found) < len(due):
+    if len(found) < len(due) or not all(_taught(known, groundwork) for known in wanted):
         return None
     runs = found if speed is not None else {**groundwork.runs, **found}
     return _derivatives(groundwork, wanted, runs, steps)
@@ -87,6 +89,11 @@ def _steps(groundwork: Groundwork) -> dict[str, tuple[float, float]]:
             high = min(middle + STEP * span, box.theta_highs[i])
             found[name] = (float(low), float(high))
     return found
+
+
+def _taught(known: Known, groundwork: Groundwork) -> bool:
+    """Whether both strikes of an effect stand."""
+    return known.of_record or all(label(known.name, b) in groundwork.runs for b in known.learnt_at())
 
 
 def _parameter_cases(base: Case, steps: Mapping[str, tuple[float, float]]) -> dict[str, Case]:
@@ -111,22 +118,50 @@ def _derivatives(
 ) -> Sensitivities:
     channels, time = tuple(groundwork.probed.sensors), groundwork.clock.time
     clock = replace(groundwork.clock, channels=channels)
-    shaped = {name: clock.stack(run).reshape(len(channels), len(time)) for name, run in runs.items()}
-    dataset, base = groundwork.dataset, shaped[CENTRE]
+
+    def shaped(of: Mapping[str, Histories]) -> dict[str, Array]:
+        return {name: clock.stack(run).reshape(len(channels), len(time)) for name, run in of.items()}
+
+    found, taught = shaped(runs), shaped(groundwork.runs)
+    dataset, base = groundwork.dataset, found[CENTRE]
     spans = dict(zip(dataset.names, dataset.highs - dataset.lows, strict=True))
-    theta = [(shaped[f"{n} high"] - shaped[f"{n} low"]) * spans[n] / (high - low) for n, (low, high) in steps.items()]
-    effects = {
-        known.name: _of_record(known, groundwork, time, base) if known.of_record else _slope(known, shaped)
-        for known in wanted
+    theta = [(found[f"{n} high"] - found[f"{n} low"]) * spans[n] / (high - low) for n, (low, high) in steps.items()]
+    exact = {known.name: _of_record(known, groundwork, time, base) for known in wanted if known.of_record}
+    striking = [known for known in wanted if not known.of_record]
+    effects = exact | {known.name: _slope(_changes(known, found)) for known in striking}
+    doubts = {name: np.zeros_like(base) for name in exact} | {
+        known.name: _scatter(_changes(known, taught)) * _error(_changes(known, found)) for known in striking
     }
-    return Sensitivities(time, channels, base, np.stack(theta), effects)
+    return Sensitivities(time, channels, base, np.stack(theta), effects, doubts)
 
 
-def _slope(known: Known, shaped: Mapping[str, Array]) -> Array:
-    """(c, m) change by one plausible size: through the base, by least squares over the effect's strikes."""
-    found = [(b, shaped[text]) for b in known.learnt_at() if (text := label(known.name, b)) in shaped]
-    total = sum(b * (y - shaped[CENTRE]) for b, y in found)
-    return np.asarray(total) / sum(b * b for b, _ in found)
+Changes = dict[float, Array]
+
+
+def _changes(known: Known, shaped: Mapping[str, Array]) -> Changes:
+    """Magnitude b -> change (c, m) of an effect's strikes."""
+    texts = {b: label(known.name, b) for b in known.learnt_at()}
+    return {b: shaped[text] - shaped[CENTRE] for b, text in texts.items() if text in shaped}
+
+
+def _slope(changes: Changes) -> Array:
+    """(c, m) change by one plausible size, by least squares through b = 0."""
+    return np.asarray(sum(b * y for b, y in changes.items())) / sum(b * b for b in changes)
+
+
+def _error(changes: Changes) -> float:
+    """Standard error of that slope per scatter of one strike, the base's own being common to all changes."""
+    square = sum(b * b for b in changes)
+    return float(np.hypot(square**-0.5, sum(changes) / square))
+
+
+def _scatter(changes: Changes) -> Array:
+    """(c, m) by what two strikes of an effect disagree on its slope, as scatter of one strike.
+
+    Its curvature is in there too: what is not linear in the magnitude is no signature that a straight line may claim.
+    """
+    (b1, b2), (y1, y2) = changes.keys(), changes.values()
+    return (y2 / b2 - y1 / b1) / np.sqrt(b1**-2 + b2**-2 + (1.0 / b1 - 1.0 / b2) ** 2)
 
 
 def _of_record(known: Known, groundwork: Groundwork, time: Array, curves: Array) -> Array:

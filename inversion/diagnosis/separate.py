@@ -11,10 +11,9 @@ import numpy as np
 from data.histories import Array
 from inversion.diagnosis.groundwork import Groundwork
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.noise import Noise
 from inversion.diagnosis.numerical import Numerical
-from inversion.diagnosis.probes import SHARE, described
-from inversion.diagnosis.record import Record, Trace
+from inversion.diagnosis.probes import described, planned
+from inversion.diagnosis.record import Record
 from inversion.diagnosis.rivals import Shot, chance
 from inversion.diagnosis.sensitivities import SPEED, Sensitivities, sampled, sensitivities
 from inversion.diagnosis.strikes import Strikes
@@ -24,6 +23,7 @@ from solver.case_sensors import Sensor
 SPEEDS = (0.8, 1.2)
 RIVALS = 6
 WORTHWHILE = 0.1  # share of the chance now that a measurement must take off it
+TOO_SURE = 0.1  # chance that rivals stand: one lower than this did not expect the verdict that it was asked about
 SECOND = "second shot"
 
 
@@ -51,15 +51,17 @@ class Proposal:
     def sentence(self) -> str:
         """For the user."""
         rivals = ", ".join(self.separates)
-        change = f"from {self.ambiguous_now:.2f} to {self.ambiguous:.2f}, by the linearised model"
+        chance = f"from {self.ambiguous_now:.2f} to {self.ambiguous:.2f} by the linearised model"
+        if self.ambiguous_now < TOO_SURE:
+            chance += ", which would have told them apart already: trust the order more than the figures"
         if self.worthwhile:
             return (
                 f"{self.what}; of those tried it is expected to tell {rivals} apart best: the chance that a wrong one "
-                f"stands falls {change}"
+                f"stands falls {chance}"
             )
         return (
             f"none of those tried would tell {rivals} apart: with the best, {self.what}, the chance that a wrong one "
-            f"stands goes {change}"
+            f"stands goes {chance}"
         )
 
 
@@ -123,25 +125,11 @@ def rank(bench: Bench) -> Proposal | None:
 
 def _with_sensor(bench: Bench, name: str) -> Record | None:
     """The record with a sensor more; None for one that it has, that reads nothing, or that nobody can buy."""
-    sensor, record = bench.sensors[name], bench.record
     peak = float(np.abs(bench.here.curves[bench.here.channels.index(name)]).max())
-    if name in [trace.name for trace in record.traces] or sensor.kind == "contact_force" or not peak:
+    there = [trace.name for trace in bench.record.traces]
+    if name in there or bench.sensors[name].kind == "contact_force" or not peak:
         return None
-    first = record.traces[0]
-    noise = _noise(bench, sensor, peak, len(first.times))
-    zero = np.zeros(len(first.values))
-    more = Trace(name, sensor.unit, first.times, first.block, zero, noise, peak)
-    return Record((*record.traces, more), record.warnings)
-
-
-def _noise(bench: Bench, sensor: Sensor, peak: float, count: int) -> Noise:
-    """Of a new sensor: what the case states of it, else as the record's sensor of its kind, else 1 % of its peak.
-
-    It is correlated in time as the record's sensor of its kind; white where the record has none.
-    """
-    like = next((t.noise for t in bench.record.traces if bench.sensors[t.name].kind == sensor.kind), None)
-    level = sensor.noise or (like.level if like else SHARE * peak)
-    return Noise(np.full(count, level), like.correlation_time if like else 0.0, "expected")
+    return Record((*bench.record.traces, planned(bench.record, name, bench.sensors, peak)), bench.record.warnings)
 
 
 def propose(judge: Judge, members: Sequence[Judged], strikes: Strikes, alpha: float = ALPHA) -> Proposal | None:
@@ -149,6 +137,8 @@ def propose(judge: Judge, members: Sequence[Judged], strikes: Strikes, alpha: fl
 
     members: the rivals, the likeliest first; the first six count, each as likely as the next. Candidates: every sensor
     that the record does not have, and a second shot at a speed 20 % lower or higher (unless the speed is calibrated).
+    What is tried needs its strikes: where one of them fails, it is left out, and where one at the record's speed does,
+    nothing is proposed; `strikes.failures` has the reasons.
     """
     ground = judge.groundwork
     own = [(one.name, one.fit.problem.model.known[one.fit.own[0]], one.fit) for one in members[:RIVALS]]
