@@ -25,7 +25,7 @@ from tests.inversion.diagnosis import toy_study
 CLOCK = np.linspace(0.0, 1.0, 801)
 TIMES = CLOCK[::8]
 """The record has an eighth of the clock's instants."""
-NOISE, SMALL = 0.2, 0.06
+NOISE, SMALL = 0.2, 0.05
 SINE, COSINE = np.sin(2.0 * np.pi * CLOCK), np.cos(2.0 * np.pi * CLOCK)
 SIZES = {"a": 1.0, "b": 1.0}
 Toy = Mapping[str, tuple[Array, Array]]
