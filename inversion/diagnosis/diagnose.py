@@ -232,7 +232,7 @@ class Study:
         if kind == AMBIGUOUS and allowed:
             ranked = effect_order(models)
             members = [models[name] for name in sorted(allowed, key=ranked.index)]
-            return propose(judge, members, self.strikes), [], None
+            return propose(judge, members, self.strikes, self.choice.alpha), [], None
         if kind != UNEXPLAINED:
             return None, [], None
         with self.choice.display("Pairs of effects") as progress:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from inversion.diagnosis.noise import Noise
+from inversion.diagnosis.record import Record, Trace
 from solver.case import Case, case_from_table
 from solver.case_overlay import overlay
+from solver.case_sensors import PLACED, Sensor
 
 PREFIX = "probe_"
 PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
@@ -42,3 +48,25 @@ def candidates(case: Case) -> dict[str, Any]:
     if "reaction_force" not in kinds:
         found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
     return found
+
+
+def described(name: str, sensor: Sensor) -> str:
+    """A sensor in words: its kind and place, and its name where the case declares it."""
+    kind = {"displacement": "a displacement sensor", "strain": "a strain gauge"}.get(sensor.kind, f"the {sensor.kind}")
+    where = f" at {1e3 * sensor.at[0]:.3g} mm along and {1e3 * sensor.at[1]:.3g} mm across from the plate's centre"
+    declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
+    return f"{kind.replace('_', ' ')}{where if sensor.kind in PLACED else ''}{declared}"
+
+
+def planned(record: Record, name: str, sensors: Mapping[str, Sensor], peak: float) -> Trace:
+    """A new sensor's trace, before it is measured: sampled as the record's first one.
+
+    peak: the largest magnitude that it is expected to read, SI. Its noise: what the case states of it, else that of the
+    record's sensor of its kind, else 1 % of its peak; correlated in time as the record's sensor of its kind,
+    white where the record has none.
+    """
+    first, sensor = record.traces[0], sensors[name]
+    like = next((trace.noise for trace in record.traces if sensors[trace.name].kind == sensor.kind), None)
+    level = sensor.noise or (like.level if like else SHARE * peak)
+    noise = Noise(np.full(len(first.times), level), like.correlation_time if like else 0.0, "expected")
+    return Trace(name, sensor.unit, first.times, first.block, np.zeros(len(first.values)), noise, peak)

@@ -2,219 +2,176 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import permutations
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from scipy.stats import ncx2
 
-from data.histories import Array, Histories
+from data.histories import Array
 from inversion.diagnosis.groundwork import CENTRE, Groundwork
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.numerical import Numerical
-
-UNSEEN = 2.0
-from inversion.diagnosis.probes import PREFIX, SHARE
-from inversion.diagnosis.responses import Known, label
-
-UNSEEN = 2.0
+from inversion.diagnosis.probes import described, planned
+from inversion.diagnosis.record import Record
+from inversion.diagnosis.rivals import Shot, chance
+from inversion.diagnosis.sensitivities import SPEED, Sensitivities, sampled, sensitivities
 from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
+from inversion.diagnosis.verdict import ALPHA
+from solver.case_sensors import Sensor
 
 SPEEDS = (0.8, 1.2)
-STEP = 0.2  # of a parameter's range, to either side of the centre
 RIVALS = 6
-REJECTED = 3.84  # chi-square with one degree of freedom, 5 %
+WORTHWHILE = 0.1  # share of the chance now that a measurement must take off it
+TOO_SURE = 0.1  # chance that rivals stand: one lower than this did not expect the verdict that it was asked about
+SECOND = "second shot"
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A measurement: its name, what it separates, and the expected chance that rivals still stand beside each other."""
+    """A measurement: its name, what it separates, and the expected chance that rivals still stand beside each other.
+
+    speed: of a second shot [m/s]; what: the measurement in words; candidates: all that were tried, the best first.
+    """
 
     channel: str
     separates: tuple[str, ...]
     ambiguous: float
     ambiguous_now: float
     speed: float | None = None
+    what: str = ""
+    candidates: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def worthwhile(self) -> bool:
+        """Whether it lowers the chance by a tenth of what it is now, or more."""
+        return self.ambiguous <= (1.0 - WORTHWHILE) * self.ambiguous_now
 
     @property
     def sentence(self) -> str:
         """For the user."""
-        what = self.channel.removeprefix(PREFIX).replace("_", " ")
-        where = (
-            f"a second shot at {self.speed:.4g} m/s, with the same sensors" if self.speed else f"a sensor more: {what}"
-        )
         rivals = ", ".join(self.separates)
-        return f"{where}; of those tried it is expected to tell {rivals} apart best, by the linearised model"
+        chance = f"from {self.ambiguous_now:.2f} to {self.ambiguous:.2f} by the linearised model"
+        if self.ambiguous_now < TOO_SURE:
+            chance += ", which would have told them apart already: trust the order more than the figures"
+        if self.worthwhile:
+            return (
+                f"{self.what}; of those tried it is expected to tell {rivals} apart best: the chance that a wrong one "
+                f"stands falls {chance}"
+            )
+        return (
+            f"none of those tried would tell {rivals} apart: with the best, {self.what}, the chance that a wrong one "
+            f"stands goes {chance}"
+        )
 
 
 @dataclass(frozen=True)
-class Sensitivities:
-    """Derivatives of one strike's channels: theta (r, m) per range, effects (m,) per plausible size by name.
+class Bench:
+    """What every candidate is judged with.
 
-    numerical: (d, m) changes by numerical choices, at the campaign's centre.
+    record: what is measured; sensors: all that the strike has; here: derivatives at its speed; numerical: a record's
+    (n, n) covariance of the numerical error; nuisances: effect -> sigma, sizes: rival -> magnitude, in plausible sizes.
     """
 
-    theta: dict[str, Array]
-    numerical: dict[str, Array]
-    effects: dict[str, dict[str, Array]]
-    peak: dict[str, float]
+    record: Record
+    sensors: Mapping[str, Sensor]
+    here: Sensitivities
+    numerical: Callable[[Record], Array]
+    nuisances: Mapping[str, float]
+    sizes: Mapping[str, float]
+    alpha: float = ALPHA
+    theres: Mapping[float, Sensitivities] = field(default_factory=dict)
+
+    def shot(self, record: Record, found: Sensitivities | None = None) -> Shot:
+        """A shot whitened by its whole covariance; nothing for the emulator: the solver itself was asked."""
+        return Shot.of(found or self.here, record, record.covariance() + self.numerical(record), self.nuisances)
+
+    def chance(self, *shots: Shot) -> float:
+        """Expected chance that a wrong rival stands."""
+        return chance(shots, self.sizes, self.alpha)
 
 
-def sensitivities(
-    groundwork: Groundwork, rivals: tuple[Known, ...], strikes: Strikes, speed: float | None = None
-) -> Sensitivities | None:
-    """By central differences of the solver at the campaign's centre; speed: of another shot [m/s].
+def rank(bench: Bench) -> Proposal | None:
+    """The best of all candidates with the list of them; None where there is none.
 
-    None where a strike failed.
+    A sensor more is judged as if it had stood beside the record's in the same shot, sampled as the record's first
+    trace; the record's own sensors on the record's points. A second shot has the record's sensors and points; its
+    numerical error, of the same covariance, is independent: taking both for the same biases would let the two shots
+    cancel them, though another speed flows another way through the same mesh.
     """
-    base_values = dict(groundwork.theta) | ({"impact.speed": speed} if speed else {})
-    base = groundwork.probed.with_values(base_values)
-    cases, steps = {CENTRE: base}, _steps(groundwork)
-    for name, (low, high) in steps.items():
-        cases |= {f"{name} low": base.with_values({name: low}), f"{name} high": base.with_values({name: high})}
-    striking = [known for known in rivals if not known.of_record]
-    for known in striking:
-        b = known.learnt_at()[-1]
-        cases[label(known.name, b)] = base.with_effects({**base.effects, known.name: known.magnitude(b)})
-    runs = strikes.run(cases)
-    if len(runs) < len(cases):
-        return None
-    return _derivatives(groundwork, rivals, runs, steps)
-
-
-def _steps(groundwork: Groundwork) -> dict[str, tuple[float, float]]:
-    """Two values of every parameter about the centre, inside its box."""
-    dataset, coordinates = groundwork.dataset, groundwork.coordinates
-    box = max(coordinates.boxes, key=lambda b: float(np.prod(b.highs - b.lows)))
-    found: dict[str, tuple[float, float]] = {}
-    for i, name in enumerate(dataset.names):
-        if not box.flat[i]:
-            middle, span = groundwork.theta[name], dataset.highs[i] - dataset.lows[i]
-            low = max(middle - STEP * span, box.theta_lows[i])
-            high = min(middle + STEP * span, box.theta_highs[i])
-            found[name] = (float(low), float(high))
-    return found
-
-
-def _derivatives(
-    groundwork: Groundwork,
-    rivals: tuple[Known, ...],
-    runs: Mapping[str, Histories],
-    steps: Mapping[str, tuple[float, float]],
-) -> Sensitivities:
-    base = runs[CENTRE]
-    spans = dict(zip(groundwork.dataset.names, groundwork.dataset.highs - groundwork.dataset.lows, strict=True))
-    theta: dict[str, Array] = {}
-    for channel in base.channels:
-        rows = [
-            (runs[f"{n} high"].channels[channel] - runs[f"{n} low"].channels[channel]) * spans[n] / (high - low)
-            for n, (low, high) in steps.items()
-        ]
-        theta[channel] = np.stack(rows)
-    effects: dict[str, dict[str, Array]] = {}
-    for known in rivals:
-        effects[known.name] = {c: _effect(known, base, runs, c) for c in base.channels}
-    before, names = groundwork.runs[CENTRE], list(groundwork.numerical.directions)
-    numerical: dict[str, Array] = {
-        c: np.stack([groundwork.runs[n].channels[c] - before.channels[c] for n in names])
-        if names
-        else np.zeros((0, len(base.time)))
-        for c in base.channels
-    }
-    return Sensitivities(theta, numerical, effects, {c: float(np.abs(y).max()) for c, y in base.channels.items()})
-
-
-def _effect(known: Known, base: Histories, runs: Mapping[str, Histories], channel: str) -> Array:
-    """Change of a channel by one plausible size; of the record's effects, exactly."""
-    y, t = base.channels[channel], base.time
-    if not known.of_record:
-        b = known.learnt_at()[-1]
-        return (runs[label(known.name, b)].channels[channel] - y) / b
-    if known.name == "time_offset":
-        return -known.size * np.gradient(y, t)
-    if base.units[channel] != "m":
-        return np.zeros_like(y)
-    own = {"sensor_gain": y, "sensor_bandwidth": -np.gradient(y, t), "sensor_drift": t}
-    return known.size * own[known.name]
-
-
-def propose(judge: Judge, members: list[Judged], strikes: Strikes) -> Proposal | None:
-    """The candidate with the lowest expected chance of an ambiguous verdict; None where there is none.
-
-    Candidates: every sensor that the record does not have, beside the record, and a second shot at a speed 20 % lower
-    or higher with the record's sensors. Noise of a new sensor: that of the record's sensor of its unit, else 1 % of its
-    peak. A rival is rejected with the power of |P g b|^2 at 5 %.
-    """
-    groundwork = judge.groundwork
-    rivals = tuple(one.fit.problem.model.known[one.fit.own[0]] for one in members[:RIVALS])
-    sizes = {one.name: float(one.fit.magnitudes[0]) for one in members[:RIVALS]}
-    here = sensitivities(groundwork, rivals, strikes)
-    if here is None or len(rivals) < 2:
-        return None
-    own = [trace.name for trace in judge.record.traces]
-    noise = {name: _noise(judge, groundwork.probed, here, name) for name in here.theta}
-    now = _ambiguous([_rows(here, own, noise)], sizes)
-    names = tuple(sizes)
+    own = bench.shot(bench.record)
+    now, names = bench.chance(own), tuple(bench.sizes)
+    planned = {name: record for name in bench.here.channels if (record := _with_sensor(bench, name)) is not None}
     found = [
-        Proposal(name, names, _ambiguous([_rows(here, [*own, name], noise)], sizes), now)
-        for name in here.theta
-        if name not in own and groundwork.probed.sensors[name].kind != "contact_force"
+        Proposal(name, names, bench.chance(bench.shot(record)), now, what=f"a sensor more, {described(name, sensor)}")
+        for name, record in planned.items()
+        if (sensor := bench.sensors[name])
     ]
-    for share in SPEEDS:
-        speed = share * groundwork.case.impact.speed
-        there = sensitivities(groundwork, rivals, strikes, speed)
-        if there is not None:
-            both = [_rows(here, own, noise), _rows(there, own, noise)]
-            found.append(Proposal("second shot", names, _ambiguous(both, sizes), now, speed))
-    return min(found, key=lambda one: one.ambiguous, default=None)
+    found += [
+        Proposal(
+            SECOND,
+            names,
+            bench.chance(own, bench.shot(bench.record, there)),
+            now,
+            speed,
+            f"a second shot at {speed:.4g} m/s with the same sensors",
+        )
+        for speed, there in bench.theres.items()
+    ]
+    ranked = sorted(found, key=lambda one: one.ambiguous)
+    tried = tuple({"channel": p.channel, "speed": p.speed, "ambiguous": p.ambiguous} for p in ranked)
+    return replace(ranked[0], candidates=tried) if ranked else None
 
 
-def _noise(judge: Judge, case: Case, here: Sensitivities, name: str) -> float:
-    """Standard deviation of a channel's points: noise and, as white noise of the same worth, its numerical scatter.
+def _with_sensor(bench: Bench, name: str) -> Record | None:
+    """The record with a sensor more; None for one that it has, that reads nothing, or that nobody can buy."""
+    peak = float(np.abs(bench.here.curves[bench.here.channels.index(name)]).max())
+    there = [trace.name for trace in bench.record.traces]
+    if name in there or bench.sensors[name].kind == "contact_force" or not peak:
+        return None
+    return Record((*bench.record.traces, planned(bench.record, name, bench.sensors, peak)), bench.record.warnings)
 
-    Scatter that hangs together over l tells a smooth signature as much as white noise sqrt(l sqrt(2 pi) / dt) larger.
+
+def propose(judge: Judge, members: Sequence[Judged], strikes: Strikes, alpha: float = ALPHA) -> Proposal | None:
+    """The candidate with the lowest expected chance of an ambiguous verdict at level alpha; None where there is none.
+
+    members: the rivals, the likeliest first; the first six count, each as likely as the next. Candidates: every sensor
+    that the record does not have, and a second shot at a speed 20 % lower or higher (unless the speed is calibrated).
+    What is tried needs its strikes: where one of them fails, it is left out, and where one at the record's speed does,
+    nothing is proposed; `strikes.failures` has the reasons.
     """
-    kind, level = case.sensors[name].kind, SHARE * here.peak[name]
-    for trace in judge.record.traces:
-        if case.sensors[trace.name].kind == kind:
-            level = trace.noise.level
-            break
-    runs, time = judge.groundwork.runs, judge.groundwork.clock.time
-    changes = {n: runs[n].channels[name] - runs[CENTRE].channels[name] for n in judge.groundwork.numerical.directions}
-    own = Numerical.of(changes, judge.groundwork.case, time, 1)
-    worth = own.correlation[0] * np.sqrt(2.0 * np.pi) / float(time[1] - time[0])
-    return float(np.hypot(level, np.sqrt(np.mean(own.scatter**2) * max(worth, 1.0))))
+    ground = judge.groundwork
+    own = [(one.name, one.fit.problem.model.known[one.fit.own[0]], one.fit) for one in members[:RIVALS]]
+    if len(own) < 2:
+        return None
+    nuisances = {ground.known[i].name: sigma for i, sigma in ground.nuisances()}
+    wanted = {known.name: known for _, known, _ in own} | {k.name: k for k in ground.known if k.name in nuisances}
+    found = {speed: sensitivities(ground, tuple(wanted.values()), strikes, speed) for speed in (None, *_speeds(ground))}
+    here = found.pop(None)
+    if here is None:
+        return None
+    sizes = {name: float(fit.magnitudes[0]) for name, _, fit in own}
+    theres = {speed: there for speed, there in found.items() if speed is not None and there is not None}
+    bench = Bench(judge.record, ground.probed.sensors, here, _numerical(ground), nuisances, sizes, alpha, theres)
+    return rank(bench)
 
 
-Rows = tuple[Array, Array, dict[str, Array]]
+def _speeds(ground: Groundwork) -> tuple[float, ...]:
+    """Of second shots [m/s]."""
+    return () if SPEED in ground.theta else tuple(share * ground.case.impact.speed for share in SPEEDS)
 
 
-def _rows(found: Sensitivities, channels: list[str], noise: Mapping[str, float]) -> Rows:
-    """Derivatives of several channels in units of their noise, side by side: parameters, numerical choices, effects."""
-    theta = np.hstack([found.theta[c] / noise[c] for c in channels])
-    numerical = UNSEEN * np.hstack([found.numerical[c] / noise[c] for c in channels])
-    return (
-        theta,
-        numerical,
-        {n: np.concatenate([found.effects[n][c] / noise[c] for c in channels]) for n in found.effects},
-    )
+def _numerical(ground: Groundwork) -> Callable[[Record], Array]:
+    """A record's covariance of the numerical error; at another speed the same, as no mesh is changed there."""
 
+    def error(record: Record) -> Array:
+        names, time = [trace.name for trace in record.traces], ground.clock.time
+        whole = ground.numerical_of(names)
+        base = replace(ground.clock, channels=tuple(names)).stack(ground.runs[CENTRE])
 
-def _ambiguous(shots: list[Rows], sizes: Mapping[str, float]) -> float:
-    """Mean chance that a rival j is not rejected when i is true, over all ordered pairs.
+        def sample(curves: Array) -> Array:
+            return sampled(record, time, curves.reshape(len(curves), len(names), len(time)))
 
-    Parameters are shared by the shots and have their priors; numerical choices are shared with N(0, 1).
-    """
-    design = np.hstack([np.vstack([theta, numerical]) for theta, numerical, _ in shots]).T
-    g = {name: np.concatenate([effects[name] for _, _, effects in shots]) for name in sizes}
-    r = len(shots[0][0])
-    prior = np.diag(np.append(np.full(r, np.sqrt(12.0)), np.ones(design.shape[1] - r)))
-    kept: list[float] = []
-    for i, j in permutations(sizes, 2):
-        a = np.vstack([np.column_stack([design, g[j]]), np.column_stack([prior, np.zeros(len(prior))])])
-        shift = np.concatenate([g[i] * sizes[i], np.zeros(len(prior))])
-        left = shift - a @ np.linalg.lstsq(a, shift, rcond=1e-10)[0]
-        kept.append(float(ncx2.cdf(REJECTED, 1, max(float(left @ left), 1e-12))))
-    return float(np.mean(kept)) if kept else 1.0
+        at = whole.on(sample, record.middle, record.channel, record.covariance())
+        return at(sample(whole.frame(base)))
+
+    return error
