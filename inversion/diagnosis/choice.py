@@ -1,0 +1,73 @@
+"""From judged models to a verdict and the model that is used: one rule for the record and for every part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from inversion.diagnosis.evidence import log_evidence, without_own
+from inversion.diagnosis.judge import Judged
+from inversion.diagnosis.verdict import ABSENT, AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the models say together.
+
+    allowed: the confidence set; chosen: the model after, the likeliest of the set (by evidence), None where no effect
+    is needed or none is allowed; unnamed: why the only effect allowed is not named, None where it is.
+    """
+
+    allowed: tuple[str, ...]
+    verdict: str
+    chosen: Judged | None
+    unnamed: str | None
+
+    @classmethod
+    def of(cls, models: Mapping[str, Judged], alpha: float) -> Choice:
+        """Of all models of a record; those that change nothing are as consistent as none."""
+        levelled = level(models)
+        allowed = confidence_set({name: one.p for name, one in levelled.items()}, alpha)
+        alone = levelled[allowed[0]] if len(allowed) == 1 and allowed[0] != NONE else None
+        unnamed = why_unnamed(alone) if alone else None
+        kind = verdict(allowed, levelled[NONE].reference.relative, unnamed is None)
+        chosen = None if NONE in allowed or not allowed else min(allowed, key=effect_order(levelled).index)
+        return cls(allowed, kind, levelled[chosen] if chosen else None, unnamed)
+
+
+def effect_order(models: Mapping[str, Judged]) -> list[str]:
+    """Names by evidence, the likeliest first."""
+    return sorted(models, key=lambda name: -log_evidence(models[name].fit))
+
+
+def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
+    """The models with p of none for those that change nothing beside it: they are the same model.
+
+    Otherwise what the solver has corrected in one of the two alone would tell them apart.
+    """
+    base = models[NONE]
+    seen = dict(zip(base.fit.problem.names, base.fit.linear.seen, strict=True))
+    found = dict(models)
+    for name, one in models.items():
+        if name != NONE and not seen.get(name, True) and not visible(one):
+            found[name] = replace(one, consistency=replace(one.consistency, p=base.p))
+    return found
+
+
+def visible(judged: Judged) -> bool:
+    """Whether the other unknowns cannot imitate the model's own effect entirely, where it stands."""
+    own = judged.fit.own
+    return not own or bool(without_own(judged.fit).seen[own[0]])
+
+
+def why_unnamed(judged: Judged) -> str | None:
+    """Why an effect that is alone in the confidence set must not be named; None where it may.
+
+    `at_limit`: the data would have it larger than was looked at, so that its magnitude is not known, and something
+    else that looks like it may be there; `unseen`: what stands out is not its own; `absent`: its best magnitude is 0.
+    """
+    if judged.fit.at_limit:
+        return AT_LIMIT
+    if not visible(judged):
+        return UNSEEN
+    return ABSENT if not judged.fit.magnitudes.any() else None
