@@ -7,7 +7,11 @@ from dataclasses import dataclass, replace
 
 from inversion.diagnosis.evidence import log_evidence, without_own
 from inversion.diagnosis.judge import Judged
+from inversion.diagnosis.linear import Linear
 from inversion.diagnosis.verdict import ABSENT, AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
+
+SILENT = 1e-3
+"""Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,9 @@ def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
 
     Otherwise what the solver has corrected in one of the two alone would tell them apart.
     """
-    base = models[NONE]
-    seen = dict(zip(base.fit.problem.names, base.fit.linear.seen, strict=True))
-    found = dict(models)
+    base, found = models[NONE], dict(models)
     for name, one in models.items():
-        if name != NONE and not seen.get(name, True) and not visible(one):
+        if one.fit.own and not _stands_out(base.fit.linear, one.fit.own[0]) and not visible(one):
             found[name] = replace(one, consistency=replace(one.consistency, p=base.p))
     return found
 
@@ -57,7 +59,11 @@ def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
 def visible(judged: Judged) -> bool:
     """Whether the other unknowns cannot imitate the model's own effect entirely, where it stands."""
     own = judged.fit.own
-    return not own or bool(without_own(judged.fit).seen[own[0]])
+    return not own or _stands_out(without_own(judged.fit), own[0])
+
+
+def _stands_out(linear: Linear, effect: int) -> bool:
+    return bool(linear.seen[effect] and linear.sizes[effect] > SILENT)
 
 
 def why_unnamed(judged: Judged) -> str | None:

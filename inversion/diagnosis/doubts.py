@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from data.histories import Array
+from inversion.diagnosis.choice import SILENT
 from inversion.diagnosis.heldout import NOT_REPEATED, HeldOut
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.restrike import Struck
@@ -88,5 +89,6 @@ def changed_minds(held: Mapping[str, HeldOut], kind: str, chosen: Judged | None)
 
 def unheard(base: Judged) -> list[str]:
     """Effects that this strike does not feel."""
-    names = [n for n, g in zip(base.fit.problem.names, base.fit.linear.effects.T, strict=True) if not np.any(g)]
+    sizes = np.linalg.norm(base.fit.linear.effects, axis=0)
+    names = [n for n, size in zip(base.fit.problem.names, sizes, strict=True) if size < SILENT]
     return [f"at a plausible size these change nothing in this strike: {', '.join(names)}"] if names else []
