@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from inversion.diagnosis.evidence import log_evidence, without_own
 from inversion.diagnosis.judge import Judged
 from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.verdict import ABSENT, AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
+from inversion.diagnosis.verdict import AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
 
 SILENT = 1e-3
 """Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""
@@ -47,11 +47,14 @@ def effect_order(models: Mapping[str, Judged]) -> list[str]:
 def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
     """The models with p of none for those that change nothing beside it: they are the same model.
 
-    Otherwise what the solver has corrected in one of the two alone would tell them apart.
+    That is an effect whose best magnitude is 0, or one without a signature. Otherwise what the solver has corrected in
+    one of the two alone would tell them apart.
     """
     base, found = models[NONE], dict(models)
     for name, one in models.items():
-        if one.fit.own and not _stands_out(base.fit.linear, one.fit.own[0]) and not visible(one):
+        own = one.fit.own
+        silent = own and not _stands_out(base.fit.linear, own[0]) and not visible(one)
+        if silent or (own and not one.fit.magnitudes.any()):
             found[name] = replace(one, consistency=replace(one.consistency, p=base.p))
     return found
 
@@ -70,10 +73,8 @@ def why_unnamed(judged: Judged) -> str | None:
     """Why an effect that is alone in the confidence set must not be named; None where it may.
 
     `at_limit`: the data would have it larger than was looked at, so that its magnitude is not known, and something
-    else that looks like it may be there; `unseen`: what stands out is not its own; `absent`: its best magnitude is 0.
+    else that looks like it may be there; `unseen`: what stands out is not its own.
     """
     if judged.fit.at_limit:
         return AT_LIMIT
-    if not visible(judged):
-        return UNSEEN
-    return ABSENT if not judged.fit.magnitudes.any() else None
+    return None if visible(judged) else UNSEEN

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 NONE = "none"
 NO_RESIDUAL, ATTRIBUTED, AMBIGUOUS, UNEXPLAINED = "no_significant_residual", "attributed", "ambiguous", "unexplained"
-ABSENT, UNSEEN, AT_LIMIT = "absent", "unseen", "at_limit"
+UNSEEN, AT_LIMIT = "unseen", "at_limit"
 """Why an effect that is alone in the confidence set is not named."""
 ALPHA = 0.05
 

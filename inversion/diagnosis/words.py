@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from inversion.diagnosis.verdict import (
-    ABSENT,
     AMBIGUOUS,
     AT_LIMIT,
     ATTRIBUTED,
@@ -83,7 +82,7 @@ def sentence(
             "from the fit itself, so that nothing can be called unexplained. State the noise."
         )
     if len(allowed) == 1:
-        return f"{missed} ({error}). {_unnamed_words(words[allowed[0]], count, unnamed)}"
+        return f"{missed} ({error}). {_unnamed_words(words[allowed[0]], count, unnamed or UNSEEN)}"
     listed = ", or ".join(words.values()) if len(words) <= MOST_SPELT else ", ".join(allowed)
     return (
         f"{missed}. The record cannot tell apart {len(allowed)} of {count} effects, of which one would do: {listed} "
@@ -99,12 +98,11 @@ def _error_words(before: State, after: State | None) -> str:
     return f"weighted RMS {told}; 1 = noise{', by the fitted curves' if fitted else ''}"
 
 
-def _unnamed_words(told: str, count: int, unnamed: str | None) -> str:
+def _unnamed_words(told: str, count: int, unnamed: str) -> str:
     """Why the only effect allowed is not named."""
     lead = f"Among the {count} effects of the library the miss is consistent with one alone, {told}, but"
     return {
         AT_LIMIT: f"{lead} only at the largest magnitude looked at: it is not named. Either the effect is larger than "
         "is plausible, or something outside the library looks like it.",
         UNSEEN: f"{lead} what it changes is what the calibrated parameters change as well: it is not named.",
-        ABSENT: f"{lead} its best magnitude is 0: it is not named.",
-    }[unnamed or ABSENT]
+    }[unnamed]

@@ -98,7 +98,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="module", autouse=True)
 def on_threads() -> Iterator[None]:
     """Strikes on threads: processes would compile anew."""
     with pytest.MonkeyPatch.context() as patch:
@@ -108,7 +108,7 @@ def on_threads() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path, on_threads: None) -> dict[str, Any]:
+def found(folder: Path) -> dict[str, Any]:
     """The soft clamp's diagnosis, made while any look at a truth file would have ended it."""
     opened = io.open
 
@@ -127,7 +127,7 @@ def found(folder: Path, on_threads: None) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def study(folder: Path, found: dict[str, Any], on_threads: None) -> Iterator[Study]:
+def study(folder: Path, found: dict[str, Any]) -> Iterator[Study]:  # noqa: ARG001 (its strikes)
     """The case made ready, from the strikes that the diagnosis before has paid for."""
     dataset = load_dataset(folder / "out" / "doe")
     with Strikes(folder / "out" / "runs", (folder / "out" / "doe" / "runs",), 1) as strikes:
