@@ -16,7 +16,8 @@ from reports.figures.diagnosis import before_after_figure, consistency_figure
 from reports.figures.style import png
 from reports.render import rendered
 from reports.results import Results
-from reports.sections.diagnosis import DiagnosisResults, sections
+from reports.sections.diagnosis import DiagnosisResults, effects_section, verdict_section
+from reports.sections.diagnosis_trust import trust_section
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
@@ -58,7 +59,7 @@ def write_diagnosis_page(folder: str | Path) -> Path:
 
 def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
-    made: list[Section] = list(sections(results))
+    made: list[Section] = [verdict_section(results), effects_section(results), trust_section(results)]
     record = Path(results.content["record"]["path"]).stem or "record"
     kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
     return rendered(

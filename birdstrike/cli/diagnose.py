@@ -72,7 +72,9 @@ def lines(found: Diagnosis) -> Iterator[str]:
     for entry in found.tolerances:
         models = ", ".join(entry["confidence_set"]) or "no model"
         tolerance = f"{100 * entry['tolerance']:g} % of the peak"
-        yield f"at a tolerance of {tolerance}: {HEADS[entry['verdict']].lower()} ({models})"
+        after = f" -> {entry['after']['weighted']:.2f}" if entry["after"] else ""
+        error = f"weighted RMS {entry['before']['weighted']:.2f}{after}"
+        yield f"at a tolerance of {tolerance}: {HEADS[entry['verdict']].lower()} ({models}), {error}"
     yield f"{HEADS[found.verdict]}. {found.sentence}"
 
 
@@ -122,15 +124,16 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
 
 
 def before_after(found: Diagnosis) -> str:
-    """The error in the sensors' units and against the noise, fitted and held out."""
+    """The error in the sensors' units and against the noise, of one strike at each fit; and held out."""
     from inversion.words import quantity
 
     parts: list[str] = []
-    for name, value in found.before.rmse.items():
+    first, last = found.before.error, found.after.error if found.after else None
+    for name, value in first["rmse"].items():
         unit = found.curves[name]["unit"]
-        after = f" -> {quantity(found.after.rmse[name], unit)}" if found.after else ""
+        after = f" -> {quantity(last['rmse'][name], unit)}" if last else ""
         parts.append(f"{name} {quantity(value, unit)}{after}")
-    weighted = f"{found.before.weighted:.2f}" + (f" -> {found.after.weighted:.2f}" if found.after else "")
+    weighted = f"{first['weighted']:.2f}" + (f" -> {last['weighted']:.2f}" if last else "")
     held = [
         f"{name.replace('_', ' ')} {one.before:.2f}{f' -> {one.after:.2f}' if one.after is not None else ''}"
         for name, one in found.held_out.items()
@@ -152,8 +155,9 @@ def summary(found: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": found.verdict,
         "confidence_set": list(found.confidence_set),
-        "weighted_before": found.before.weighted,
-        "weighted_after": found.after.weighted if found.after else None,
+        "unnamed": found.unnamed,
+        "weighted_before": found.before.error["weighted"],
+        "weighted_after": found.after.error["weighted"] if found.after else None,
         "case_after": found.case_after,
         "warnings": list(found.warnings),
     }

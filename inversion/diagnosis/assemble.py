@@ -10,13 +10,12 @@ from data.histories import Array
 from inversion.diagnosis.detectable import absorbed, minimum_detectable
 from inversion.diagnosis.diagnosis import EffectFigures, State
 from inversion.diagnosis.evidence import biases, log_evidence, magnitude, parameter_intervals, twins
-from inversion.diagnosis.heldout import errors
 from inversion.diagnosis.judge import Judge, Judged
+from inversion.diagnosis.miss import allowance, by_channel, errors, rms
 from inversion.diagnosis.model import NUISANCE_EFFECT
+from inversion.diagnosis.restrike import Struck
+from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NONE
-
-INFLATED = 10.0
-WHITE = 4.0
 
 
 def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigures, ...]:
@@ -48,17 +47,17 @@ def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigur
     return tuple(sorted(found, key=lambda one: -one.log_evidence))
 
 
-def state(judge: Judge, judged: Judged, heldout: dict[str, float | None]) -> State:
-    """A model's errors on the data used, and its parameters."""
-    record, miss = judge.record, judge.record.values - judged.fit.curve
-    rmse = {t.name: float(np.sqrt(np.mean(miss[record.channel == i] ** 2))) for i, t in enumerate(record.traces)}
-    weighted, raw = errors(judge, judged, judge.used)
+def state(judge: Judge, judged: Judged, heldout: dict[str, float | None], struck: Struck | None = None) -> State:
+    """A model's errors on the data used, fitted and by one strike, and its parameters."""
+    miss = judge.record.values - judged.fit.curve
+    weighted, raw = errors(judge, miss, allowance(judge, judged.fit), judge.used)
     units = dict(zip(judge.groundwork.dataset.names, judge.groundwork.dataset.units, strict=True))
     parameters = {
         name: {"value": value, "interval_95": interval, "unit": units[name]}
         for name, (value, interval) in parameter_intervals(judged.fit).items()
     }
-    return State(judged.name, rmse, weighted, raw, heldout, parameters)
+    solver = struck.figures() if struck else None
+    return State(judged.name, by_channel(judge, miss), weighted, raw, heldout, parameters, solver)
 
 
 def detectable(models: dict[str, Judged], alpha: float) -> dict[str, float | None]:
@@ -100,7 +99,7 @@ def numerical_figures(judge: Judge) -> dict[str, float]:
     """RMS of every bias direction in units of the measurement noise."""
     model = judge.groundwork.model(judge.record)
     sigma = np.sqrt(np.diag(judge.measurement))
-    directions = judge.groundwork.numerical.directions
+    directions = judge.groundwork.numerical.sizes
     return {n: float(np.sqrt(np.mean((model.sample(d[None])[0] / sigma) ** 2))) for n, d in directions.items()}
 
 
@@ -114,49 +113,50 @@ def nuisance_figures(judge: Judge, judged: Judged) -> dict[str, dict[str, float]
     }
 
 
-def doubts(judge: Judge, judged: Judged, base: Judged) -> list[str]:
-    """Why a fit should not be believed: bounds, inflated variances, a residual that is not the assumed noise."""
-    found: list[str] = []
-    names = [name.rsplit(".", 1)[-1] for name in judge.groundwork.coordinates.names]
-    for name, hit, flat in zip(names, judged.fit.at_bound, judged.fit.box.flat, strict=False):
-        if hit and not flat:
-            found.append(f"model {judged.name}: {name} is held by an end of its range")
-    if judged.fit.own and judged.fit.at_bound[-1] and judged.fit.magnitudes[-1]:
-        found.append(f"model {judged.name}: its magnitude is held by the largest that was looked at")
-    if judged.name != NONE:
-        ratio = _inflation(judged, base)
-        worst = int(np.argmax(ratio)) if len(ratio) else 0
-        if len(ratio) and ratio[worst] > INFLATED:
-            found.append(
-                f"model {judged.name}: the effect inflates the variance of {names[worst]} {ratio[worst]:.0f} times; "
-                "the two can hardly be told apart"
-            )
-    return found + _residual_noise(judge, judged)
+def pair_figures(judge: Judge, judged: Judged) -> dict[str, Any]:
+    """A pair of effects that the data allow; magnitudes in SI."""
+    known = judged.fit.problem.model.known
+    own = [known[i] for i in judged.fit.own]
+    miss = judge.record.values - judged.fit.curve
+    return {
+        "effects": [one.name for one in own],
+        "magnitudes": [one.magnitude(float(b)) for one, b in zip(own, judged.fit.magnitudes, strict=True)],
+        "p_consistent": judged.p,
+        "weighted": errors(judge, miss, allowance(judge, judged.fit), judge.used)[0],
+    }
 
 
-def _inflation(judged: Judged, base: Judged) -> Array:
-    """Variance of each parameter with the effect free over that without."""
-    r = len(judged.fit.z)
-    with_effect, without = np.diag(judged.fit.covariance())[:r], np.diag(base.fit.covariance())[:r]
-    return np.where(without > 0.0, with_effect / np.where(without > 0.0, without, 1.0), 1.0)
+def strike_figures(judge: Judge, models: dict[str, Judged], strikes: Strikes) -> dict[str, Any]:
+    """Strikes paid and reused, and the emulator's error where the solver was asked."""
+    off: dict[str, dict[str, float]] = {}
+    for name, one in models.items():
+        correction = one.fit.problem.model.correction
+        if np.ndim(correction):
+            parts = np.split(np.asarray(correction), len(judge.record.traces))
+            off[name] = {trace.name: rms(part) for trace, part in zip(judge.record.traces, parts, strict=True)}
+    return {
+        "campaign": len(judge.groundwork.dataset.runs),
+        "paid": strikes.paid,
+        "reused": strikes.reused,
+        "emulator_error": off,
+        "failed": dict(strikes.failures),
+    }
 
 
-def _residual_noise(judge: Judge, judged: Judged) -> list[str]:
-    """The whitened residual of a model in the confidence set should be white and of size 1."""
-    n = int(judge.used.sum())
-    residual = judged.fit.linear.residual[:n]
-    channel = judge.record.channel[judge.used]
-    found: list[str] = []
-    for i, trace in enumerate(judge.record.traces):
-        part = residual[channel == i]
-        if len(part) < 20:
-            continue
-        rho = float(part[1:] @ part[:-1] / (part @ part)) * np.sqrt(len(part))
-        size = float((part @ part - len(part)) / np.sqrt(2.0 * len(part)))
-        if abs(rho) > WHITE or abs(size) > WHITE:
-            rms = np.sqrt(np.mean(part**2))
-            found.append(
-                f"model {judged.name}: the whitened residual of {trace.name} is not the noise that was assumed (RMS "
-                f"{rms:.2f}, 1 expected; correlation of neighbours {rho / np.sqrt(len(part)):.2f}); p-values lean on it"
-            )
-    return found
+def curves(judge: Judge, fits: dict[str, Judged | None], struck: dict[str, Struck]) -> dict[str, Any]:
+    """Record and curves on the record's points, per channel: fitted, and the solver's own where there is a strike."""
+    record = judge.record
+    columns = {
+        "time": record.middle,
+        "measured": record.values,
+        "sigma": np.sqrt(np.diag(judge.measurement)),
+        "error": np.sqrt(np.diag(judge.measurement + judge.numerical)),
+    }
+    for label, one in fits.items():
+        fitted = one.fit.curve if one else np.full(len(record.values), np.nan)
+        columns[label] = struck[label].curve if label in struck else fitted
+        columns[f"{label}_fitted"] = fitted
+    return {
+        trace.name: {"unit": trace.unit} | {key: values[record.channel == i] for key, values in columns.items()}
+        for i, trace in enumerate(record.traces)
+    }

@@ -9,15 +9,20 @@ import pandas as pd
 from data.files import write_atomically
 from inversion.diagnosis.diagnosis import Diagnosis
 
+COLUMNS = ("measured", "sigma", "error", "before", "after", "before_fitted", "after_fitted")
+
 
 def write_curves(path: Path, found: Diagnosis) -> None:
-    """Columns: channel, time_s, measured, sigma (of it), error (numerical too), before, after (empty: none); SI."""
+    """Columns: channel, time_s, measured, sigma (of it), error (numerical too), before, after (empty: none); SI.
+
+    before, after: of one strike of the solver at each fit; before_fitted, after_fitted: what the fits foretold of it.
+    """
     tables = [
         pd.DataFrame(
             {
                 "channel": name,
                 "time_s": c["time"],
-                **{k: c[k] for k in ("measured", "sigma", "error", "before", "after")},
+                **{k: c[k] for k in COLUMNS},
             }
         )
         for name, c in found.curves.items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,9 @@ from data.files import write_json
 from inversion.diagnosis.heldout import HeldOut
 from inversion.diagnosis.remainder import Remainder
 from inversion.diagnosis.separate import Proposal
+from solver.case import Case
+
+OWN_FILES = ("curves", "case", "held_out")  # fields that are not written to diagnosis.json as they stand
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,9 @@ class State:
     """The model before or after the effect is added.
 
     rmse: sensor -> SI; weighted: whitened RMS (1 = noise); raw: the same with measurement noise alone as the unit;
-    heldout: time_block, channel, shot -> whitened RMS or None; parameters: name -> value, interval_95, unit.
+    heldout: time_block, channel (the worst one), shot -> whitened RMS or None; parameters: name -> value, interval_95,
+    unit; solver: the first three (rmse, weighted, raw) of one strike of the solver at the fit, and `off`, the RMS of
+    what lies between its curve and the fitted one, whitened; None where there is no such strike.
     """
 
     model: str
@@ -55,6 +60,12 @@ class State:
     raw: float
     heldout: Mapping[str, float | None]
     parameters: Mapping[str, Mapping[str, Any]]
+    solver: Mapping[str, Any] | None = None
+
+    @property
+    def error(self) -> Mapping[str, Any]:
+        """rmse, weighted, raw: the solver's own where there is a strike, else the fitted ones."""
+        return self.solver or vars(self)
 
     def figures(self) -> dict[str, Any]:
         """For JSON."""
@@ -63,7 +74,12 @@ class State:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything that a diagnosis found; `sentence` is the one for a test report."""
+    """Everything that a diagnosis found; `sentence` is the one for a test report.
+
+    unnamed: why the only effect in the confidence set is not named (see inversion.diagnosis.choice), else None;
+    held_out: by time_block, "channel <name>", shot; tolerances: where no noise is known, the verdict at each;
+    case: the case with the effect in it, which `case_after` is the file of.
+    """
 
     alpha: float
     verdict: str
@@ -85,7 +101,9 @@ class Diagnosis:
     refused: Mapping[str, str]
     record: Mapping[str, Any]
     sentence: str
+    unnamed: str | None = None
     curves: Mapping[str, Any] = field(default_factory=dict)
+    case: Case | None = None
 
     def named(self, name: str) -> EffectFigures:
         """Figures of one model."""
@@ -93,14 +111,14 @@ class Diagnosis:
 
     def figures(self) -> dict[str, Any]:
         """The content of diagnosis.json, without the schema's version."""
-        plain = {key: value for key, value in vars(self).items() if key not in ("curves", "held_out")}
+        plain = {key: value for key, value in vars(self).items() if key not in OWN_FILES}
         proposal = self.next_measurement
         return {
             **plain,
             "effects": [one.figures() for one in self.effects],
             "before": self.before.figures(),
             "after": self.after.figures() if self.after else None,
-            "next_measurement": {**vars(proposal), "sentence": proposal.sentence} if proposal else None,
+            "next_measurement": {**asdict(proposal), "sentence": proposal.sentence} if proposal else None,
             "remainder": self.remainder.figures() if self.remainder else None,
             "held_out": {name: vars(one) for name, one in self.held_out.items()},
         }

@@ -81,15 +81,19 @@ class Judge:
         """The same with fewer points."""
         return replace(self, used=used)
 
-    def whitener(self, fit: Fit) -> Whitener:
-        """Of the points used, with the numerical and the emulator's error at a fit.
+    def allowance(self, fit: Fit) -> Array:
+        """(n, n) covariance of a fit's miss on all points: noise, and the numerical and the model's own error there.
 
-        The latter stays where a strike corrects the model: it is also that of one strike about what is smooth in the
-        parameters, which the correction carries over to its neighbours.
+        The emulator's stays where a strike corrects the model: it is also that of one strike about what is smooth in
+        the parameters, which the correction carries over to its neighbours.
         """
         model = fit.problem.model
-        error = self.error(model, fit.place, fit.box) + emulator_error(model, fit.theta) + response_error(model, fit.b)
-        return Whitener.of(self.measurement + error, self.used)
+        own = emulator_error(model, fit.theta) + response_error(model, fit.b)
+        return self.measurement + self.error(model, fit.place, fit.box) + own
+
+    def whitener(self, fit: Fit) -> Whitener:
+        """Of the points used, at a fit."""
+        return Whitener.of(self.allowance(fit), self.used)
 
     def start(self) -> list[Fit]:
         """Minima of the model without effects, the best one's whitener its own."""

@@ -14,7 +14,7 @@ from data.histories import Array
 from inversion.diagnosis.noise import Noise, noise_of
 from inversion.words import quantity
 
-MOST_POINTS = 800  # of all channels together: beyond it, neighbours are averaged
+MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
 
 

@@ -1,4 +1,4 @@
-"""Sections of a diagnosis: verdict and sentence, before and after, every effect, what could hide, how it was judged."""
+"""Sections of a diagnosis: verdict and sentence, before and after, every effect, what could hide."""
 
 from __future__ import annotations
 
@@ -27,11 +27,6 @@ class DiagnosisResults:
     def units(self) -> dict[str, str]:
         """SI unit of every channel."""
         return {name: entry["unit"] for name, entry in self.content["noise"]["sensors"].items()}
-
-
-def sections(results: DiagnosisResults) -> tuple[Section, ...]:
-    """The whole page."""
-    return (verdict_section(results), effects_section(results), trust_section(results))
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
@@ -66,7 +61,7 @@ def verdict_section(results: DiagnosisResults) -> Section:
 def _errors(results: DiagnosisResults) -> Table:
     """RMS errors, fitted and held out."""
     content, units = results.content, results.units
-    before, after = content["before"], content["after"]
+    before, after = error(content["before"]), error(content["after"]) if content["after"] else None
     rows = [
         (
             f"{name.replace('_', ' ')}, RMS",
@@ -78,19 +73,36 @@ def _errors(results: DiagnosisResults) -> Table:
     rows.append(
         (
             "all, against noise and numerical error (1 = noise)",
-            _two(before["weighted"]),
-            _two(after["weighted"]) if after else "–",
+            two(before["weighted"]),
+            two(after["weighted"]) if after else "–",
         )
     )
-    rows.append(("all, against measurement noise alone", _two(before["raw"]), _two(after["raw"]) if after else "–"))
+    rows.append(("all, against measurement noise alone", two(before["raw"]), two(after["raw"]) if after else "–"))
     for name, one in content["held_out"].items():
         chosen = f" (trained without it: {one['chosen'] or 'no effect'})" if one["verdict"] != "not repeated" else ""
-        rows.append((f"held-out {name.replace('_', ' ')}{chosen}", _two(one["before"]), _two(one["after"])))
-    caption = "The error before and after. Held out: selection and refit were repeated without that part of the data."
-    return Table(("error", "before", "after"), tuple(rows), caption, frozenset({1, 2}))
+        rows.append((f"held-out {name.replace('_', ' ')}{chosen}", two(one["before"]), two(one["after"])))
+    return Table(("error", "before", "after"), tuple(rows), _caption(content), frozenset({1, 2}))
 
 
-def _two(value: float | None) -> str:
+def error(state: Mapping[str, Any]) -> Mapping[str, Any]:
+    """rmse, weighted, raw of a state: the solver's own where there is a strike, else the fitted ones."""
+    return state.get("solver") or state
+
+
+def _caption(content: Mapping[str, Any]) -> str:
+    """Whose curves the errors are of."""
+    made = [state for label in ("before", "after") if (state := content[label])]
+    struck = all(state.get("solver") for state in made)
+    whose = "of one strike of the solver at each fit" if struck else "of the fitted curves where no strike was made"
+    fitted = " -> ".join(two(state["weighted"]) for state in made)
+    return (
+        f"The error before and after, {whose} (the fitted curves foretold {fitted} against noise and numerical error). "
+        "Held out: selection and refit were repeated without that part of the data; nothing is fitted to another shot."
+    )
+
+
+def two(value: float | None) -> str:
+    """A whitened RMS."""
     return "–" if value is None else f"{value:.2f}"
 
 
@@ -123,68 +135,25 @@ def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
     unit = one["unit"]
     twins = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in one["twins"].items()) or "–"
     share = "–" if one["absorbed"] is None else f"{100 * one['absorbed']:.0f} %"
-    value = "–"
-    if one["magnitude"] is not None and one["interval_95"] is None:
-        value = f"{_sized(one['magnitude'], unit)} (limit of the search reached)"
-    elif one["magnitude"] is not None:
-        low, high = (
-            _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
-        )
-        value = f"{_sized(one['magnitude'], unit)} ({low} to {high})"
     return (
-        one["name"], f"{one['p_consistent']:.3f}", f"{one['log_evidence']:+.1f}", value, twins,
+        one["name"], f"{one['p_consistent']:.3f}", f"{one['log_evidence']:+.1f}", magnitude(one), twins,
         "–" if least is None else _sized(least, unit).lstrip("+"), share,
     )  # fmt: skip
+
+
+def magnitude(one: Mapping[str, Any]) -> str:
+    """ "+0.2 mm (+0.1 to +0.3)"."""
+    unit = one["unit"]
+    if one["magnitude"] is None:
+        return "–"
+    if one["interval_95"] is None:
+        return f"{_sized(one['magnitude'], unit)} (limit of the search reached)"
+    low, high = (
+        _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
+    )
+    return f"{_sized(one['magnitude'], unit)} ({low} to {high})"
 
 
 def _sized(value: float, unit: str) -> str:
     shown = SHOWN.get(unit, unit)
     return f"{from_si(value, shown) if shown else value:+.3g} {shown}".strip()
-
-
-def trust_section(results: DiagnosisResults) -> Section:
-    """Noise, numerical error, nuisances, strikes, tolerances."""
-    content, units = results.content, results.units
-    noise = tuple(
-        (
-            name.replace("_", " "), in_words(entry["sigma"], units[name], 2), entry["source"], str(entry["points"]),
-            f"{100 * entry['numerical_share']:.0f} %",
-        )
-        for name, entry in content["noise"]["sensors"].items()
-    )  # fmt: skip
-    directions = tuple((name, f"{size:.2f}") for name, size in content["noise"]["numerical"].items())
-    blocks: list[Block] = [
-        Table(
-            ("sensor", "noise", "source", "points", "numerical share"),
-            noise,
-            "Noise of the record, and what numerical error has of the whole.",
-        ),
-        Table(
-            ("numerical choice changed", "change of the curves"),
-            directions,
-            "Numerical bias: change of the curves, RMS in units of the noise. These directions count as no effect.",
-            frozenset({1}),
-        ),
-    ]
-    if content["tolerances"]:
-        rows = tuple(
-            (f"{100 * t['tolerance']:g} %", HEADS[t["verdict"]], ", ".join(t["confidence_set"]) or "no model")
-            for t in content["tolerances"]
-        )
-        blocks.append(
-            Table(
-                ("tolerance", "verdict", "confidence set"),
-                rows,
-                "No noise is known: the verdict at stated tolerances, as shares of the peak.",
-            )
-        )
-    strikes = content["strikes"]
-    blocks.append(
-        Paragraph(
-            f"Strikes: {strikes['campaign']} of the campaign, {strikes['paid']} more, {strikes['reused']} found stored."
-        )
-    )
-    if content["refused"]:
-        lost = "; ".join(f"{name}: {reason}" for name, reason in content["refused"].items())
-        blocks.append(Paragraph(f"Effects that the case cannot carry: {lost}."))
-    return Section("trust", "What the verdict rests on", tuple(blocks))

@@ -5,17 +5,24 @@ from __future__ import annotations
 import html
 import io
 import json
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from data.curves import Measured, write_measured
+from data.curves import Measured, read_measured, write_measured
 from data.errors import MeasuredError
-from inversion.diagnosis.diagnose import Wishes, diagnose
+from doe.campaign import load_dataset
+from inversion.diagnosis.choice import Choice
+from inversion.diagnosis.diagnose import Study, Wishes, diagnose
+from inversion.diagnosis.groundwork import prepare
+from inversion.diagnosis.responses import library
+from inversion.diagnosis.strikes import Strikes
+from inversion.diagnosis.write import write
 from reports.diagnosis import write_diagnosis_page
 from solver.case import load_case
 from solver.simulate import simulate
@@ -65,32 +72,44 @@ range = ["1000 m/s", "1800 m/s"]
 speed = "0.3 m/s"
 """
 NOISE = {"middle": 5e-5, "gauge": 5e-5}
-PLANTED = 3e-5  # rad/N
+PLANTED = {"clamp": {"clamp_rotation": 3e-5}, "drift": {"sensor_drift": 0.8}, "clean": {}}
+"""Record -> what its strike has that the case does not declare: rad/N, m/s."""
+FINER = {"bird.particles": "600", "bird.lattice": "cubic", "plate.elements": "[15, 12]"}
+QUICK = Wishes(workers=1, runs=8)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The declared case and a record of a strike on a softer clamp, on a finer mesh and another lattice."""
+    """The declared case, and records of strikes on a finer mesh and another lattice."""
     place = tmp_path_factory.mktemp("diagnose")
     (place / "case.toml").write_text(CASE)
-    finer = {"bird.particles": "600", "bird.lattice": "cubic", "plate.elements": "[15, 12]"}
-    truth = load_case(place / "case.toml", finer).with_effects({"clamp_rotation": PLANTED})
-    strike = simulate(truth.resolved(), threads=1)
-    time = 8e-6 * np.arange(-70, 101)
+    finer = load_case(place / "case.toml", FINER)
     rng = np.random.default_rng(3)
-    channels = {
-        name: np.interp(time, strike.time, strike.channels[name]) + NOISE[name] * rng.standard_normal(len(time))
-        for name in NOISE
-    }
-    measured = Measured(time, channels, {}, {n: strike.units[n] for n in NOISE}, ("SIMULATED, not measured",))
-    write_measured(place / "shot.csv", measured)
-    (place / "shot.truth.toml").write_text("not to be read")
+    time = 8e-6 * np.arange(-70, 101)
+    for name, effects in PLANTED.items():
+        strike = simulate(finer.with_effects(effects).resolved(), threads=1)
+        channels = {
+            n: np.interp(time, strike.time, strike.channels[n]) + NOISE[n] * rng.standard_normal(len(time))
+            for n in NOISE
+        }
+        measured = Measured(time, channels, {}, {n: strike.units[n] for n in NOISE}, ("SIMULATED, not measured",))
+        write_measured(place / f"{name}.csv", measured)
+        (place / f"{name}.truth.toml").write_text("not to be read")
     return place
+
+
+@pytest.fixture(scope="module", autouse=True)
+def on_threads() -> Iterator[None]:
+    """Strikes on threads: processes would compile anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
+        patch.setattr("inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
+        yield
 
 
 @pytest.fixture(scope="module")
 def found(folder: Path) -> dict[str, Any]:
-    """The diagnosis's JSON, made while any look at the truth file would have ended it; strikes on threads."""
+    """The soft clamp's diagnosis, made while any look at a truth file would have ended it."""
     opened = io.open
 
     def guarded(file: Any, *args: Any, **kwargs: Any) -> Any:
@@ -99,27 +118,75 @@ def found(folder: Path) -> dict[str, Any]:
         return opened(file, *args, **kwargs)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
-        patch.setattr("inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
         patch.setattr(io, "open", guarded)
         patch.setattr("builtins.open", guarded)
         with pytest.raises(PermissionError):
-            (folder / "shot.truth.toml").read_text()
-        diagnose(folder / "case.toml", folder / "shot.csv", folder / "out", wishes=Wishes(workers=1, runs=8))
+            (folder / "clamp.truth.toml").read_text()
+        diagnose(folder / "case.toml", folder / "clamp.csv", folder / "out", wishes=QUICK)
     return json.loads((folder / "out" / "diagnosis.json").read_text())
 
 
-def test_a_soft_clamp_is_found_on_a_case_that_nobody_prepared(folder: Path, found: dict[str, Any]) -> None:
+@pytest.fixture(scope="module")
+def study(folder: Path, found: dict[str, Any]) -> Iterator[Study]:  # noqa: ARG001 (its strikes)
+    """The case made ready, from the strikes that the diagnosis before has paid for."""
+    dataset = load_dataset(folder / "out" / "doe")
+    with Strikes(folder / "out" / "runs", (folder / "out" / "doe" / "runs",), 1) as strikes:
+        ground = prepare(load_case(folder / "case.toml"), dataset, tuple(NOISE), strikes, lambda _: None)
+        yield Study(ground, strikes, QUICK)
+
+
+@pytest.fixture(scope="module")
+def drifted(folder: Path, study: Study) -> dict[str, Any]:
+    """The diagnosis of a transducer that drifts, which no effect of plate or bird can look like before contact."""
+    (folder / "drift").mkdir()
+    write(study.diagnosis(read_measured(folder / "drift.csv"), read_measured(folder / "clean.csv")), folder / "drift")
+    return json.loads((folder / "drift" / "diagnosis.json").read_text())
+
+
+def test_a_soft_clamp_is_found_on_a_case_that_nobody_prepared(found: dict[str, Any]) -> None:
     assert "none" not in found["confidence_set"]
     assert "clamp_rotation" in found["confidence_set"]
     (clamp,) = (one for one in found["effects"] if one["name"] == "clamp_rotation")
     assert clamp["unit"] == "rad/N"
     assert clamp["confirmed"]
     assert clamp["interval_95"][0] < clamp["magnitude"] < clamp["interval_95"][1]
-    assert clamp["magnitude"] == pytest.approx(PLANTED, rel=0.5)
+    assert clamp["magnitude"] == pytest.approx(PLANTED["clamp"]["clamp_rotation"], rel=0.5)
     assert found["after"]["weighted"] < found["before"]["weighted"]
-    if found["case_after"]:
-        assert load_case(folder / "out" / found["case_after"]).effects.keys() == {"clamp_rotation"}
+
+
+def test_a_drifting_transducer_is_attributed(drifted: dict[str, Any]) -> None:
+    assert (drifted["verdict"], drifted["confidence_set"]) == ("attributed", ["sensor_drift"])
+    assert drifted["unnamed"] is None
+    (drift,) = (one for one in drifted["effects"] if one["name"] == "sensor_drift")
+    low, high = drift["interval_95"]
+    assert low < PLANTED["drift"]["sensor_drift"] < high
+    assert set(drifted["held_out"]) == {"time_block", "channel middle", "channel gauge", "shot"}
+    channels = {drifted["held_out"][f"channel {n}"]["before"] for n in NOISE}
+    assert drifted["before"]["heldout"]["channel"] in channels
+
+
+def test_one_strike_of_the_written_case_is_the_error_and_the_curve_after(folder: Path, drifted: dict[str, Any]) -> None:
+    path = folder / "drift" / drifted["case_after"]
+    case = load_case(path)
+    assert case.effects.keys() == {"sensor_drift"}
+    assert case.impact.speed == pytest.approx(60.0 + drifted["nuisance"]["speed"]["value"], rel=1e-9) != 60.0
+    assert "Fitted nuisances are written" in path.read_text()
+    assert not {"impact_speed"} & library(case)[1].keys()  # the nuisance can be carried again
+    strike = simulate(case.resolved(), threads=1)
+    curves = pd.read_csv(folder / "drift" / "diagnosis.csv")
+    assert drifted["after"]["solver"]["off"] < 1 / 3
+    for name, rmse in drifted["after"]["solver"]["rmse"].items():
+        here = curves[curves.channel == name]
+        again = np.interp(here.time_s, strike.time, strike.channels[name])
+        assert again == pytest.approx(here.after.to_numpy(), rel=1e-6, abs=1e-9)
+        assert rmse == pytest.approx(np.sqrt(np.mean((here.measured - again) ** 2)), rel=1e-6)
+        assert drifted["before"]["solver"]["rmse"]["middle"] > 2.0 * drifted["after"]["solver"]["rmse"]["middle"]
+
+
+def test_a_clean_record_needs_no_effect(folder: Path, study: Study) -> None:
+    _, models = study.judgement(study.read(read_measured(folder / "clean.csv")))
+    choice = Choice.of(models, QUICK.alpha)
+    assert (choice.verdict, choice.chosen) == ("no_significant_residual", None)
 
 
 def test_the_json_holds_what_other_programs_read(found: dict[str, Any]) -> None:
@@ -141,5 +208,5 @@ def test_a_channel_that_the_case_lacks_is_named_before_any_strike(folder: Path, 
     time = np.linspace(0.0, 1e-3, 50)
     record = Measured(time, {"elsewhere": time}, {}, {"elsewhere": "m"}, path="x.csv")
     with pytest.raises(MeasuredError, match="elsewhere"):
-        diagnose(folder / "case.toml", replace(record), tmp_path / "out")
+        diagnose(folder / "case.toml", record, tmp_path / "out")
     assert not (tmp_path / "out").exists()
