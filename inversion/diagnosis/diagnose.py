@@ -26,6 +26,7 @@ from inversion.diagnosis.groundwork import Groundwork, prepare
 from inversion.diagnosis.heldout import HeldOut, channel, hold_out, other_shot, time_block
 from inversion.diagnosis.judge import Judge, Judged, near
 from inversion.diagnosis.record import Record, Window, read_record
+from inversion.diagnosis.refinable import unrefined
 from inversion.diagnosis.remainder import Remainder, pairs, remainder
 from inversion.diagnosis.separate import Proposal, propose
 from inversion.diagnosis.strikes import Strikes
@@ -281,6 +282,7 @@ class Study:
         ]
         if unheard:
             found.append(f"at a plausible size these change nothing in this strike: {', '.join(unheard)}")
+        found += unrefined(self.ground.case, self.ground.numerical.directions)
         if not judge.record.noise_known:
             found.append("no noise is known: the verdict rests on a stated tolerance; see how it changes with that")
         return tuple(found)

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter1d
 
 from data.errors import CaseError
 from data.histories import Array
+from doe.deck import no_place
 from solver.case import Case
 from solver.case_overlay import Raw, overlay
 
@@ -82,16 +83,21 @@ def _particles(case: Case, share: float) -> int:
 
 
 def variants(case: Case, theta: Mapping[str, float]) -> dict[str, Case]:
-    """The case at theta with each choice changed, by the choice's name; those that cannot be built are left out."""
+    """The case at theta with each choice changed, by the choice's name; those that cannot be built are left out.
+
+    So are those for which an external solver's deck has no place.
+    """
     from solver.case import case_from_table
 
     base = case.with_values(theta)
     cases: dict[str, Case] = {}
     for choice in choices(case):
         try:
-            cases[choice.name] = case_from_table(overlay(base._raw, choice.changes), base.name)
+            changed = case_from_table(overlay(base._raw, choice.changes), base.name)
         except CaseError:
             continue
+        if not no_place(base, changed):
+            cases[choice.name] = changed
     return cases
 
 
