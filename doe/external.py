@@ -30,7 +30,7 @@ TAIL = 300
 
 
 def external_solver(case: Case) -> Solver:
-    """The case's external solver; raises CaseError where the template cannot be filled or ignores what the case asks for.
+    """The case's external solver; raises CaseError where the template cannot be filled or leaves out what is asked.
 
     A strike gets its second chance only where the template holds `step_factor`: nothing else would be safer.
     """
