@@ -17,6 +17,7 @@ import numpy as np
 from data.errors import CaseError, RunFailed
 from data.histories import Array, Histories
 from doe import guard
+from doe.deck import uncarried
 from doe.external_output import read_sensor
 from doe.solvers import STEP_FACTORS, Solver
 from doe.template import rendered
@@ -29,7 +30,7 @@ TAIL = 300
 
 
 def external_solver(case: Case) -> Solver:
-    """The case's external solver; raises CaseError where the template cannot be filled or ignores a parameter.
+    """The case's external solver; raises CaseError where the template cannot be filled or leaves out what is asked.
 
     A strike gets its second chance only where the template holds `step_factor`: nothing else would be safer.
     """
@@ -42,6 +43,7 @@ def external_solver(case: Case) -> Solver:
         for p in case.parameters()
         if rendered(case.with_values({p.name: p.low})) == rendered(case.with_values({p.name: p.high}))
     ]
+    errors += [f"effects.{name}: {reason}" for name in case.effects if (reason := uncarried(case, name))]
     if errors:
         raise CaseError(errors, f"case {case.name} does not fit its template")
     safer = rendered(case, STEP_FACTORS[-1]) != deck

@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-from jinja2 import nodes
 
 from data.errors import CaseError, UnitError
 from data.units import from_si, si_unit
 from solver.case import Case
-from solver.case_sections import quantity_at
+from solver.case_overlay import at
+from solver.case_sections import entry_at, quantity_at
+
+NAMED = {"plate", "bird", "impact", "time", "solver"}
+"""Tables of a case whose keys a template may name."""
 
 
 class Quantity(float):
@@ -58,10 +61,15 @@ def card(value: float, width: int = 10) -> str:
 
 def rendered(case: Case, step_factor: float = 1.0) -> str:
     """The deck of a case; raises CaseError with the line of the template that cannot be filled."""
+    return filled(case, strike_values(case), step_factor)
+
+
+def filled(case: Case, values: Mapping[str, Any], step_factor: float = 1.0) -> str:
+    """The case's template with other values than its own; raises as `rendered` does."""
     assert case.external is not None
     path = Path(case.external.template)
     try:
-        return _template(path).render(placeholders(case) | {"step_factor": step_factor})
+        return _template(path).render(placeholders(case, values) | {"step_factor": step_factor})
     except jinja2.TemplateSyntaxError as error:
         raise CaseError(f"{path}, line {error.lineno}: {error.message}") from error
     except (jinja2.TemplateError, UnitError, TypeError, ZeroDivisionError) as error:
@@ -70,34 +78,28 @@ def rendered(case: Case, step_factor: float = 1.0) -> str:
         raise CaseError(f"{path} is not UTF-8 text: {error}") from error
 
 
-def placeholders(case: Case) -> dict[str, Any]:
+def strike_values(case: Case) -> dict[str, Any]:
+    """What of a case a template may name, nested, SI; the bird's mass and density as they are, whichever is stated."""
+    tree = case.model_dump(include=NAMED)
+    tree["bird"] |= {"density": case.bird.actual_density, "mass": case.bird.actual_mass}
+    return tree
+
+
+def placeholders(case: Case, values: Mapping[str, Any]) -> dict[str, Any]:
     """What a template may name: the case's own tables, and the last words of the sought parameters' keys.
 
     Beside them velocity_normal and velocity_along, the components of the impact's velocity, both positive.
     """
-    tree = case.model_dump(include={"plate", "bird", "impact", "time", "effects"})
-    tree["bird"]["density"] = case.bird.actual_density
-    known = {name: _quantities(table, name) for name, table in tree.items()}
+    known = {name: _quantities(table, name) for name, table in values.items()}
     last = [name.rsplit(".", 1)[-1] for name in case.inversion.parameters]
     short = {
-        word: _at(known, name)
+        word: at(known, name)
         for name, word in zip(case.inversion.parameters, last, strict=True)
         if last.count(word) == 1 and word not in known
     }
-    along = case.impact.speed * math.cos(case.impact.angle)
-    speeds = {"velocity_normal": Quantity(case.normal_speed, "m/s"), "velocity_along": Quantity(along, "m/s")}
-    return {**short, **known, **speeds}
-
-
-def names_in(template: Path) -> frozenset[str]:
-    """Dotted names that stand in a template: `{{ effects.ogden | to("mm") }}` gives effects.ogden; raises CaseError."""
-    environment = _environment()
-    try:
-        tree = environment.parse(template.read_text(encoding="utf-8"))
-    except jinja2.TemplateSyntaxError as error:
-        raise CaseError(f"{template}, line {error.lineno}: {error.message}") from error
-    dotted = (_dotted(node) for node in tree.find_all((nodes.Getattr, nodes.Name)))
-    return frozenset(name for name in dotted if name)
+    speed, angle = values["impact"]["speed"], values["impact"]["angle"]
+    normal, along = (Quantity(speed * part, "m/s") for part in (math.sin(angle), math.cos(angle)))
+    return {**short, **known, "velocity_normal": normal, "velocity_along": along}
 
 
 def _environment() -> jinja2.Environment:
@@ -113,27 +115,14 @@ def _template(path: Path) -> jinja2.Template:
 
 
 def _quantities(value: Any, key: str) -> Any:
-    """A table of the case with its physical quantities as such."""
+    """A table of the case with its physical quantities as such, those in lists too."""
     if isinstance(value, Mapping):
         return {name: _quantities(entry, f"{key}.{name}") for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        mark = entry_at(key)
+        return value if mark is None else [Quantity(entry, mark.unit) for entry in value]
     mark = quantity_at(key) if isinstance(value, float) else None
     return value if mark is None else Quantity(value, mark.unit)
-
-
-def _at(tree: Any, key: str) -> Any:
-    for part in key.split("."):
-        tree = tree[part]
-    return tree
-
-
-def _dotted(node: nodes.Node) -> str:
-    """`a.b.c` of a chain of attributes; empty for anything else."""
-    if isinstance(node, nodes.Name):
-        return node.name
-    if isinstance(node, nodes.Getattr):
-        inner = _dotted(node.node)
-        return f"{inner}.{node.attr}" if inner else ""
-    return ""
 
 
 def _line(error: Exception) -> str:

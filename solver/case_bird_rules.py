@@ -7,7 +7,7 @@ from typing import Any
 
 from solver.case_bird import derived
 from solver.case_overlay import FROM_MASS, SIZES, Raw, at
-from solver.case_sections import quantities, quantity_at, si
+from solver.case_sections import quantity_at, quantity_in, si
 
 
 def bird_rules(raw: Raw) -> Iterator[str]:
@@ -84,7 +84,6 @@ def _table(raw: Raw) -> Iterator[str]:
 
 def _sought(raw: Raw) -> Iterator[str]:
     parameters: Any = at(raw, "inversion.parameters")
-    known = dict(quantities(raw))
     for key in parameters if isinstance(parameters, dict) else ():
-        if key not in known and quantity_at(key) is not None:
+        if quantity_in(raw, key) is None and quantity_at(key) is not None:
             yield f'inversion.parameters."{key}" is no key of the {at(raw, "bird.material.model")} bird; leave it out'

@@ -5,23 +5,21 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import core_schema
 
 from data.errors import CaseError
-from data.units import UnitError, from_si, quantity_text, to_si
+from data.units import UnitError, quantity_text, to_si
+from solver.case_effect_limits import SHOWN, shown, told_as_the_effect_s
 from solver.case_fields import checked, complaint, each_of
 from solver.case_overlay import Raw, overlay
 from solver.effects import Effect, effects
 
 if TYPE_CHECKING:
     from solver.case import Case
-
-SHOWN = {"m": "mm", "s": "ms", "Pa": "MPa", "rad": "deg", "kg": "kg", "m/s": "m/s", "1/s": "1/s", "": ""}
-SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
-"""SI unit of a magnitude -> the unit in which engineers write it."""
 
 
 class Magnitudes:
@@ -78,13 +76,6 @@ def magnitude_text(effect: Effect, value: float) -> str | float:
     return quantity_text(value, effect.unit) if effect.unit else float(value)
 
 
-def shown(effect: Effect, value: float, digits: int = 3) -> str:
-    """A magnitude in the engineers' unit: "+0.2 mm"."""
-    unit = SHOWN.get(effect.unit, effect.unit)
-    number = from_si(value, unit) if unit else value
-    return f"{number:+.{digits}g} {unit}".strip() if number else f"0 {unit}".strip()
-
-
 def stated(case: Case) -> list[str]:
     """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
     known = effects()
@@ -105,13 +96,21 @@ def with_effects(case: Case, raw: Raw, rebuild: Rebuild) -> Case:
         errors = _refusals(effect, acted, size)
         if errors:
             raise CaseError(errors)
-        table = overlay(table, effect.change(acted, size))
+        act = partial(_with_one, effect, acted, table, rebuild)
         try:
-            acted = rebuild(table)
+            acted, table = act(size)
         except CaseError as error:
-            made = f"effects.{effect.name} = {shown(effect, size)} makes the case wrong"
-            raise CaseError([f"{made}: {line}" for line in error.errors]) from error
+            raise CaseError(told_as_the_effect_s(effect, acted, size, error, act)) from error
     return acted
+
+
+def _with_one(effect: Effect, case: Case, table: Raw, rebuild: Rebuild, size: float) -> tuple[Case, Raw]:
+    """The case and its table with one effect put in place; raises CaseError, also where the effect itself fails."""
+    try:
+        changed = overlay(table, effect.change(case, size))
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise CaseError(f"its function `change` failed: {type(error).__name__}: {error}") from error
+    return rebuild(changed), changed
 
 
 def _refusals(effect: Effect, case: Case, value: float) -> list[str]:

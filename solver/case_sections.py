@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin
@@ -56,13 +56,39 @@ def quantity_at(key: str) -> Between | None:
 
     A key that several models or laws share means the same quantity in all of them.
     """
+    return _quantity(field for field in _fields(key) if not is_list(field))
+
+
+@cache
+def entry_at(key: str) -> Between | None:
+    """Range and unit of every entry of the list under a dotted key ("impact.offset"); None where no such list is."""
+    return _quantity(field for field in _fields(key) if is_list(field))
+
+
+def quantity_in(content: Mapping[str, Any], key: str) -> Between | None:
+    """As `quantity_at`, of the models and laws alone that a case's table has chosen."""
+    return _quantity(field for field in _fields(key, content) if not is_list(field))
+
+
+def _fields(key: str, content: Any = None) -> list[FieldInfo]:
+    """The fields that a dotted key may mean: of all models and laws, or of those that `content` has chosen."""
     first, *rest = key.split(".")
     sections: list[type[Section]] = [STRIKE[first]] if first in STRIKE else []
-    fields: list[FieldInfo] = []
+    content, fields = _below(content, first), []
     for name in rest:
+        content = _below(content, name)
         fields = [section.model_fields[name] for section in sections if name in section.model_fields]
-        sections = [section for field in fields for section in sections_of(field)]
-    marks = (mark for field in fields if not is_list(field) for mark in metadata_of(field))
+        sections = [section for field in fields for section in sections_of(field, content)]
+    return fields
+
+
+def _below(content: Any, name: str) -> Any:
+    return content.get(name) if isinstance(content, Mapping) else None
+
+
+def _quantity(fields: Iterable[FieldInfo]) -> Between | None:
+    """The mark of a physical quantity that any of the fields carries."""
+    marks = (mark for field in fields for mark in metadata_of(field))
     return next((mark for mark in marks if isinstance(mark, Between)), None)
 
 
@@ -85,7 +111,7 @@ def quantities(content: Mapping[str, Any] | None = None) -> Iterator[tuple[str, 
 
 def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[tuple[str, Between]]:
     for name, field in section.model_fields.items():
-        below = content.get(name) if isinstance(content, Mapping) else None
+        below = _below(content, name)
         nested = list(sections_of(field, below))
         found = (pair for kind in nested for pair in _quantities(kind, f"{prefix}{name}.", below))
         if nested:

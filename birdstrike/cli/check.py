@@ -76,12 +76,19 @@ def command(
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
+    from doe.deck import uncarried
     from doe.solvers import solver_for
     from solver.case import case_hash
+    from solver.effects import effects
 
     solver = solver_for(case)
     names = ", ".join(parameter.name for parameter in case.parameters())
     say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
+    uncarriable = {name: one.refuses(case) or uncarried(case, name) for name, one in effects().items()}
+    say(f"Effects that the deck carries: {', '.join(name for name, reason in uncarriable.items() if not reason)}.")
+    for name, reason in uncarriable.items():
+        if reason:
+            say(f"Not {name}: {reason}.")
     if len(solver.step_factors) == 1:
         say("It holds no {{ step_factor }}: a strike that fails has no second chance with half the time step.")
     say(f"Next: birdstrike simulate {given} --out strike")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from data.errors import CaseError
 from data.histories import Array
+from doe.deck import no_place
 from inversion.coordinates import Box, Coordinates
 from solver.case import Case
 from solver.case_overlay import Raw, overlay
@@ -95,17 +96,29 @@ def _finer(case: Case, number: int) -> Raw:
 def _lattice(case: Case, share: float, number: int) -> dict[str, object]:
     """Another number of particles, on either lattice in turn, each disturbed and so lying otherwise."""
     bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}
-    if case.bird.method != "sph":
+    if case.bird.method != "sph" or case.solver.name == "external":
         return bird
     lattices = ("cubic", "fcc") if case.bird.lattice == "fcc" else ("fcc", "cubic")
     return {**bird, "lattice": lattices[number % 2], "jitter": JITTER[number % 2], "seed": number + 1}
 
 
+def unrefined(case: Case, seen: Collection[str]) -> list[str]:
+    """A warning where an external solver's deck lets only some of its numerical error be seen; seen: names of that."""
+    if case.solver.name != "external":
+        return []
+    found = f"is known from {', '.join(seen)} alone" if seen else "is not known at all"
+    return [
+        f"the other solver's numerical error {found}, because its deck has a place for no other numerical choice "
+        "(bird.particles, plate.elements, solver.*); what it does to the curves may be taken for an effect"
+    ]
+
+
 def _changed(case: Case, changes: Raw) -> Case | None:
-    """The case with keys changed; None where it cannot be built."""
+    """The case with keys changed; None where it cannot be built, or where an external solver's deck would not tell."""
     from solver.case import case_from_table
 
     try:
-        return case_from_table(overlay(case._raw, changes), case.name)
+        changed = case_from_table(overlay(case._raw, changes), case.name)
     except CaseError:
         return None
+    return None if no_place(case, changed) else changed

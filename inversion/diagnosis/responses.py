@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from data.histories import Array, Histories
+from doe.deck import uncarried
 from solver.case import Case
 from solver.effects import Effect, effects
 
@@ -63,7 +64,7 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     """Effects that the case can carry, and why it cannot carry the others."""
     known, refused = [], {}
     for name, effect in effects().items():
-        if reason := effect.refuses(case) or _declared(case, name):
+        if reason := effect.refuses(case) or _declared(case, name) or uncarried(case, name):
             refused[name] = reason
             continue
         size, least = effect.size(case), effect.least(case)

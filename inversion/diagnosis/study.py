@@ -19,6 +19,7 @@ from inversion.diagnosis.assemble import (
 from inversion.diagnosis.choice import Choice, effect_order, level
 from inversion.diagnosis.diagnosis import Diagnosis
 from inversion.diagnosis.doubts import changed_minds, doubts, strayed, unheard
+from inversion.diagnosis.finer import unrefined
 from inversion.diagnosis.groundwork import Groundwork
 from inversion.diagnosis.heldout import SHOT, TIME_BLOCK, HeldOut, channels, hold_out, in_short, other_shot, time_block
 from inversion.diagnosis.judge import Judge, Judged, near
@@ -144,6 +145,7 @@ class Study:
         found = [*judge.record.warnings, *doubts(judge, chosen or models[NONE], models[NONE])]
         found += [f"model {n}: not confirmed by the solver: {one.doubt}" for n, one in models.items() if one.doubt]
         found += [*changed_minds(held, kind, chosen), *unheard(models[NONE])]
+        found += unrefined(self.ground.case, self.ground.numerical.sizes)
         if not judge.record.noise_known:
             found.append("no noise is known: the verdict rests on a stated tolerance; see how it changes with that")
         return tuple(found)

@@ -9,8 +9,8 @@ import pytest
 
 from data.errors import CaseError, UnitError
 from doe.external import external_solver
-from doe.template import Quantity, card, names_in, rendered
-from tests.doe.external_case import DECK, oscillator, written
+from doe.template import Quantity, card, rendered
+from tests.doe.external_case import DECK, oscillator
 
 
 def filled(folder: Path, text: str) -> str:
@@ -29,6 +29,9 @@ def filled(folder: Path, text: str) -> str:
         ('{{ (2 * viscosity) | to("MPa ms") }}', "0.8"),
         ('{{ (-plate.length / 2) | to("mm") }}', "-125.0"),
         ("{{ bird.shape }} {{ bird.particles }} {{ bird.material.tension_erosion }}", "cylinder 500 1.1"),
+        ('{{ bird.mass | to("g") | card }}', "1492.25651"),
+        ('{{ impact.offset[0] | to("mm") }} {{ plate.preload[1] | to("MPa") }}', "0.0 0.0"),
+        ("{{ plate.elements[0] }} {{ solver.shock_linear }}", "10 1.0"),
         ("{{ step_factor }}", "1.0"),
     ],
 )
@@ -81,13 +84,6 @@ def test_a_sought_parameter_without_a_placeholder_is_refused(tmp_path: Path) -> 
     assert "no placeholder of strike.k.j2 changes with it" in str(caught.value)
     assert '{{ bird.material.viscosity | to("Pa s") }}' in str(caught.value)
     assert "impact.speed" not in str(caught.value)  # it acts through velocity_normal
-
-
-def test_names_that_stand_in_a_template_are_told_with_their_dots(tmp_path: Path) -> None:
-    written(tmp_path, deck='{{ effects.ogden.alpha | to("mm") }} {{ viscosity }} {% if bird.shape == "x" %}{% endif %}')
-    names = names_in(tmp_path / "strike.k.j2")
-    assert {"effects.ogden.alpha", "viscosity", "bird.shape"} <= names
-    assert "impact.speed" not in names
 
 
 def test_a_template_that_names_the_step_factor_has_a_second_chance(tmp_path: Path) -> None:

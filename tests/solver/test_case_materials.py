@@ -13,7 +13,7 @@ from solver.bird_shape import volume
 from solver.build_bird import bird_lattice, bird_material
 from solver.case import case_hash, load_case
 from solver.case_eos import LAWS
-from solver.case_sections import quantities, quantity_at
+from solver.case_sections import entry_at, quantities, quantity_at, quantity_in
 from solver.materials import SolidMaterial
 
 PLASTIC = "reference_strike_plastic_kinematic"
@@ -81,6 +81,18 @@ def test_every_quantity_of_every_model_is_found_once():
     wanted = ("young", "viscosity", "hardening_modulus", "eos.C", "eos.C6", "eos.z", "eos.g")
     assert {f"bird.material.{name}" for name in wanted} <= set(names)
     assert quantity_at("bird.material.eos.p") is None
+
+
+@pytest.mark.parametrize("name", ["reference_strike", PLASTIC, HYDRO])
+def test_one_quantity_is_looked_up_as_all_of_them_are_listed(name):
+    raw = load_case(name)._raw
+    listed = dict(quantities(raw))
+    assert {key: mark for key, _ in quantities() if (mark := quantity_in(raw, key))} == listed
+    assert quantity_in(raw, "bird.material.yeld_stress") is None
+    offset = entry_at("impact.offset")
+    assert offset is not None
+    assert offset.unit == "m"
+    assert entry_at("impact.speed") is None
 
 
 WRONG = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from data.errors import CaseError
+from data.units import to_si
 from solver.case import Case, load_case
 from solver.case_effects import shown, stated
 from solver.effects import Effect, effects, register, unregister
@@ -125,10 +127,17 @@ def test_sizes_follow_the_case() -> None:
     [
         ({"effects.bird_porosity": "-0.1"}, "effects.bird_porosity = -0.1 is below 0,"),
         ({"effects.plate_thickness": "0.2"}, "has no unit"),
+        ({"effects.plate_thickness": "-9.99 mm"}, r"plate_thickness = -9.99 mm is beyond -9.8\d+ mm, the largest"),
         (
-            {"effects.plate_thickness": "-9.99 mm"},
-            "effects.plate_thickness = -9.99 mm makes the case wrong: plate.thick",
+            {"effects.impact_angle": "65 deg"},
+            r"\+65 deg is beyond \+59.9\d* deg, .*\(impact.angle =",
         ),
+        (
+            {"effects.clamp_rotation": "1e-8 mrad/kN"},
+            r"clamp_rotation = \+1e-08 mrad/kN is nearer to 0 than \+0.001 mrad/kN, the smallest that fits this case; "
+            r"write \+0.001 mrad/kN, or leave the effect out \(plate.edges.rotational = ",
+        ),
+        ({"effects.bird_porosity": "0.999"}, r"beyond \+0.9\d, the largest .*mu.77 = 21.03\d* is .*, and 25 more\)"),
         ({"effects.sensor_gain": "'3 %'"}, "write a bare number"),
         ({"effects.clamp_rotation": "1 mrad/kN", "plate.edges": "pinned"}, "do not hold it at all"),
     ],
@@ -136,7 +145,7 @@ def test_sizes_follow_the_case() -> None:
 def test_wrong_magnitudes_are_named(given: dict[str, str], words: str) -> None:
     with pytest.raises(CaseError) as caught:
         load_case("virtual_strike", given)
-    assert any(__import__("re").search(words, line) for line in caught.value.errors)
+    assert any(re.search(words, line) for line in caught.value.errors)
     assert caught.value.heading == "case virtual_strike: 1 error"
 
 
@@ -156,6 +165,33 @@ def own() -> Iterator[Effect]:
 
     yield register(Effect("plate_density", "a heavier alloy", "kg/m^3", change, lambda _: 50.0))
     unregister("plate_density")
+
+
+def test_the_limit_that_an_error_names_is_one_that_fits() -> None:
+    """Whatever effect goes too far: the magnitude that its error offers is accepted, and a little more is not."""
+    far = {"plate_yield": 1e11, "plate_preload": -4e8, "impact_speed": -91.05, "edge_slip": 1e-18, "sensor_gain": 200.0}
+    for name, value in far.items():
+        with pytest.raises(CaseError) as caught:
+            CASE.with_effects({name: value})
+        found = re.search(r"; write (\S+)( \S+)?, or leave", caught.value.errors[0])
+        assert found, caught.value.errors
+        text = f"{found[1]}{found[2] or ''}"
+        limit = to_si(text, effects()[name].unit) if found[2] else float(text)
+        CASE.with_effects({name: limit})
+        with pytest.raises(CaseError):
+            CASE.with_effects({name: limit * (0.95 if abs(value) < abs(limit) else 1.05)})
+
+
+def test_an_effect_of_ones_own_that_fails_is_told_by_its_name() -> None:
+    def change(case: Case, _: float) -> dict[str, object]:
+        return {"plate": {"thickness": case.plate.rivets}}  # type: ignore[attr-defined]
+
+    register(Effect("rivets", "loose rivets", "", change, lambda _: 1.0))
+    try:
+        with pytest.raises(CaseError, match=r"effects\.rivets = \+1 .*`change` failed: AttributeError.*rivets"):
+            CASE.with_effects({"rivets": 1.0})
+    finally:
+        unregister("rivets")
 
 
 def test_an_effect_of_ones_own_is_stated_like_any_other(own: Effect, tmp_path: Path) -> None:

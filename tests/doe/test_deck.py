@@ -1,0 +1,74 @@
+"""Which changes of a case an external solver's deck can carry: those that change what its template fills in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data.errors import CaseError
+from doe.deck import no_place, uncarried
+from doe.external import external_solver
+from solver.case import Case, load_case
+from solver.effects import effects
+from tests.doe.external_case import DECK, oscillator, written
+
+SPRINGS = '{% if plate.edges is mapping %}{{ plate.edges.rotational | to("kN*m/rad/m") }}{% else %}rigid{% endif %}\n'
+
+
+def carried(case: Case) -> set[str]:
+    """Effects that the case's deck can carry."""
+    return {name for name in effects() if not uncarried(case, name)}
+
+
+OF_RECORD = {"time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift"}
+OF_DECK = OF_RECORD | {"plate_thickness", "impact_speed", "impact_angle"}
+"""The oscillator's deck names the thickness (in a comment) and the velocity's normal component."""
+
+
+@pytest.mark.parametrize(
+    ("line", "more"),
+    [
+        ("", set()),
+        ('{{ bird.mass | to("kg") }}', {"bird_mass"}),
+        ('{{ bird.density | to("t/mm^3") }}', {"bird_mass"}),
+        ('{{ bird.length | to("mm") }}', {"bird_length"}),
+        ('{{ impact.offset[0] | to("mm") }}', {"impact_offset"}),
+        ('{{ plate.preload[0] | to("MPa") }} {{ plate.preload[1] | to("MPa") }}', {"plate_preload"}),
+        (SPRINGS, {"clamp_rotation"}),
+        ('{{ plate.material.rate_c | to("1/ms") }}', set()),  # one of the two keys is not enough
+        ('{{ plate.material.rate_c | to("1/ms") }} {{ plate.material.rate_p }}', {"plate_rate_hardening"}),
+    ],
+)
+def test_an_effect_needs_a_place_for_what_it_changes(tmp_path: Path, line: str, more: set[str]) -> None:
+    assert carried(oscillator(tmp_path, deck=f"{DECK}$ {line}\n")) == OF_DECK | more
+
+
+def test_our_own_solver_has_a_place_for_everything() -> None:
+    case = load_case("reference_strike")
+    assert carried(case) == set(effects())
+    assert no_place(case, case.with_mesh(1000, (10, 8))) == ()
+
+
+def test_what_has_no_place_is_named(tmp_path: Path) -> None:
+    case = oscillator(tmp_path)
+    assert uncarried(case, "plate_rate_hardening") == (
+        "the deck has no place for plate.material.rate_c, plate.material.rate_p"
+    )
+    assert uncarried(case, "clamp_rotation") == "the deck has no place for plate.edges.rotational"
+    assert no_place(case, case.with_mesh(1000, (12, 8))) == ("plate.elements", "bird.particles")
+
+
+def test_a_mesh_that_the_deck_makes_can_be_refined(tmp_path: Path) -> None:
+    deck = DECK + "$ mesh {{ bird.particles }} {{ plate.elements[0] }} {{ solver.smoothing }}\n"
+    case = oscillator(tmp_path, deck=deck)
+    assert no_place(case, case.with_mesh(1000, (12, 8))) == ()
+    assert no_place(case, case.overlaid({"solver": {"smoothing": 1.3, "courant": 0.5}})) == ("solver.courant",)
+
+
+def test_an_effect_without_a_place_is_refused_before_anything_is_run(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8") + '\n[effects]\nbird_friction = 0.1\nimpact_speed = "1 m/s"\n')
+    with pytest.raises(CaseError) as caught:
+        external_solver(load_case(path))
+    assert list(caught.value.errors) == ["effects.bird_friction: the deck has no place for impact.friction"]

@@ -1,0 +1,174 @@
+"""Effects as a case states them, through the plate, bird and record that are then built, against their truths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from data.histories import Array
+from reports.verification.plate_problems import RITZ
+from reports.verification.plate_ritz import RitzPlate, ritz_frequencies
+from solver.bird import Bird
+from solver.build_bird import build_bird
+from solver.build_plate import build_plate
+from solver.case import load_case
+from solver.effects import effects
+from solver.instrument import recorded
+from solver.plate import Plate
+from solver.plate_modes import natural_frequencies
+
+CASE = load_case("virtual_strike", {"bird.particles": "3000"})
+CLAMPED_HZ = 397.7  # of the case's plate, 525 x 430 x 10 mm of aluminium (Mindlin, Ritz)
+MESH = 0.007  # relative error of the first frequency on the case's 25 x 20 shells
+
+
+def size(name: str) -> float:
+    """Plausible magnitude of an effect, SI."""
+    return effects()[name].size(CASE)
+
+
+def plate_with(**magnitudes: float) -> Plate:
+    """The plate that the solver builds for the case with effects."""
+    plate = build_plate(CASE.with_effects(magnitudes))
+    assert isinstance(plate, Plate)
+    return plate
+
+
+def bird_with(**magnitudes: float) -> Bird:
+    """Its SPH bird."""
+    bird = build_bird(CASE.with_effects(magnitudes))
+    assert isinstance(bird, Bird)
+    return bird
+
+
+def first(plate: Plate) -> float:
+    return float(natural_frequencies(plate, 1)[0][0])
+
+
+@cache
+def bare() -> float:
+    """First frequency [Hz] without an effect."""
+    return first(plate_with())
+
+
+@cache
+def ritz(plate: RitzPlate) -> float:
+    """First frequency [Hz] by Ritz."""
+    return float(ritz_frequencies(plate, 1)[0])
+
+
+@pytest.mark.parametrize("sizes", [0.25, 4.0])
+def test_a_soft_clamp_has_the_first_frequency_of_a_plate_on_those_springs(sizes: float) -> None:
+    compliance = sizes * size("clamp_rotation")
+    found, truth = first(plate_with(clamp_rotation=compliance)), ritz(replace(RITZ, rotational=1.0 / compliance))
+    assert found == pytest.approx(truth, rel=MESH)
+    lowered = CLAMPED_HZ - truth
+    assert lowered > 0.03 * CLAMPED_HZ
+    assert bare() - found == pytest.approx(lowered, rel=0.02)
+
+
+def test_a_frame_that_slips_leaves_small_vibrations_alone() -> None:
+    """In-plane compliance acts by the membrane, at second order of the deflection (Timoshenko, sect. 96)."""
+    slipping = plate_with(edge_slip=size("edge_slip"))
+    assert not isinstance(slipping.edges, str)
+    assert first(slipping) == pytest.approx(bare(), rel=1e-6)
+
+
+def test_another_thickness_has_its_own_first_frequency() -> None:
+    change = -4e-4
+    found, truth = first(plate_with(plate_thickness=change)), ritz(replace(RITZ, thickness=RITZ.thickness + change))
+    assert found == pytest.approx(truth, rel=MESH)
+    assert found - bare() == pytest.approx(truth - CLAMPED_HZ, rel=0.02)
+
+
+def test_preload_shifts_the_square_of_the_first_frequency_by_the_membrane_s_work() -> None:
+    """omega^2 = omega_0^2 + c N with Rayleigh's c, a little concave because the shape follows (Ritz has both)."""
+    for tension in (size("plate_preload"), -size("plate_preload")):
+        shift = first(plate_with(plate_preload=tension)) ** 2 - bare() ** 2
+        truth = ritz(replace(RITZ, tension=(tension, tension))) ** 2 - ritz(RITZ) ** 2
+        assert shift == pytest.approx(truth, rel=0.01)
+
+
+def test_damping_of_a_plausible_size_is_a_twentieth_of_critical() -> None:
+    damping = plate_with(plate_damping=size("plate_damping")).damping
+    assert damping / (2.0 * math.pi * CLAMPED_HZ) == pytest.approx(0.05, rel=0.3)
+
+
+@pytest.mark.parametrize("change", [-0.036, 0.036])
+def test_a_heavier_bird_is_denser_and_of_the_same_size(change: float) -> None:
+    other, bird = bird_with(bird_mass=change), bird_with()
+    assert other.n * other.mass == pytest.approx(bird.n * bird.mass + change, rel=1e-12)
+    np.testing.assert_allclose(other.x[: other.n], bird.x[: bird.n], rtol=0, atol=1e-12)
+
+
+def test_a_longer_bird_weighs_as_much_more_as_its_cylinder_grew() -> None:
+    """Its mass is exact; its extent steps with the lattice, whose layers, 0.79 spacings apart, lie where they fall."""
+    change, width = 0.020, CASE.bird.diameter
+    other, bird = bird_with(bird_length=change), bird_with()
+    more = CASE.bird.actual_density * 0.25 * math.pi * width**2 * change
+    assert other.n * other.mass - bird.n * bird.mass == pytest.approx(more, rel=1e-9)
+    layer = 0.5 * (4.0 * other.mass / CASE.bird.actual_density) ** (1.0 / 3.0)
+    for found, length in ((bird, CASE.bird.length), (other, CASE.bird.length + change)):
+        steps = along_solid(length + layer) - along_solid(length)
+        assert along(found) == pytest.approx(along_solid(length), abs=steps)
+
+
+def test_air_in_the_bird_leaves_its_mass_and_size() -> None:
+    other, bird = bird_with(bird_porosity=0.05), bird_with()
+    assert other.n * other.mass == pytest.approx(bird.n * bird.mass, rel=1e-12)
+    np.testing.assert_array_equal(other.x[: other.n], bird.x[: bird.n])
+    softness = 0.95 / bird.material.bulk_modulus + 0.05 / (1.4 * 101325.0)  # Wood
+    assert other.material.bulk_modulus == pytest.approx(1.0 / softness, rel=0.01)
+
+
+def axis() -> Array:
+    """Direction of flight (3,), along which the bird lies."""
+    return np.array([math.cos(CASE.impact.angle), 0.0, -math.sin(CASE.impact.angle)])
+
+
+def along(bird: Bird) -> float:
+    """Root of the second moment of the particles' places along the bird [m]."""
+    return float((bird.x[: bird.n] @ axis()).std())
+
+
+def along_solid(length: float) -> float:
+    """The same of the solid, a cylinder with hemispherical ends of that overall length."""
+    radius = 0.5 * CASE.bird.diameter
+    s = np.linspace(-0.5 * length, 0.5 * length, 20_001)
+    beyond = np.maximum(np.abs(s) - (0.5 * length - radius), 0.0)
+    section = radius**2 - beyond**2
+    return math.sqrt(float(section @ s**2 / section.sum()))
+
+
+def test_speed_and_angle_are_those_of_every_particle() -> None:
+    v = bird_with(impact_speed=2.0, impact_angle=math.radians(1.0)).v
+    assert np.linalg.norm(v, axis=1) == pytest.approx(CASE.impact.speed + 2.0)
+    assert np.arctan2(-v[:, 2], v[:, 0]) == pytest.approx(CASE.impact.angle + math.radians(1.0))
+
+
+def test_the_bird_arrives_beside_the_point_of_aim() -> None:
+    """On a flat plate the whole flight is carried along by the offset."""
+    moved = bird_with(impact_offset=0.012).x - bird_with().x
+    np.testing.assert_allclose(moved, np.tile([0.012, 0.0, 0.0], (len(moved), 1)), atol=1e-12)
+
+
+TIME = np.arange(0.0, 3e-3, 5e-6)
+SINE = 0.005 * np.sin(2.0 * math.pi * 1000.0 * TIME)
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "truth"),
+    [
+        ("time_offset", 4e-5, 0.005 * np.sin(2.0 * math.pi * 1000.0 * np.maximum(TIME - 4e-5, 0.0))),
+        ("sensor_gain", -0.03, 0.97 * SINE),
+        ("sensor_drift", 0.2, SINE + 0.2 * TIME),
+    ],
+)
+def test_the_record_is_what_the_instrument_makes_of_the_signal(name: str, x: float, truth: Array) -> None:
+    instruments = CASE.with_effects({name: x}).instrument
+    np.testing.assert_allclose(recorded(instruments["displacement_centre"], TIME, SINE), truth, atol=1e-12)
+    assert ("reaction_force" in instruments) == (name == "time_offset")  # one trigger for all, electronics for each
