@@ -23,7 +23,7 @@ def tables(entry: Mapping[str, Any]) -> dict[str, Table]:
         "gates": Table(GATES, gate_rows(entry["gates"]), "The gates.", frozenset({1, 2, 3, 4})),
         "made": Table(
             GATES[:-2],
-            tuple(row[:-2] for row in gate_rows(entry["emulator_made"]["gates"])),
+            tuple(row[:-2] for row in gate_rows(entry["emulator_made"]["gates"]) if row[1] != "–"),
             CIRCULAR,
             frozenset({1, 2, 3, 4}),
         ),

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from inversion.audit.planted import CLEAN, SINGLE
+from inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
 from inversion.audit.score import STATED, Score
 from inversion.diagnosis.verdict import NONE
+
+ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
 
 
 def of_kind(scores: Sequence[Score], kind: str) -> list[Score]:
@@ -21,14 +23,14 @@ def of_kind(scores: Sequence[Score], kind: str) -> list[Score]:
 def confusion(scores: Sequence[Score]) -> dict[str, dict[str, float]]:
     """Planted -> share of draws by answer: none, an effect alone, ambiguous with or without the truth, unexplained."""
     found: dict[str, dict[str, float]] = {}
-    for s in scores:
+    for s in sorted(scores, key=lambda one: (ORDER.index(one.kind), list(one.planted))):
         planted = _planted(s)
         draws = s.believed[STATED]
         counts = Counter(_answer(one, name, set(s.planted)) for one, name in zip(draws.sets, draws.named, strict=True))
         row = found.setdefault(planted, {})
         for key, count in counts.items():
             row[key] = row.get(key, 0.0) + count
-    return {name: {k: v / sum(row.values()) for k, v in row.items()} for name, row in sorted(found.items())}
+    return {name: {k: v / sum(row.values()) for k, v in row.items()} for name, row in found.items()}
 
 
 def _planted(score: Score) -> str:

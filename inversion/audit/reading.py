@@ -22,10 +22,11 @@ from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.diagnose import Study
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.record import Record
-from inversion.diagnosis.refit import Fit, again
+from inversion.diagnosis.refit import again, rows_of
 from inversion.diagnosis.verdict import NONE, confidence_set
 
 HOPELESS = 1e-5  # p of the omnibus statistic alone
+LEFT, GAINED = 0.7, 60.0  # of the cost, and in it: what a refit to a few unknowns leaves of it at least
 
 
 def read_draws(
@@ -72,17 +73,19 @@ def _judged(judge: Judge, models: Models, drawn: Record) -> dict[str, Judged]:
         if whitener is None:
             rest = covariance_of(problem.whitener) - judge.measurement
             whitener = whiteners[id(problem.whitener)] = Whitener.of(rest[np.ix_(place, place)] + covariance)
-        fit = again(one.fit, replace(recorded(problem, drawn), whitener=whitener))
-        if name == NONE or not _hopeless(fit, drawn.noise_freedom):
-            found[name] = reader.judged(name, fit, one.confirmed, one.doubt)
+        anew = replace(recorded(problem, drawn), whitener=whitener)
+        cost = float((rows_of(anew, one.fit.own, one.fit.box, one.fit.x[None]) ** 2).sum())
+        if name == NONE or not _hopeless(cost, len(drawn.values), drawn.noise_freedom):
+            found[name] = reader.judged(name, again(one.fit, anew), one.confirmed, one.doubt)
     return found
 
 
-def _hopeless(fit: Fit, noise_freedom: float) -> bool:
-    """Whether the omnibus statistic alone puts the model out of every confidence set; saves simulating its p-value."""
-    freedom = len(fit.problem.model.record.values)
-    worst = 1.0 if np.isinf(noise_freedom) else float(chi2.ppf(1.0 - HOPELESS, noise_freedom)) / noise_freedom
-    return float(chi2.sf(fit.cost / worst, freedom)) < HOPELESS  # the noise may be louder than its level says
+def _hopeless(cost: float, points: int, noise_freedom: float) -> bool:
+    """Whether a model that misses by so much before its refit is out of every confidence set by its size alone."""
+    quiet = 1.0 if np.isinf(noise_freedom) else float(chi2.ppf(1.0 - HOPELESS, noise_freedom)) / noise_freedom
+    return (
+        float(chi2.sf((LEFT * cost - GAINED) / quiet, points)) < HOPELESS
+    )  # the noise may be louder than its level says
 
 
 def _nearest(whole: Record, drawn: Record) -> np.ndarray:

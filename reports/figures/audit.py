@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from data.units import from_si
 from reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
@@ -74,9 +74,9 @@ def _panel(axes: Axes, name: str, power: Sequence[Mapping[str, Any]], alpha: flo
     axes.set_ylim(-0.03, 1.05)
     axes.set_title(name, fontsize=8.0)
     axes.set_xlabel(unit or "–", fontsize=7.5, labelpad=1.0)
-    axes.xaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0), numticks=4))
+    axes.xaxis.set_major_locator(MaxNLocator(3, min_n_ticks=2))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.tick_params(labelsize=7.0)
 
 
