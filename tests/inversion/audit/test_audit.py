@@ -31,6 +31,7 @@ def test_planted_strikes_are_finer_and_on_another_lattice() -> None:
     for one in planted:
         assert int(one.mesh["bird.particles"]) >= 2 * CASE.bird.particles
         assert one.mesh["bird.lattice"] != CASE.bird.lattice
+    for one in planted[:6]:
         finer = load_case("virtual_strike", dict(one.mesh)).with_values(one.parameters).with_effects(one.effects)
         assert min(f / c for f, c in zip(finer.plate.elements, CASE.plate.elements, strict=True)) >= 1.5
 
