@@ -21,13 +21,17 @@ def command(
     ] = None,
     draws: Annotated[int, typer.Option(help="Draws of the noise on each curve.")] = 200,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
-    confirm: Annotated[bool, typer.Option("--confirm", help="Let the solver confirm each record's models.")] = False,
+    confirm: Annotated[
+        bool, typer.Option(help="Ask the solver about each record's models, as diagnose does; without it: quick.")
+    ] = True,
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Experiments at a time; all cores by default.")] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Score the diagnosis against the sealed truths of planted experiments.
+
+    Run again to resume: scores stay in OUT/scores as long as nothing that made them has changed.
 
     Example: birdstrike audit --out audit --channels 1
     """
@@ -57,10 +61,11 @@ def command(
 def table(name: str, entry: Mapping[str, Any]) -> Table:
     """Gates with their figures."""
     shown = Table(title=f"{name}, {entry['curves']} curves", title_justify="left")
-    for head in ("figure", "value", "95 %", "gate", "met"):
+    for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "gate", "met"):
         shown.add_column(head, overflow="fold")
     for gate in entry["gates"]:
-        shown.add_row(gate["figure"], _number(gate["value"]), _interval(gate["interval_95"]), gate["gate"], word(gate))
+        ends = (_interval(gate["interval_95"]), _interval(gate["exact_95"]))
+        shown.add_row(gate["figure"], _number(gate["value"]), *ends, gate["gate"], word(gate))
     return shown
 
 

@@ -1,12 +1,19 @@
-"""The gates of the audit: rates with bootstrap intervals over curves, and whether each gate is met."""
+"""The gates of the audit: rates with two intervals over curves, and whether each gate is met.
+
+Draws of the noise on one curve share its truth, so that curves are what is counted. A bootstrap over a handful of
+curves is too narrow, and has no width at all where they agree; Clopper and Pearson's interval (Biometrika 26 (1934)
+404) of round(rate x curves) successes in as many curves is exact for yes and no, and wide. A gate on an interval takes
+the wider of the two.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 from data.histories import Array
 
@@ -15,31 +22,48 @@ RESAMPLES = 4000
 
 @dataclass(frozen=True)
 class Rate:
-    """A rate over curves: value, 95 % interval of a bootstrap over curves, and over how many curves and draws."""
+    """A rate over curves: value, 95 % intervals, and over how many curves and draws.
+
+    interval_95: of a bootstrap over curves; exact_95: Clopper and Pearson's, None for a figure that is no rate.
+    """
 
     value: float | None
     interval_95: tuple[float, float] | None
+    exact_95: tuple[float, float] | None
     curves: int
     draws: int
 
-    def within(self, low: float, high: float) -> bool:
-        """Whether the interval reaches into low .. high."""
-        return self.interval_95 is not None and self.interval_95[0] <= high and self.interval_95[1] >= low
+    @property
+    def wider(self) -> tuple[float, float]:
+        """The wider interval; everything where there is none."""
+        known = [one for one in (self.interval_95, self.exact_95) if one is not None]
+        return max(known, key=lambda ends: ends[1] - ends[0], default=(-np.inf, np.inf))
 
 
-def rate(per_curve: Sequence[Array], seed: int = 0, middle: Callable[..., Any] = np.mean) -> Rate:
-    """Of yes and no (or figures) drawn on each curve (draws,); curves are resampled whole: their draws share a truth.
+def rate(per_curve: Sequence[Array], seed: int = 0) -> Rate:
+    """Of yes and no drawn on each curve (draws,); every curve weighs alike."""
+    found = figures_of(per_curve, seed)
+    if found.value is None:
+        return found
+    return replace(found, exact_95=clopper_pearson(found.value, found.curves))
 
-    Every curve weighs alike.
-    """
+
+def clopper_pearson(value: float, curves: int) -> tuple[float, float]:
+    """95 % interval of a rate over so many curves, its nearest whole number of successes taken."""
+    ends = binomtest(round(value * curves), curves).proportion_ci(0.95, method="exact")
+    return float(ends.low), float(ends.high)
+
+
+def figures_of(per_curve: Sequence[Array], seed: int = 0, middle: Callable[..., Any] = np.mean) -> Rate:
+    """Of figures drawn on each curve (draws,); curves are resampled whole."""
     kept = [np.asarray(values, float) for values in per_curve if len(values)]
     if not kept:
-        return Rate(None, None, 0, 0)
+        return Rate(None, None, None, 0, 0)
     means = np.array([middle(values) for values in kept])
     picks = np.random.default_rng(seed).integers(len(means), size=(RESAMPLES, len(means)))
     resampled = middle(means[picks], axis=1)
     low, high = np.quantile(resampled, [0.025, 0.975])
-    return Rate(float(middle(means)), (float(low), float(high)), len(kept), sum(map(len, kept)))
+    return Rate(float(middle(means)), (float(low), float(high)), None, len(kept), sum(map(len, kept)))
 
 
 @dataclass(frozen=True)
@@ -57,10 +81,10 @@ class Gate:
 
 
 def contains(figure: str, found: Rate, value: float) -> Gate:
-    """The interval contains a value."""
-    return Gate(
-        figure, found, f"the interval contains {100 * value:g} %", found.within(value, value) if found.curves else None
-    )
+    """The wider interval contains a value."""
+    low, high = found.wider
+    met = low <= value <= high if found.curves else None
+    return Gate(figure, found, f"the interval contains {100 * value:g} %", met)
 
 
 def at_least(figure: str, found: Rate, value: float) -> Gate:

@@ -2,14 +2,15 @@
 
 Each truth is struck by the solver at a finer mesh and on another lattice than the declared case, and recorded twice:
 with one channel and with all of the case's, noise drawn anew. Names, order and headers tell nothing. The seed is not
-kept: the truth files are the only place where the truth stands.
+kept: the truth files are the only place where the truth stands. A truth whose strike fails is drawn again, and counted.
 """
 
 from __future__ import annotations
 
 import argparse
 import secrets
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -17,12 +18,13 @@ import numpy as np
 from numpy.random import Generator
 
 from data.curves import Measured, write_measured
+from data.errors import RunFailed, UserError
 from data.files import write_atomically
 from data.histories import Histories
 from doe.worker import prepare
 from inversion.audit.experiment import truth_text
 from inversion.audit.outside import strike_with
-from inversion.audit.planted import SPARE, Planted, draw
+from inversion.audit.planted import SPARE, Planted, draw, redraw
 from solver.case import Case, load_case
 from solver.simulate import simulate
 
@@ -41,8 +43,15 @@ class Job:
     planted: Planted
 
 
-def strike(job: Job) -> Histories:
-    """The noise-free strike of a truth."""
+def strike(job: Job) -> Histories | str:
+    """The noise-free strike of a truth, or why it failed."""
+    try:
+        return _strike(job)
+    except (RunFailed, UserError) as error:
+        return str(error)
+
+
+def _strike(job: Job) -> Histories:
     end = f"{load_case(job.case).time.end + SPARE!r} s"
     case = load_case(job.case, {**job.planted.mesh, "time.end": end}).with_values(job.planted.parameters)
     case = case.with_effects(job.planted.effects).resolved()
@@ -93,12 +102,23 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     context = get_context("spawn")
     lifeline, _kept = context.Pipe(duplex=False)
+    failed = 0
     with context.Pool(options.workers, initializer=prepare, initargs=(lifeline,)) as pool:
-        for i, histories in enumerate(pool.imap(strike, jobs)):
-            acting = case.with_effects(jobs[i].planted.effects)
-            for name, channels in ((names[2 * i], (first,)), (names[2 * i + 1], tuple(case.sensors))):
-                clean = noise_free(acting, histories, channels)
-                write_experiment(options.out, name, options.case, jobs[i], clean, rng)
+        due = list(range(len(jobs)))
+        while due:
+            struck = dict(zip(due, pool.imap(strike, [jobs[i] for i in due]), strict=True))
+            due = [i for i, histories in struck.items() if isinstance(histories, str)]
+            failed += len(due)
+            for i in due:
+                sys.stderr.write(f"a strike failed and is drawn again: {struck[i]}\n")
+                jobs[i] = replace(jobs[i], planted=redraw(case, jobs[i].planted, rng))
+            for i, histories in struck.items():
+                if isinstance(histories, Histories):
+                    acting = case.with_effects(jobs[i].planted.effects)
+                    for name, channels in ((names[2 * i], (first,)), (names[2 * i + 1], tuple(case.sensors))):
+                        clean = noise_free(acting, histories, channels)
+                        write_experiment(options.out, name, options.case, jobs[i], clean, rng)
+    sys.stdout.write(f"{len(jobs)} strikes, {2 * len(jobs)} records in {options.out}; {failed} drawn again\n")
 
 
 if __name__ == "__main__":

@@ -20,8 +20,9 @@ from solver.strike import Strike
 
 @dataclass(frozen=True)
 class Outside:
-    """meaning: for the truth file; alter: changes the strike before it begins; during: called at every audit."""
+    """name: its kind; meaning: for the truth file; alter: changes the strike; during: called at every audit."""
 
+    name: str
     meaning: str
     alter: Callable[[Strike], None] | None = None
     during: Callable[[Strike], None] | None = None
@@ -29,7 +30,7 @@ class Outside:
 
 def bolted(every: int) -> Outside:
     """Edges that rotate except at every so many nodes, where a bolt holds them."""
-    return Outside(f"edges held against rotation at every {every}th node only", partial(_loosen, every))
+    return Outside("bolted", f"edges held against rotation at every {every}th node only", partial(_loosen, every))
 
 
 def _loosen(every: int, strike: Strike) -> None:
@@ -42,7 +43,7 @@ def _loosen(every: int, strike: Strike) -> None:
 
 def tumbling(rate: float) -> Outside:
     """A bird that turns about the plate's width direction at `rate` [rad/s]."""
-    return Outside(f"the bird tumbles at {rate:.4g} rad/s", partial(_spin, rate))
+    return Outside("tumbling", f"the bird tumbles at {rate:.4g} rad/s", partial(_spin, rate))
 
 
 def _spin(rate: float, strike: Strike) -> None:
@@ -53,7 +54,7 @@ def _spin(rate: float, strike: Strike) -> None:
 
 def yawed(angle: float) -> Outside:
     """A bird whose axis is turned by `angle` [rad] about the plate's normal, its velocity as stated."""
-    return Outside(f"the bird's axis is yawed by {math.degrees(angle):.3g} deg", partial(_turn, angle))
+    return Outside("yawed", f"the bird's axis is yawed by {math.degrees(angle):.3g} deg", partial(_turn, angle))
 
 
 def _turn(angle: float, strike: Strike) -> None:
@@ -66,7 +67,7 @@ def _turn(angle: float, strike: Strike) -> None:
 def second_impact(time: float, momentum: float, place: tuple[float, float]) -> Outside:
     """A fragment that hits the plate at `time` [s] with `momentum` [N s], over about 40 mm around `place` [m]."""
     words = f"a fragment hits the plate at {1e3 * time:.3g} ms with {momentum:.3g} N s"
-    return Outside(words, during=partial(_hit, time, momentum, place, []))
+    return Outside("second impact", words, during=partial(_hit, time, momentum, place, []))
 
 
 def _hit(time: float, momentum: float, place: tuple[float, float], done: list[float], strike: Strike) -> None:

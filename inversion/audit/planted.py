@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import cycle, islice
 
 from numpy.random import Generator
 
+from data.errors import UserError
 from inversion.audit.outside import Outside, bolted, second_impact, tumbling, yawed
+from solver.build_plate import build_plate
 from solver.case import Case
 from solver.effects import effects
+from solver.plate import Plate
+from solver.plate_modes import natural_frequencies
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
-COUNTS = {CLEAN: 7, SINGLE: 14, PAIR: 4, OUTSIDE: 4}
+COUNTS = {CLEAN: 12, SINGLE: 19, PAIR: 4, OUTSIDE: 4}
 SMALLEST, LARGEST = 0.8, 3.0  # plausible sizes
+OF_BUCKLING = 0.8  # of the buckling load: what a compressed plate is loaded with at most
+TRIES = 50
 SPARE = 1e-4  # s beyond the declared end, for records that start early
 
 
@@ -40,6 +47,14 @@ def draw(case: Case, rng: Generator) -> list[Planted]:
     return [found[i] for i in rng.permutation(len(found))]
 
 
+def redraw(case: Case, planted: Planted, rng: Generator) -> Planted:
+    """A truth of the same kind, with the same effects at other sizes, in place of one whose strike failed."""
+    acting = _bearable(case, tuple(planted.effects), rng)
+    anew = {one.name: one for one in _outside(case, rng)}
+    outside = anew[planted.outside.name] if planted.outside else None
+    return Planted(planted.kind, _parameters(case, rng), acting, _mesh(case, rng), outside)
+
+
 def _parameters(case: Case, rng: Generator) -> dict[str, float]:
     """Inside the ranges, a twentieth away from their ends."""
     return {p.name: float(p.low + rng.uniform(0.05, 0.95) * (p.high - p.low)) for p in case.parameters()}
@@ -62,16 +77,45 @@ def _different(case: Case, rng: Generator, count: int) -> list[dict[str, float]]
     """Single effects, each of another name while there are names left."""
     names = _names(case)
     order = [names[i] for i in rng.permutation(len(names))]
-    return [{name: _magnitude(case, name, rng)} for name in (order * 2)[:count]]
+    return [_bearable(case, (name,), rng) for name in islice(cycle(order), count)]
 
 
 def _several(case: Case, rng: Generator, count: int) -> dict[str, float]:
-    names = rng.choice(_names(case), count, replace=False)
-    return {str(name): _magnitude(case, str(name), rng) for name in names}
+    return _bearable(case, tuple(map(str, rng.choice(_names(case), count, replace=False))), rng)
 
 
 def _names(case: Case) -> list[str]:
     return [name for name, effect in effects().items() if not effect.refuses(case)]
+
+
+def _bearable(case: Case, names: tuple[str, ...], rng: Generator) -> dict[str, float]:
+    """Sizes and signs of effects, drawn again where the case cannot bear them together."""
+    for _ in range(TRIES):
+        acting = {name: _magnitude(case, name, rng) for name in names}
+        if bears(case, acting):
+            return acting
+    raise UserError(f"{case.name} cannot bear {', '.join(names)} at {SMALLEST:g} to {LARGEST:g} plausible sizes")
+
+
+def bears(case: Case, acting: Mapping[str, float]) -> bool:
+    """Whether a case with these effects (SI) is valid and its plate well away from buckling.
+
+    Under membrane compression a mode's squared frequency falls in proportion and reaches zero where the plate buckles
+    (Timoshenko & Gere, Theory of Elastic Stability, 1961): a fifth of it is left at 80 % of the buckling load.
+    """
+    try:
+        resolved = case.with_effects(acting).resolved()
+    except UserError:
+        return False
+    preload = resolved.plate.preload
+    if resolved.plate.rigid or min(preload) >= 0.0:
+        return True
+    plate = build_plate(resolved)
+    unloaded = build_plate(resolved.overlaid({"plate": {"preload": ["0 Pa", "0 Pa"]}}))
+    assert isinstance(plate, Plate)
+    assert isinstance(unloaded, Plate)
+    squared = [float(natural_frequencies(one, 1)[0][0]) ** 2 for one in (plate, unloaded)]
+    return squared[0] >= (1.0 - OF_BUCKLING) * squared[1]
 
 
 def _magnitude(case: Case, name: str, rng: Generator) -> float:

@@ -1,186 +1,196 @@
-"""The score of one experiment: what the diagnosis says over many draws of the noise, against the sealed truth.
-
-The models are refitted at the noise-free record and the draws answered by their linearisation there, in whitened rows;
-the truth's curve is the solver's own, on a finer mesh, so that numerical error counts in full.
-"""
+"""The score of one experiment: the diagnosis of its record as it stands, and of many draws of its noise."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.signal import lfilter
 
+from data.curves import Measured, read_measured
 from data.histories import Array
+from inversion.audit.bench import Bench
+from inversion.audit.carried import Models, confirmed_where_moved, of_part, of_record, struck, without_noise
+from inversion.audit.coarse import FEW, coarse_models
+from inversion.audit.coverage import covered
+from inversion.audit.draws import Draws, Noises, answer, named, same_as_none
+from inversion.audit.experiment import Experiment, Truth, read_truth
+from inversion.audit.planted import CLEAN, SINGLE
+from inversion.audit.power import Power, power, shown, signal
+from inversion.audit.reading import read_draws
+from inversion.diagnosis.diagnose import Study
+from inversion.diagnosis.evidence import log_evidence
+from inversion.diagnosis.heldout import time_block
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.record import averaged
-from inversion.diagnosis.refit import bounds
-from inversion.diagnosis.verdict import NONE, confidence_set, verdict
-from inversion.identifiability import NEWS
-from inversion.time_origin import NORMAL_95
+from inversion.diagnosis.verdict import AMBIGUOUS, ATTRIBUTED, NONE, confidence_set, verdict
+from solver.case import load_case
 
-DRAWS = 200
-
-
-@dataclass(frozen=True)
-class Draws:
-    """Answers over draws of the noise: confidence set of each; x: model -> (draws, q) refitted unknowns."""
-
-    sets: tuple[tuple[str, ...], ...]
-    unknowns: Mapping[str, Array]
-
-    @property
-    def verdicts(self) -> list[str]:
-        """Verdict of each draw."""
-        return [verdict(one) for one in self.sets]
-
-    def share(self, of: Sequence[bool]) -> Array:
-        """Yes and no as (draws,) figures."""
-        return np.asarray(of, float)
-
-    def holds(self, name: str) -> Array:
-        """(draws,) whether a model is in the set."""
-        return self.share([name in one for one in self.sets])
-
-    def unique(self, name: str) -> Array:
-        """(draws,) whether the set is this effect alone."""
-        return self.share([one == (name,) for one in self.sets])
-
-    def unique_other(self, names: Sequence[str]) -> Array:
-        """(draws,) whether the set is one effect alone, and none of `names`."""
-        return self.share([len(one) == 1 and one[0] not in names and one[0] != NONE for one in self.sets])
+TWIN = 0.9
+STATED = "as stated"
+COARSE = f"emulator of the first {FEW} runs"
+KINDS = (
+    Noises(name=STATED),
+    Noises(level=1.2, name="noise 1.2 times the stated"),
+    Noises(level=1.5, name="noise 1.5 times the stated"),
+    Noises(rho=0.3, name="AR(1) noise, 0.3"),
+    Noises(outliers=0.01, name="1 % outliers of 8 sigma"),
+)
 
 
 @dataclass(frozen=True)
-class Noises:
-    """How the noise is drawn: white of the stated level, or otherwise while the diagnosis believes the statement.
+class Asked:
+    """Draws of the noise on each curve; read: of each kind as whole records; confirm: whether the solver is asked."""
 
-    level: factor on the stated one; rho: AR(1) correlation between raw samples; outliers: share of raw samples off by
-    8 standard deviations.
+    draws: int
+    read: int
+    confirm: bool
+
+
+@dataclass(frozen=True)
+class Blind:
+    """The answer to the record as it stands; struck: models that the solver was asked about, in so many strikes."""
+
+    verdict: str
+    allowed: tuple[str, ...]
+    struck: tuple[str, ...] = ()
+    strikes: int = 0
+
+
+@dataclass(frozen=True)
+class Score:
+    """One experiment: what was planted, the answer to the record itself, and the answers to draws of the noise.
+
+    believed: by kind of noise, Sigma as stated; read: the same as the diagnosis reads whole records; unasked: share of
+    the draws in whose confidence set an effect is that the solver was not asked about; signals: planted effect ->
+    |P_0 g b|; shown: |P_0 r| of the noise-free record; lone: whether the effect has no twin; power: at several signals;
+    covered: of the true model; error: before and after against the noise-free truth on a held-out block, where the
+    verdict on the record is attributed.
     """
 
-    level: float = 1.0
-    rho: float = 0.0
-    outliers: float = 0.0
-    name: str = field(default="as stated")
+    name: str
+    channels: tuple[str, ...]
+    kind: str
+    what: str
+    planted: Mapping[str, float]
+    blind: Blind
+    believed: Mapping[str, Draws]
+    read: Mapping[str, Draws] = field(default_factory=dict)
+    unasked: float = 0.0
+    signals: Mapping[str, float] = field(default_factory=dict)
+    shown: float = 0.0
+    lone: bool = False
+    power: tuple[Power, ...] = ()
+    covered: Mapping[str, Array] = field(default_factory=dict)
+    error: tuple[float, float] | None = None
 
-    def draw(self, judge: Judge, draws: int, seed: int) -> Array:
-        """(draws, n) on the record's points."""
-        rng = np.random.default_rng(seed)
-        parts: list[Array] = []
-        for trace in judge.record.traces:
-            noise = rng.standard_normal((draws, len(trace.times)))
-            if self.rho:
-                noise = np.asarray(
-                    lfilter([np.sqrt(1.0 - self.rho**2)], [1.0, -self.rho], noise, axis=1), dtype=np.float64
-                )
-            hit = rng.random(noise.shape) < self.outliers
-            noise = noise + 8.0 * hit * rng.choice([-1.0, 1.0], noise.shape)
-            parts.append(averaged(self.level * trace.noise.level * noise, trace.block))
-        return np.hstack(parts)
-
-
-def answer(models: Mapping[str, Judged], noise: Array, alpha: float) -> Draws:
-    """Confidence sets of draws (draws, n) of the noise added to the record that the models were fitted to."""
-    p: dict[str, Array] = {}
-    unknowns: dict[str, Array] = {}
-    for name, one in models.items():
-        linear, whitener = one.fit.linear, one.fit.problem.whitener
-        whitened = whitener.apply(noise)
-        rows = np.hstack([whitened, np.zeros((len(noise), len(linear.residual) - whitened.shape[1]))])
-        remainders = linear.remainder + linear.project(rows.T).T
-        remainders = _bounded(one, remainders)
-        p[name] = one.reference.p_values(remainders)
-        unknowns[name] = _refitted(one, rows)
-    sets = [confidence_set({n: float(v[i]) for n, v in p.items()}, alpha) for i in range(len(noise))]
-    return Draws(tuple(sets), unknowns)
+    @property
+    def effect(self) -> str:
+        """The first planted effect, or none."""
+        return next(iter(self.planted), NONE)
 
 
-def _bounded(one: Judged, remainders: Array) -> Array:
-    """Of an effect held at b = 0: what b > 0 explains in a draw is gone."""
-    held = one.fit.linear.held
-    if held is None:
-        return remainders
-    own = one.fit.linear.signatures[:, held]
-    return remainders - np.maximum(remainders @ own, 0.0)[:, None] * own
+def score(bench: Bench, experiment: Experiment, asked: Asked) -> Score:
+    """One experiment; the truth is opened after the record has been answered."""
+    measured = read_measured(experiment.record)
+    study = bench.study(load_case(experiment.case), tuple(measured.channels))
+    alpha, paid = study.choice.alpha, study.strikes.paid + study.strikes.reused
+    judge, models = judgement(study, measured, asked.confirm)
+    kind, allowed = verdict_of(models, alpha)
+    blind = Blind(kind, allowed, tuple(n for n, one in models.items() if struck(one)))
+    trained = _trained(judge, models, alpha) if kind == ATTRIBUTED else None
+
+    truth = read_truth(experiment.truth)
+    clean = replace(judge, record=without_noise(judge.record, truth))
+    fitted = of_record(clean, models, clean.record)
+    if asked.confirm:
+        fitted = confirmed_where_moved(clean, models, fitted, study.strikes)
+    blind = replace(blind, strikes=study.strikes.paid + study.strikes.reused - paid)
+    blunt, blunted = coarse_models(bench.coarse(study), clean, fitted)
+    seed = study.choice.seed
+    noise = {one.name: one.draw(clean.record.traces, asked.draws, seed) for one in KINDS}
+    believed = {name: answer(clean, fitted, drawn, alpha) for name, drawn in noise.items()}
+    believed[COARSE] = answer(blunt, blunted, noise[STATED], alpha)
+    read = {one.name: read_draws(study, clean, fitted, measured, truth, one, asked.read, seed) for one in KINDS}
+    read[COARSE] = read_draws(study, blunt, blunted, measured, truth, KINDS[0], asked.read, seed)
+    return Score(
+        experiment.name,
+        tuple(measured.channels),
+        truth.kind,
+        truth.what,
+        truth.effects,
+        blind,
+        believed,
+        read,
+        _unasked(fitted, believed[STATED]),
+        error=None if trained is None else _against_truth(clean, *trained),
+        **_of_truth(clean, fitted, believed[STATED], truth, alpha, asked.draws),
+    )
 
 
-def _refitted(one: Judged, rows: Array) -> Array:
-    """(draws, q) unknowns of the linearised refit; those held by a bound stay there."""
-    free = ~one.fit.at_bound
-    x = np.tile(one.fit.x, (len(rows), 1))
-    x[:, free] += rows @ np.linalg.pinv(one.fit.linear.design).T
-    return x
+def judgement(study: Study, measured: Measured, confirm: bool) -> tuple[Judge, dict[str, Judged]]:
+    """As `diagnose` judges the record; without the solver if that is not to be asked."""
+    record = study.read(measured)
+    if confirm:
+        return study.judgement(record)
+    judge = Judge.of(study.ground, record, study.choice.seed)
+    return judge, judge.models()
 
 
-def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, float], b: float) -> dict[str, Array]:
-    """(draws,) whether the 95 % interval holds the truth: of identified parameters, and of the effect as `b`."""
-    fit, coordinates = one.fit, judge.groundwork.coordinates
-    spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance()))
-    least, most = bounds(fit.problem, fit.own, fit.box)
-    x = np.clip(draws.unknowns[one.name], least, most)
-    ends = np.clip(x - spread, least, most), np.clip(x + spread, least, most)
-    low, high = judge.groundwork.dataset.lows, judge.groundwork.dataset.highs
-    prior = coordinates.prior_width()
-    found: dict[str, Array] = {}
-    for i, name in enumerate(coordinates.names):
-        if name in parameters and 2.0 * spread[i] < NEWS * prior[i]:
-            found[name] = _holds(ends, i, (parameters[name] - low[i]) / (high[i] - low[i]))
-    if fit.own:
-        found["b"] = _holds(ends, -1, b)
+def verdict_of(models: Models, alpha: float) -> tuple[str, tuple[str, ...]]:
+    """Verdict and confidence set of judged models."""
+    p = {name: models[NONE if same_as_none(models, name) else name].p for name in models}
+    allowed = confidence_set(p, alpha)
+    kind = verdict(allowed, models[NONE].reference.relative)
+    if kind == ATTRIBUTED and not named(models, allowed, {name: one.fit.x[None] for name, one in models.items()}):
+        kind = AMBIGUOUS
+    return kind, allowed
+
+
+def _of_truth(clean: Judge, fitted: Models, draws: Draws, truth: Truth, alpha: float, count: int) -> dict:
+    """Figures that need to know what was planted."""
+    base = fitted[NONE]
+    names = base.fit.problem.names
+    sizes = {known.name: known.size for known in clean.groundwork.known}
+    planted = {name: value / sizes[name] for name, value in truth.effects.items() if name in names}
+    found: dict = {
+        "signals": {name: signal(base.fit, name, b) for name, b in planted.items()},
+        "shown": shown(base.fit),
+    }
+    if truth.kind == CLEAN:
+        found["covered"] = covered(clean, base, draws, truth.parameters, 0.0)
+    if truth.kind == SINGLE and len(planted) == 1:
+        ((name, b),) = planted.items()
+        found["lone"] = lone(base, name)
+        found["power"] = tuple(power(clean, base, name, b, alpha, count, clean.seed))
+        found["covered"] = covered(clean, fitted[name], draws, truth.parameters, b)
     return found
 
 
-def _holds(ends: tuple[Array, Array], i: int, truth: float) -> Array:
-    """(draws,) whether an unknown's interval holds the truth, up to rounding at a bound."""
-    return ((ends[0][:, i] <= truth + 1e-9) & (truth <= ends[1][:, i] + 1e-9)).astype(float)
+def lone(base: Judged, name: str) -> bool:
+    """Whether no other effect is its twin."""
+    cosines = np.abs(base.fit.linear.cosines()[base.fit.problem.index(name)])
+    return bool(np.sort(cosines)[-2] < TWIN)
 
 
-def signal(judge: Judge, base: Judged, name: str, b: float) -> float:
-    """|P_0 g b|: standard errors by which the planted effect stands out of the model without it."""
-    fit = base.fit
-    index = fit.problem.index(name)
-    acting = fit.b.copy()
-    acting[index] += b
-    place = replace(fit.place, b=acting[None])
-    change = fit.problem.model.points(place, fit.box)[0] - fit.curve
-    rows = np.concatenate(
-        [fit.problem.whitener.apply(change), np.zeros(fit.linear.design.shape[0] - int(judge.used.sum()))]
-    )
-    return float(np.linalg.norm(fit.linear.project(rows)))
+def _unasked(models: Models, draws: Draws) -> float:
+    """Share of draws that reject none and allow a model that no strike has corrected."""
+    learnt = {name for name, one in models.items() if not struck(one)}
+    return float(np.mean([NONE not in one and bool(learnt & set(one)) for one in draws.sets]))
 
 
-def at_signal(judge: Judge, base: Judged, name: str, b: float, wanted: float, alpha: float, seed: int) -> Array | None:
-    """(draws,) whether none is rejected when the measurement noise is scaled until the effect stands out by `wanted`.
-
-    None where no scale from 1/30 to 30 does it, because numerical error sets the limit.
-    """
-    low, high = np.log(1.0 / 30.0), np.log(30.0)
-    if (
-        not _scaled_signal(judge, base, name, b, np.exp(high))
-        < wanted
-        < _scaled_signal(judge, base, name, b, np.exp(low))
-    ):
-        return None
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        above = _scaled_signal(judge, base, name, b, np.exp(middle)) > wanted
-        low, high = (middle, high) if above else (low, middle)
-    scale = float(np.exp(low))
-    rescaled = replace(judge, measurement=scale**2 * judge.measurement)
-    fit = rescaled.start()[0]
-    one = rescaled.judged(NONE, fit)
-    noise = scale * Noises().draw(judge, DRAWS, seed)
-    draws = answer({NONE: one}, noise, alpha)
-    return 1.0 - draws.holds(NONE)
+def _trained(judge: Judge, models: Models, alpha: float) -> tuple[Judged, Judged, np.ndarray]:
+    """Models before and after, selected and fitted without a block in time, and the block; after may be before."""
+    trained, held = time_block(judge, judge.groundwork.case.first_contact)
+    part = judge.only(trained)
+    found = of_part(part, models)
+    _, allowed = verdict_of(found, alpha)
+    chosen = NONE if NONE in allowed or not allowed else max(allowed, key=lambda name: log_evidence(found[name].fit))
+    return found[NONE], found[chosen], held
 
 
-def _scaled_signal(judge: Judge, base: Judged, name: str, b: float, scale: float) -> float:
-    """Signal at another noise level, at the same fit."""
-    from inversion.diagnosis.groundwork import emulator_error
-
-    rescaled = replace(judge, measurement=scale**2 * judge.measurement)
-    whitener = rescaled.whitener(emulator_error(base.fit.problem.model, base.fit.theta))
-    fit = replace(base.fit, problem=replace(base.fit.problem, whitener=whitener))
-    return signal(rescaled, Judged(base.name, fit, base.reference, base.consistency, False), name, b)
+def _against_truth(clean: Judge, before: Judged, after: Judged, held: np.ndarray) -> tuple[float, float]:
+    """RMS errors against the noise-free truth on the block, in units of the measurement noise."""
+    sigma = np.sqrt(np.diag(clean.measurement))
+    miss = [(clean.record.values - one.fit.curve) / sigma for one in (before, after)]
+    first, second = (float(np.sqrt(np.mean(one[held] ** 2))) for one in miss)
+    return first, second

@@ -1,4 +1,4 @@
-"""Figures of the audit: what was planted against what was answered, and power against signal."""
+"""Figures of the audit: what was planted against what was answered, and power against the size of effects."""
 
 from __future__ import annotations
 
@@ -6,10 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
+from data.units import from_si
 from reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
+from solver.case_effects import SHOWN
+from solver.effects import effects
 
+COLUMNS = 4
 LAST = ("none needed", "ambiguous, truth among them", "ambiguous, truth not among them", "unexplained")
 
 
@@ -40,18 +46,39 @@ def _short(name: str) -> str:
 
 @styled
 def power_figure(power: Sequence[Mapping[str, Any]], alpha: float) -> Figure:
-    """Probability that the model without effects is rejected, one line an experiment, and their mean."""
-    figure = Figure(figsize=(WIDE, 3.4), layout="constrained")
-    axes = figure.subplots()
-    for name in dict.fromkeys(one["experiment"] for one in power):
-        part = [one for one in power if one["experiment"] == name]
-        axes.plot([one["signal"] for one in part], [one["power"] for one in part], color=GREY, lw=0.7)
-    signals = sorted({one["signal"] for one in power})
-    means = [np.mean([one["power"] for one in power if one["signal"] == s]) for s in signals]
-    axes.plot(signals, means, "o-", color=BLUE, label="mean over the curves")
-    axes.axhline(alpha, color=VERMILION, lw=0.8, label=f"{alpha:g}")
-    axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel("signal |P g b| in standard errors, set by scaling the noise")
-    axes.set_ylabel("power")
-    axes.legend()
+    """Probability that the model without effects is rejected against the effect's size, one panel an effect."""
+    names = list(dict.fromkeys(one["effect"] for one in power))
+    rows = -(-len(names) // COLUMNS)
+    figure = Figure(figsize=(WIDE, 1.75 * rows + 0.3), layout="constrained")
+    panels = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True)
+    for axes in panels.ravel()[len(names) :]:
+        axes.remove()
+    for axes, name in zip(panels.ravel(), names, strict=False):
+        _panel(axes, name, [one for one in power if one["effect"] == name], alpha)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("power")
     return figure
+
+
+def _panel(axes: Axes, name: str, power: Sequence[Mapping[str, Any]], alpha: float) -> None:
+    """Curves of one effect in the unit that its magnitudes are shown in."""
+    si = effects()[name].unit
+    unit = SHOWN.get(si, si)
+    for experiment in dict.fromkeys(one["experiment"] for one in power):
+        part = [one for one in power if one["experiment"] == experiment]
+        sizes = [_size(one["magnitude"], unit) for one in part]
+        axes.plot(sizes, [one["power"] for one in part], "o-", color=BLUE, ms=3.0, lw=1.0)
+        axes.axvline(_size(part[0]["planted"], unit), color=GREY, lw=0.8)
+    axes.axhline(alpha, color=VERMILION, lw=0.8, ls=":")
+    axes.set_xscale("log")
+    axes.set_ylim(-0.03, 1.05)
+    axes.set_title(name, fontsize=8.0)
+    axes.set_xlabel(unit or "–", fontsize=7.5, labelpad=1.0)
+    axes.xaxis.set_major_locator(MaxNLocator(3, min_n_ticks=2))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.tick_params(labelsize=7.0)
+
+
+def _size(magnitude: float, unit: str) -> float:
+    return abs(from_si(magnitude, unit) if unit else magnitude)

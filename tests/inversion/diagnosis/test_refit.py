@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inversion.audit.score import Draws, covered
+from inversion.audit.coverage import covered
+from inversion.audit.draws import Draws
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.evidence import log_evidence, magnitude, parameter_intervals
 from inversion.diagnosis.judge import Judge
@@ -34,7 +35,7 @@ def test_a_parameter_at_its_bound_keeps_the_width_that_the_data_leave(held: tupl
     assert low == pytest.approx(fit.theta[0])
     assert 0.005 < (high - low) / span < 0.2
     truth = {NAMES[0]: float(fit.theta[0]) + 0.1 * (high - low), NAMES[1]: float(fit.theta[1])}
-    draws = Draws((), {NONE: np.tile(fit.x, (3, 1))})
+    draws = Draws((), (), {NONE: np.tile(fit.x, (3, 1))})
     assert covered(one, one.judged(NONE, fit), draws, truth, 0.0)[NAMES[0]].tolist() == [1.0, 1.0, 1.0]
 
 

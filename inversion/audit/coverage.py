@@ -1,0 +1,37 @@
+"""Whether intervals hold the truth, over draws of the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from data.histories import Array
+from inversion.audit.draws import Draws
+from inversion.diagnosis.judge import Judge, Judged
+from inversion.diagnosis.refit import bounds
+from inversion.identifiability import NEWS
+from inversion.time_origin import NORMAL_95
+
+
+def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, float], b: float) -> dict[str, Array]:
+    """(draws,) whether the 95 % interval holds the truth: of identified parameters, and of the effect as `b`."""
+    fit, coordinates = one.fit, judge.groundwork.coordinates
+    spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance()))
+    least, most = bounds(fit.problem, fit.own, fit.box)
+    x = np.clip(draws.unknowns[one.name], least, most)
+    ends = np.clip(x - spread, least, most), np.clip(x + spread, least, most)
+    low, high = judge.groundwork.dataset.lows, judge.groundwork.dataset.highs
+    prior = coordinates.prior_width()
+    found: dict[str, Array] = {}
+    for i, name in enumerate(coordinates.names):
+        if name in parameters and 2.0 * spread[i] < NEWS * prior[i]:
+            found[name] = _holds(ends, i, (parameters[name] - low[i]) / (high[i] - low[i]))
+    if fit.own:
+        found["b"] = _holds(ends, -1, b)
+    return found
+
+
+def _holds(ends: tuple[Array, Array], i: int, truth: float) -> Array:
+    """(draws,) whether an unknown's interval holds the truth, up to rounding at a bound."""
+    return ((ends[0][:, i] <= truth + 1e-9) & (truth <= ends[1][:, i] + 1e-9)).astype(float)
