@@ -11,7 +11,7 @@ from inversion.diagnosis.detectable import absorbed, minimum_detectable
 from inversion.diagnosis.diagnosis import EffectFigures, State
 from inversion.diagnosis.evidence import biases, log_evidence, magnitude, parameter_intervals, twins
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import allowance, by_channel, errors, rms
+from inversion.diagnosis.miss import by_channel, errors, rms
 from inversion.diagnosis.model import NUISANCE_EFFECT
 from inversion.diagnosis.restrike import Struck
 from inversion.diagnosis.strikes import Strikes
@@ -50,7 +50,7 @@ def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigur
 def state(judge: Judge, judged: Judged, heldout: dict[str, float | None], struck: Struck | None = None) -> State:
     """A model's errors on the data used, fitted and by one strike, and its parameters."""
     miss = judge.record.values - judged.fit.curve
-    weighted, raw = errors(judge, miss, allowance(judge, judged.fit), judge.used)
+    weighted, raw = errors(judge, miss, judge.allowance(judged.fit), judge.used)
     units = dict(zip(judge.groundwork.dataset.names, judge.groundwork.dataset.units, strict=True))
     parameters = {
         name: {"value": value, "interval_95": interval, "unit": units[name]}
@@ -122,7 +122,7 @@ def pair_figures(judge: Judge, judged: Judged) -> dict[str, Any]:
         "effects": [one.name for one in own],
         "magnitudes": [one.magnitude(float(b)) for one, b in zip(own, judged.fit.magnitudes, strict=True)],
         "p_consistent": judged.p,
-        "weighted": errors(judge, miss, allowance(judge, judged.fit), judge.used)[0],
+        "weighted": errors(judge, miss, judge.allowance(judged.fit), judge.used)[0],
     }
 
 

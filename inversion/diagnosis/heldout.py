@@ -10,7 +10,7 @@ import numpy as np
 from data.histories import Array
 from inversion.diagnosis.choice import Choice
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import allowance, errors
+from inversion.diagnosis.miss import errors
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit
 from inversion.diagnosis.verdict import NONE
@@ -78,7 +78,7 @@ def hold_out(
 
 def _errors(judge: Judge, judged: Judged, held: np.ndarray) -> tuple[float, float]:
     fit = judged.fit
-    return errors(judge, judge.record.values - fit.curve, allowance(judge, fit), held)
+    return errors(judge, judge.record.values - fit.curve, judge.allowance(fit), held)
 
 
 def other_shot(judge: Judge, before: Judged, after: Judged | None, shot: Record) -> HeldOut:
@@ -95,7 +95,7 @@ def other_shot(judge: Judge, before: Judged, after: Judged | None, shot: Record)
 
 def _on_other(there: Judge, fit: Fit) -> tuple[float, float]:
     anew, spread = expected(fit, there.record)
-    return errors(there, there.record.values - anew.curve, allowance(there, anew) + spread)
+    return errors(there, there.record.values - anew.curve, there.allowance(anew) + spread)
 
 
 def expected(fit: Fit, shot: Record) -> tuple[Fit, Array]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from data.histories import Array
 from inversion.coordinates import Box
+from inversion.diagnosis.corrected import corrected, places, shift_of, unsettled
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.groundwork import Groundwork, middle, numerical_error
 from inversion.diagnosis.model import Model, Place
-from inversion.diagnosis.model_error import doubted, emulator_error, response_error, rough
+from inversion.diagnosis.model_error import emulator_error, response_error
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
@@ -27,7 +28,6 @@ MOVED = 0.3
 MODES = 2
 SETTLING = 2
 ABSENT = 1e-3  # plausible sizes: nearer to 0 an effect is left out of a strike
-SMALLEST, SHOWS = 1.0, 1.5  # plausible sizes: a smaller fitted effect is struck at the second instead
 
 
 @dataclass(frozen=True)
@@ -139,19 +139,19 @@ class Judge:
         doubts = dict.fromkeys(fits, "the solver was not asked")
         due = list(fits)
         for number in range(rounds):
-            places = {name: _places(fits[name]) if number == 0 else (fits[name].b,) for name in due}
-            cases = {(name, i): self._case(fits[name], b) for name, bs in places.items() for i, b in enumerate(bs)}
+            wanted = {name: places(fits[name]) if number == 0 else (fits[name].b,) for name in due}
+            cases = {(name, i): self._case(fits[name], b) for name, bs in wanted.items() for i, b in enumerate(bs)}
             runs = strikes.run({f"{name} {i}": case for (name, i), case in cases.items()})
             moved: dict[str, Fit] = {}
-            for name, bs in places.items():
+            for name, bs in wanted.items():
                 labels = [f"{name} {i}" for i in range(len(bs))]
                 if failed := [label for label in labels if label not in runs]:
                     doubts[name] = f"its strike failed: {strikes.failures[failed[0]]}"
                     continue
                 curves = [self.groundwork.clock.stack(runs[label]) for label in labels]
-                moved[name] = self.settled(_corrected(fits[name], list(zip(bs, curves, strict=True))))
-            shifts = {name: _shift(fits[name], fit) for name, fit in moved.items()}
-            doubts |= {name: _unsettled(shift) for name, shift in shifts.items()}
+                moved[name] = self.settled(corrected(fits[name], list(zip(bs, curves, strict=True))))
+            shifts = {name: shift_of(fits[name], fit) for name, fit in moved.items()}
+            doubts |= {name: unsettled(shift, MOVED) for name, shift in shifts.items()}
             due = [name for name, shift in shifts.items() if shift > MOVED]
             fits |= moved
             if not due:
@@ -168,51 +168,6 @@ class Judge:
         }
         theta = dict(zip(model.emulator.names, map(float, fit.theta), strict=True))
         return base.with_values(theta).with_effects({**base.effects, **acting})
-
-
-def _places(fit: Fit) -> tuple[Array, ...]:
-    """Effects b (m,) at which the solver is asked: without the fit's own effect, and with it, large enough to show."""
-    known = fit.problem.model.known
-    without = fit.b.copy()
-    without[list(fit.own)] -= fit.magnitudes
-    if len(fit.own) != 1 or known[fit.own[0]].of_record:
-        return (fit.b,)
-    own, size = known[fit.own[0]], float(fit.magnitudes[0])
-    wanted = size if abs(size) >= SMALLEST else float(np.copysign(SHOWS, size))
-    shown = without.copy()
-    shown[fit.own[0]] += np.clip(wanted, own.least, own.most)
-    return without, shown
-
-
-def _corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
-    """The fit with a model nearer to what the solver said: (effects b (m,), curves (grid,)) without and with its own.
-
-    A single strike is as rough as the emulator's runs were, so the model moves by what stands above that.
-    """
-    model, z = fit.problem.model, fit.place.z
-    b, curve = told[0]
-    off = curve - model.grid(Place(z, b[None]), fit.box)[0]
-    model = replace(model, correction=model.correction + doubted(model, fit.theta) * off)
-    for there, seen in told[1:]:
-        own, size = model.known[fit.own[0]].name, float((there - b)[fit.own[0]])
-        missing = (seen - curve) - (
-            model.grid(Place(z, there[None]), fit.box) - model.grid(Place(z, b[None]), fit.box)
-        )[0]
-        response = model.responses[own].told(missing / size, 2.0 * rough(model) / size**2)
-        model = replace(model, responses={**model.responses, own: response})
-    return replace(fit, problem=replace(fit.problem, model=model))
-
-
-def _shift(before: Fit, after: Fit) -> float:
-    """RMS by which the refit moved the corrected curve, in its own standard deviations."""
-    model = after.problem.model
-    change = model.points(after.place, after.box) - model.points(before.place, before.box)
-    return float(np.sqrt(np.mean(after.problem.whitener.apply(change[0]) ** 2)))
-
-
-def _unsettled(shift: float) -> str:
-    """Empty where the refit stayed where the solver was asked."""
-    return f"its last refit still moved the curve by {shift:.1f} standard deviations" if shift > MOVED else ""
 
 
 def near(models: dict[str, Judged]) -> list[Judged]:

@@ -7,12 +7,6 @@ import numpy as np
 from data.histories import Array
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.judge import Judge
-from inversion.diagnosis.refit import Fit
-
-
-def allowance(judge: Judge, fit: Fit) -> Array:
-    """(n, n) covariance of a fit's miss on the judge's points: noise, numerical error, and the model's own at its fit."""
-    return judge.allowance(fit)
 
 
 def errors(judge: Judge, miss: Array, covariance: Array, points: np.ndarray | None = None) -> tuple[float, float]:

@@ -8,27 +8,20 @@ spacing) are changed once each, and the change d of the curves enters as d d^T.
 Much of a draw is a gain and a shift in time of the strike's own curve (the lattice moves the bird's front and spreads
 its mass), so these two go with the curve at which the error is asked for. What remains spans little; its second moment
 is widened by a stationary process under its envelope, whose share and length, and the weight of gain and shift, are
-those that predict each draw best from the others.
+those that predict each draw best from the others; so is how far what the draws show of one channel with another counts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
-from scipy.linalg import LinAlgError, block_diag, cholesky, solve_triangular
-from scipy.ndimage import uniform_filter1d
+from scipy.linalg import block_diag
 
 from data.histories import Array
+from inversion.diagnosis.widened import Draws, Together, across, process
 
-LENGTHS = tuple(2.0**-k for k in range(2, 9))  # of the record: correlation lengths that are tried
-SHARES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # of the rest's variance: shares of the process that are tried
-WEIGHTS = (1.0, 1.5, 2.5)  # of gain and shift: few draws may show too little of them
-ENVELOPE = 0.05  # of the record: over which the envelope is smoothed
-FLOOR = 1e-3  # of the largest rest: no instant is free of error
-POINTS = 100  # means over neighbours, on which the process is chosen
 FEWEST = 3  # draws that can predict one another
 
 
@@ -76,20 +69,24 @@ class Numerical:
             return lambda _: fixed + d.T @ d
         moments, rest = self._split
         changes, left = sample(self.changes), sample(rest)
-        fixed += left.T @ left / len(left)
-        weights = np.ones(self.channels)
+        frames = np.stack([sample(self.frame(shape)) for shape in self.shapes])
+        weights, wide = np.ones(self.channels), np.zeros_like(fixed)
         for number in np.unique(channel):
             here = np.flatnonzero(channel == number)
             block, own = np.ix_(here, here), slice(2 * number, 2 * number + 2)
-            frames = np.stack([sample(self.frame(shape)[own])[:, here] for shape in self.shapes])
-            draws = Draws(changes[:, here], left[:, here], moments[:, own], frames, times[here], measurement[block])
+            one = frames[:, own][:, :, here]
+            draws = Draws(changes[:, here], left[:, here], moments[:, own], one, times[here], measurement[block])
             length, share, weights[number] = draws.best()
-            fixed[block] += process(left[:, here], times[here], length, share)
-        spread = moments * np.repeat(np.sqrt(weights), 2) / np.sqrt(len(moments))
+            wide[block] = process(left[:, here], times[here], length, share)
+        spread, alike = moments * np.repeat(np.sqrt(weights), 2), 1.0
+        if self.channels > 1:
+            alike, weight = Together(changes, left, spread, frames, wide, measurement, channel).best()
+            spread = np.sqrt(weight) * spread
+        second = left.T @ left / len(left)
 
         def at(frame: Array) -> Array:
             moved = spread @ frame
-            return fixed + moved.T @ moved
+            return fixed + wide + across(second + moved.T @ moved / len(moved), channel, alike)
 
         return at
 
@@ -107,88 +104,6 @@ class Numerical:
         moments = [np.linalg.lstsq(f.T, d, rcond=1e-10)[0] for f, d in zip(frames, self.changes, strict=True)]
         rest = [d - m @ f for f, d, m in zip(frames, self.changes, moments, strict=True)]
         return np.stack(moments), np.stack(rest)
-
-
-@dataclass(frozen=True)
-class Draws:
-    """One channel's draws on its points.
-
-    changes, rest: (k, n); moments: (k, 2) gains and shifts; frames: (k, 2, n) unit gain and shift of each draw's curve;
-    times (n,) [s]; noise: (n, n).
-    """
-
-    changes: Array
-    rest: Array
-    moments: Array
-    frames: Array
-    times: Array
-    noise: Array
-
-    def best(self) -> tuple[float, float, float]:
-        """Length [s] and share of the process, and weight of gain and shift, that predict each draw from the others.
-
-        Score: expected log density of a draw with noise on it.
-        """
-        mean = _means(len(self.times))
-        few = Draws(
-            self.changes @ mean.T,
-            self.rest @ mean.T,
-            self.moments,
-            self.frames @ mean.T,
-            mean @ self.times,
-            mean @ self.noise @ mean.T,
-        )
-        span = self.times[-1] - self.times[0]
-        tried = list(product((share * span for share in LENGTHS), SHARES))
-        length, share = tried[int(np.argmax([few.score(*one, WEIGHTS[0]) for one in tried]))]
-        weight = WEIGHTS[int(np.argmax([few.score(length, share, one) for one in WEIGHTS]))]
-        return length, share, weight
-
-    def score(self, length: float, share: float, weight: float) -> float:
-        """Sum over draws of the expected log density given the others."""
-        kernel, total = matern(self.times, length), 0.0
-        for i, own in enumerate(self.changes):
-            others = np.arange(len(self.changes)) != i
-            left, moved = self.rest[others], self.moments[others] @ self.frames[i]
-            size = envelope(left)
-            second = left.T @ left + weight * moved.T @ moved
-            covariance = second / others.sum() + share * size[:, None] * kernel * size + self.noise
-            try:
-                lower = cholesky(covariance, lower=True, check_finite=False)
-            except LinAlgError:
-                return -np.inf
-            inverse = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
-            whitened = inverse @ own
-            noisy = float(((inverse @ self.noise) * inverse).sum())
-            total += -0.5 * (whitened @ whitened + noisy) - float(np.log(np.diag(lower)).sum())
-        return total
-
-
-def process(rest: Array, times: Array, length: float, share: float) -> Array:
-    """(n, n) covariance under the envelope of draws (k, n), of a correlation length [s]."""
-    size = envelope(rest)
-    return share * size[:, None] * matern(times, length) * size
-
-
-def envelope(rest: Array) -> Array:
-    """(n,) smoothed root mean square of draws (k, n)."""
-    width = max(3, round(ENVELOPE * rest.shape[1]))
-    mean = uniform_filter1d((rest**2).mean(axis=0), width, mode="nearest")
-    return np.sqrt(mean + (FLOOR * np.abs(rest).max()) ** 2)
-
-
-def _means(n: int) -> Array:
-    """(m, n) of means over neighbours, at most POINTS of them."""
-    block = -(-n // POINTS)
-    rows = np.repeat(np.arange(-(-n // block)), block)[:n]
-    mean = (rows == np.arange(rows[-1] + 1)[:, None]).astype(float)
-    return mean / mean.sum(axis=1, keepdims=True)
-
-
-def matern(times: Array, length: float) -> Array:
-    """Matern correlation 3/2 (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.17)."""
-    r = np.sqrt(3.0) * np.abs(times[:, None] - times) / length
-    return (1.0 + r) * np.exp(-r)
 
 
 def _correlation_time(rest: Array, step: float) -> float:

@@ -11,7 +11,7 @@ from data.errors import CaseError
 from data.histories import Array, Histories
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import allowance, by_channel, errors, rms
+from inversion.diagnosis.miss import by_channel, errors, rms
 from inversion.diagnosis.record import Record, averaged
 from inversion.diagnosis.refit import Fit
 from inversion.diagnosis.strikes import Strikes
@@ -70,7 +70,7 @@ def restrike(judge: Judge, judged: Mapping[str, Judged], strikes: Strikes) -> tu
 
 
 def _struck(judge: Judge, fit: Fit, run: Histories) -> Struck:
-    curve, covariance = on_record(run, judge.record), allowance(judge, fit)
+    curve, covariance = on_record(run, judge.record), judge.allowance(fit)
     miss = judge.record.values - curve
     weighted, raw = errors(judge, miss, covariance, judge.used)
     off = rms(Whitener.of(covariance, judge.used).apply(curve - fit.curve))

@@ -10,7 +10,8 @@ import pytest
 
 from data.histories import Histories
 from inversion.diagnosis.diagnose import Study, Wishes
-from inversion.diagnosis.groundwork import Groundwork, emulator_error
+from inversion.diagnosis.groundwork import Groundwork
+from inversion.diagnosis.model_error import emulator_error
 from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
 from solver.case import Case
@@ -38,11 +39,11 @@ class Answers(Strikes):
 
     def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
         self.asked += 1
-        self.failures |= dict.fromkeys((name for name in cases if name in self.failing), "it blew up")
+        self.failures |= dict.fromkeys((name for name in cases if name.split()[0] in self.failing), "it blew up")
         off = [self.shift * self.asked**2 * np.sin(np.pi * TIME / TIME[-1])] * len(self.ground.clock.channels)
         found: dict[str, Histories] = {}
         for name, case in cases.items():
-            if name not in self.failing:
+            if name.split()[0] not in self.failing:
                 clean = curves(self._unit(case)[None], len(off))
                 channels = {c: y[0] + o for c, y, o in zip(self.ground.clock.channels, clean, off, strict=True)}
                 found[name] = Histories(TIME, channels, {})
