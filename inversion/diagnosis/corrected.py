@@ -8,7 +8,7 @@ import numpy as np
 
 from data.histories import Array
 from inversion.diagnosis.model import Place
-from inversion.diagnosis.model_error import doubted, rough
+from inversion.diagnosis.model_error import doubted, followed, rough
 from inversion.diagnosis.refit import Fit
 
 SMALLEST, SHOWS = 1.0, 1.5  # plausible sizes: a smaller fitted effect is struck at the second instead
@@ -36,13 +36,15 @@ def corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
     model, z = fit.problem.model, fit.place.z
     b, curve = told[0]
     off = curve - model.grid(Place(z, b[None]), fit.box)[0]
-    model = replace(model, correction=model.correction + doubted(model, fit.theta) * off)
+    model = replace(model, correction=model.correction + doubted(model, fit.theta, off) * off)
     for there, seen in told[1:]:
         own, size = model.known[fit.own[0]].name, float((there - b)[fit.own[0]])
         missing = (seen - curve) - (
             model.grid(Place(z, there[None]), fit.box) - model.grid(Place(z, b[None]), fit.box)
         )[0]
-        response = model.responses[own].told(missing / size, 2.0 * rough(model) / size**2)
+        learnt = model.responses[own]
+        weight = followed(learnt.doubt, 2.0 * rough(model) / size**2, missing / size, len(model.clock.channels))
+        response = learnt.told(missing / size, weight)
         model = replace(model, responses={**model.responses, own: response})
     return replace(fit, problem=replace(fit.problem, model=model))
 

@@ -8,6 +8,8 @@ from scipy.linalg import block_diag
 from data.histories import Array
 from inversion.diagnosis.model import Model
 
+REFUTED = 4.0  # times the expected square: a difference that the errors stated do not allow
+
 
 def emulator_error(model: Model, theta: Array) -> Array:
     """(n, n) covariance of the emulator's error at theta (k,) on the record's points.
@@ -40,12 +42,28 @@ def rough(model: Model) -> Array:
     return np.repeat(sizes, len(model.clock.time))
 
 
-def doubted(model: Model, theta: Array) -> Array:
-    """(grid,) share of a strike's difference from the emulator that is the emulator's error, not roughness."""
-    u, m = model.emulator.inputs(theta[None])[0], len(model.clock.time)
-    shares: list[float] = []
-    for name in model.clock.channels:
-        emulator = model.emulator.channels[name]
-        whole = (emulator.error_factor(u, model.clock.time) ** 2).sum(axis=1).mean() + emulator.outside.mean()
-        shares.append(max(0.0, 1.0 - emulator.rough() / max(float(whole), 1e-300)))
-    return np.repeat(shares, m)
+def doubted(model: Model, theta: Array, off: Array) -> Array:
+    """(grid,) share of a strike's difference off (grid,) from the emulator that is the emulator's error; by channel.
+
+    The rest is the strike's own roughness.
+    """
+    u = model.emulator.inputs(theta[None])[0]
+    emulators = [model.emulator.channels[name] for name in model.clock.channels]
+    smooth = [
+        (one.error_factor(u, one.time) ** 2).sum(axis=1).mean() + one.outside.mean() - one.rough() for one in emulators
+    ]
+    return followed(np.repeat(np.maximum(smooth, 0.0), len(model.clock.time)), rough(model), off, len(emulators))
+
+
+def followed(known: Array, rough: Array, off: Array, channels: int) -> Array:
+    """(grid,) by how much an estimate of variance `known` follows a strike that differs by `off`, as rough as `rough`.
+
+    The usual weight known / (known + rough); but a difference beyond twice what both allow shows that `known` is too
+    small, and is followed as far as it stands above the roughness. One weight a channel.
+    """
+    weights: list[Array] = []
+    for one, own, seen in zip(*(np.split(part, channels) for part in (known, rough, off)), strict=True):
+        expected, found, quiet = one.mean() + own.mean(), float(np.mean(seen**2)), own.mean()
+        weight = 1.0 - quiet / found if found > REFUTED * expected else one.mean() / max(expected, 1e-300)
+        weights.append(np.full(len(seen), weight))
+    return np.concatenate(weights)

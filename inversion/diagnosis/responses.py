@@ -115,14 +115,13 @@ class Response:
         """(q, grid) at b (q,)."""
         return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
 
-    def told(self, slope: Array, rough: Array) -> Response:
-        """After a strike that wants the slope (grid,) added.
+    @property
+    def doubt(self) -> Array:
+        """(grid,) variance of the slope."""
+        return (self.spread**2).sum(axis=0)
 
-        It is followed as far as the slope's own uncertainty stands above `rough` (grid,), the variance with which a
-        strike tells a slope: the usual weighing of two estimates, one weight a channel.
-        """
-        own = (self.spread**2).sum(axis=0)
-        weight = own / np.maximum(own + rough, 1e-300)
+    def told(self, slope: Array, weight: Array) -> Response:
+        """After a strike that wants the slope (grid,) added and is followed by a weight (grid,) in 0 .. 1."""
         return Response(self.slope + weight * slope, self.curvature, (1.0 - weight) * self.spread)
 
 

@@ -11,7 +11,7 @@ import pytest
 from data.histories import Histories
 from inversion.diagnosis.diagnose import Study, Wishes
 from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.model_error import emulator_error
+from inversion.diagnosis.model_error import emulator_error, followed
 from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
 from solver.case import Case
@@ -95,3 +95,12 @@ def test_a_stated_tolerance_is_judged_as_a_known_noise(tmp_path: Path) -> None:
 def test_nothing_is_unexplained_by_a_noise_level_that_the_fit_tells() -> None:
     assert verdict(()) == UNEXPLAINED
     assert verdict((), inferred=True) != UNEXPLAINED
+
+
+def test_a_strike_is_followed_by_what_is_not_its_roughness_and_whole_where_it_refutes_the_emulator() -> None:
+    known, rough = np.full(50, 3.0), np.full(50, 1.0)
+    assert followed(known, rough, np.full(50, 1.5), 1) == pytest.approx(0.75)
+    assert followed(0.0 * known, rough, np.full(50, 1.5), 1) == pytest.approx(0.0)
+    assert followed(0.0 * known, rough, np.full(50, 10.0), 1) == pytest.approx(0.99)
+    both = followed(np.repeat([3.0, 0.0], 50), np.ones(100), np.ones(100), 2)
+    assert both == pytest.approx(np.repeat([0.75, 0.0], 50))

@@ -81,8 +81,8 @@ def test_neighbours_are_averaged_beyond_what_the_fit_can_use() -> None:
     noise = np.random.default_rng(1).standard_normal(3200)
     record = read_record(Measured(fine, {"middle": 1e-4 * noise}, {}, UNITS), UNITS, WINDOW, {"middle": 1e-4})
     (trace,) = record.traces
-    assert (trace.block, len(trace.values)) == (4, 800)
-    assert np.sqrt(np.diag(trace.covariance())) == pytest.approx(5e-5)
+    assert (trace.block, len(trace.values)) == (8, 400)
+    assert np.sqrt(np.diag(trace.covariance())) == pytest.approx(1e-4 / np.sqrt(8.0))
     assert np.std(trace.values) == pytest.approx(5e-5, rel=0.1)
 
 
