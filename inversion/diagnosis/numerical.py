@@ -8,7 +8,7 @@ spacing) are changed once each, and the change d of the curves enters as d d^T.
 Much of a draw is a gain and a shift in time of the strike's own curve (the lattice moves the bird's front and spreads
 its mass), so these two go with the curve at which the error is asked for. What remains spans little; its second moment
 is widened by a stationary process under its envelope, whose share and length, and the weight of gain and shift, are
-those that predict each draw best from the others; so is how far what the draws show of one channel with another counts.
+those that predict each draw best from the others.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from data.histories import Array
-from inversion.diagnosis.widened import Draws, Together, across, process
+from inversion.diagnosis.widened import Draws, process
 
 FEWEST = 3  # draws that can predict one another
 
@@ -78,15 +78,12 @@ class Numerical:
             draws = Draws(changes[:, here], left[:, here], moments[:, own], one, times[here], measurement[block])
             length, share, weights[number] = draws.best()
             wide[block] = process(left[:, here], times[here], length, share)
-        spread, alike = moments * np.repeat(np.sqrt(weights), 2), 1.0
-        if self.channels > 1:
-            alike, weight = Together(changes, left, spread, frames, wide, measurement, channel).best()
-            spread = np.sqrt(weight) * spread
-        second = left.T @ left / len(left)
+        spread = moments * np.repeat(np.sqrt(weights), 2) / np.sqrt(len(moments))
+        fixed += wide + left.T @ left / len(left)
 
         def at(frame: Array) -> Array:
             moved = spread @ frame
-            return fixed + wide + across(second + moved.T @ moved / len(moved), channel, alike)
+            return fixed + moved.T @ moved
 
         return at
 

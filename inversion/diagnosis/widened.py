@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import LinAlgError, block_diag, cholesky, solve_triangular
+from scipy.linalg import LinAlgError, cholesky, solve_triangular
 from scipy.ndimage import uniform_filter1d
 
 from data.histories import Array
@@ -17,7 +17,6 @@ WEIGHTS = (1.0, 1.5, 2.5)  # of gain and shift: few draws may show too little of
 ENVELOPE = 0.05  # of the record: over which the envelope is smoothed
 FLOOR = 1e-3  # of the largest rest: no instant is free of error
 POINTS = 100  # means over neighbours, on which the process is chosen
-ALIKE = (0.0, 0.3, 0.6, 0.9, 1.0)  # shares of what the draws show of one channel with another that are tried
 
 
 @dataclass(frozen=True)
@@ -65,54 +64,6 @@ class Draws:
             second = (left.T @ left + weight * moved.T @ moved) / others.sum()
             total += expected(second + share * size[:, None] * kernel * size, self.changes[i], self.noise)
         return total
-
-
-@dataclass(frozen=True)
-class Together:
-    """All channels' draws, their processes chosen: how far to trust what the draws show of one channel with another.
-
-    As `Draws`, with moments (k, 2 c), frames (k, 2 c, n); process: (n, n) of all channels; channel: (n,) of every
-    point.
-    """
-
-    changes: Array
-    rest: Array
-    moments: Array
-    frames: Array
-    process: Array
-    noise: Array
-    channel: np.ndarray
-
-    def best(self) -> tuple[float, float]:
-        """Factor on what goes across channels, and on gain and shift, that predict each draw best from the others."""
-        counts = [int((self.channel == number).sum()) for number in np.unique(self.channel)]
-        mean = np.asarray(block_diag(*(_means(count, POINTS // len(counts)) for count in counts)))
-        few = Together(
-            self.changes @ mean.T,
-            self.rest @ mean.T,
-            self.moments,
-            self.frames @ mean.T,
-            mean @ self.process @ mean.T,
-            mean @ self.noise @ mean.T,
-            np.rint(mean @ self.channel).astype(int),
-        )
-        tried = list(product(ALIKE, WEIGHTS))
-        return tried[int(np.argmax([few.score(*one) for one in tried]))]
-
-    def score(self, alike: float, weight: float) -> float:
-        """Sum over draws of the expected log density given the others."""
-        total = 0.0
-        for i in range(len(self.changes)):
-            others = np.arange(len(self.changes)) != i
-            left, moved = self.rest[others], self.moments[others] @ self.frames[i]
-            second = across((left.T @ left + weight * moved.T @ moved) / others.sum(), self.channel, alike)
-            total += expected(second + self.process, self.changes[i], self.noise)
-        return total
-
-
-def across(covariance: Array, channel: np.ndarray, alike: float) -> Array:
-    """(n, n) covariance with what goes across channels (n,) lowered; it stays positive semi-definite."""
-    return covariance * np.where(channel[:, None] == channel, 1.0, alike)
 
 
 def expected(covariance: Array, draw: Array, noise: Array) -> float:
