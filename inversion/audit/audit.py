@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,7 @@ def _score(place: Path, wishes: Wishes, asked: Asked, task: Task) -> Score:
     global _bench
     if _bench is None:
         _bench = Bench(place, wishes)
+        Finalize(None, _bench.stack.close, exitpriority=10)  # a worker waits for its own strikes' workers as it ends
     if task.made is None:
         found = score(_bench, task.experiment, asked)
     else:

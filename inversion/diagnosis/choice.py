@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from inversion.diagnosis.evidence import log_evidence, without_own
+from inversion.diagnosis.evidence import log_evidence, stands_out, without_own
 from inversion.diagnosis.judge import Judged
-from inversion.diagnosis.linear import Linear
 from inversion.diagnosis.verdict import AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
-
-SILENT = 1e-3
-"""Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
     base, found = models[NONE], dict(models)
     for name, one in models.items():
         own = one.fit.own
-        silent = own and not _stands_out(base.fit.linear, own[0]) and not visible(one)
+        silent = own and not stands_out(base.fit.linear, own[0]) and not visible(one)
         if silent or (own and not one.fit.magnitudes.any()):
             found[name] = replace(one, consistency=replace(one.consistency, p=base.p))
     return found
@@ -62,11 +58,7 @@ def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
 def visible(judged: Judged) -> bool:
     """Whether the other unknowns cannot imitate the model's own effect entirely, where it stands."""
     own = judged.fit.own
-    return not own or _stands_out(without_own(judged.fit), own[0])
-
-
-def _stands_out(linear: Linear, effect: int) -> bool:
-    return bool(linear.seen[effect] and linear.sizes[effect] > SILENT)
+    return not own or stands_out(without_own(judged.fit), own[0])
 
 
 def why_unnamed(judged: Judged) -> str | None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from data.histories import Array
-from inversion.diagnosis.choice import SILENT
+from inversion.diagnosis.evidence import SILENT
 from inversion.diagnosis.heldout import NOT_REPEATED, HeldOut
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.restrike import Struck

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from data.histories import Array
 from inversion.diagnosis.judge import Judged
+from inversion.diagnosis.linear import Linear
 from inversion.diagnosis.refit import Fit
 from inversion.time_origin import NORMAL_95
+
+SILENT = 1e-3
+"""Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""
+
+
+def stands_out(linear: Linear, effect: int) -> bool:
+    """Whether the other unknowns cannot imitate an effect entirely."""
+    return bool(linear.seen[effect] and linear.sizes[effect] > SILENT)
 
 
 def log_evidence(fit: Fit) -> float:
@@ -33,10 +44,12 @@ def magnitude(judged: Judged) -> tuple[float, tuple[float, float] | None]:
     fit = judged.fit
     known = fit.problem.model.known[fit.own[0]]
     column = len(fit.x) - len(fit.own)
-    spread = NORMAL_95 * float(np.sqrt(fit.covariance()[column, column]))
     b = float(fit.magnitudes[0])
     if fit.at_limit:
         return known.magnitude(b), None
+    if not stands_out(without_own(fit), fit.own[0]):  # nothing is known of what nothing shows
+        return known.magnitude(b), (known.magnitude(known.least), known.magnitude(known.most))
+    spread = NORMAL_95 * float(np.sqrt(max(fit.covariance()[column, column], 0.0)))
     low, high = max(b - spread, known.least), min(b + spread, known.most)
     return known.magnitude(b), (known.magnitude(low), known.magnitude(high))
 
@@ -62,10 +75,8 @@ def twins(judged: Judged, least: float = 0.9) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda pair: -abs(pair[1])))
 
 
-def without_own(fit: Fit):
+def without_own(fit: Fit) -> Linear:
     """The fit's linearisation with its own effects no longer free."""
-    from dataclasses import replace
-
     linear = fit.linear
     free_own = int((~fit.at_bound[len(fit.x) - len(fit.own) :]).sum()) if fit.own else 0
     design = linear.design[:, : linear.design.shape[1] - free_own]

@@ -21,7 +21,7 @@ TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
 OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 """Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
 CURVED = 1.0  # of a lattice's scatter: from where what is not linear is curvature
-WIDEST, FARTHEST = 5.0, 20.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
+WIDEST, FARTHEST = 5.0, 10.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
 
 
 @dataclass(frozen=True)
