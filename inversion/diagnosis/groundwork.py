@@ -85,11 +85,15 @@ def prepare(
     runs = strikes.run(cases)
     if CENTRE not in runs:
         raise RunFailed(f"the strike at the campaign's centre failed: {strikes.failures[CENTRE]}", "check the case")
-    bases = [clock.stack(runs[name]) for name in (CENTRE, *others) if name in runs]
+    bases = [clock.stack(runs[name]) if name in runs else None for name in others]
     shapes = {name: _smooth(emulator, clock, pair.theta) for name, pair in finer.items()}
     numerical = _numerical(runs, clock, shapes)
     jitter = roughness(emulator, channels)
-    learnt = {one.name: learn(one, bases, runs, clock.stack, jitter) for one in known if not one.of_record}
+    learnt = {
+        one.name: learn(one, clock.stack(runs[CENTRE]), bases, runs, clock.stack, jitter)
+        for one in known
+        if not one.of_record
+    }
     responses = {name: response for name, response in learnt.items() if response is not None}
     kept = tuple(one for one in known if one.of_record or one.name in responses)
     lost = {name: "its strikes failed" for name, response in learnt.items() if response is None}

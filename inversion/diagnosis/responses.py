@@ -127,31 +127,31 @@ class Response:
 
 def learn(
     known: Known,
-    bases: Sequence[Array],
+    base: Array,
+    others: Sequence[Array | None],
     runs: Mapping[str, Histories],
     stack: Callable[[Histories], Array],
     jitter: tuple[float, ...],
 ) -> Response | None:
     """The response through the effect's strikes; None where none of them finished.
 
-    bases: (grid,) curves without the effect at the centre and at the other places; stack: a strike's (grid,) curves;
-    jitter: by how much a strike leaves what is smooth in its inputs, RMS per channel. What is not linear in the
-    magnitude counts as curvature where it exceeds that; else as scatter, by whose power the slope is shrunk (its own
-    scatter would otherwise be taken for a signature).
+    base, others: (grid,) curves without the effect at the centre and at the other places, None for a strike that
+    failed; stack: a strike's (grid,) curves; jitter: by how much a strike leaves what is smooth in its inputs, RMS per
+    channel. What is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose
+    power the slope is shrunk (its own scatter would otherwise be taken for a signature).
     """
     found: list[tuple[float, Array]] = [
-        (b, stack(runs[name]) - bases[0]) for b in known.learnt_at() if (name := label(known.name, b)) in runs
+        (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
     ]
     if not found:
         return None
     parts = [_learn(list(zip(bs, ys, strict=True)), scatter) for bs, ys, scatter in _channels(found, jitter)]
     slope, curvature = (np.concatenate([part[i] for part in parts]) for i in range(2))
     centre = Response(slope, curvature, np.zeros((0, len(slope))))
-    checked = list(enumerate(zip(known.checked_at(), bases[1:], strict=False)))
     off = [
-        (stack(runs[name]) - base - centre.at(np.array([b]))[0]) / b
-        for i, (b, base) in checked
-        if (name := label(known.name, b, i + 1)) in runs
+        (stack(runs[name]) - other - centre.at(np.array([b]))[0]) / b
+        for i, (b, other) in enumerate(zip(known.checked_at(), others, strict=True))
+        if other is not None and (name := label(known.name, b, i + 1)) in runs
     ]
     return _widened(centre, np.array([np.zeros_like(slope), *off], dtype=np.float64))
 
