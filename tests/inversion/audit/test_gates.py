@@ -30,6 +30,8 @@ def test_seven_curves_without_an_alarm_cannot_exclude_five_per_cent() -> None:
 def test_the_wider_interval_judges() -> None:
     split = rate([np.ones(50)] * 3 + [np.zeros(50)] * 97)
     assert split.exact_95 == clopper_pearson(0.03, 100)
+    assert split.interval_95 is not None
+    assert split.exact_95 is not None
     assert split.wider == max((split.interval_95, split.exact_95), key=lambda ends: ends[1] - ends[0])
     assert not contains("x", split, 0.10).met
 
