@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -255,8 +255,3 @@ def linearise(fit: Fit) -> Linear:
         np.array([one.one_sided and (i not in fit.own or i == held) for i, one in enumerate(known)]),
         held,
     )
-
-
-def with_model(problem: Problem, **changes: Any) -> Problem:
-    """The problem with another model, whitener or nuisances."""
-    return replace(problem, **changes)
