@@ -8,6 +8,7 @@ import numpy as np
 
 from data.histories import Array
 from solver.bird import Bird
+from solver.bird_shape import outline
 from solver.body import BirdBody
 from solver.case import Case
 from solver.case_bird import Bird as BirdSection
@@ -19,8 +20,8 @@ from solver.case_material import (
     PlasticKinematicMaterial,
 )
 from solver.elastic_bird import ElasticBird
-from solver.first_touch import flight_to_panel
-from solver.geometry import fill_bird, jittered, place_bird, slope_gain
+from solver.first_touch import flight_to_panel, nose_meets, turned
+from solver.geometry import fill_bird, jittered, slope_gain
 from solver.hex_bird import HexBird
 from solver.hex_elements import HexSettings
 from solver.hex_mesh import HexMesh, bird_mesh
@@ -32,18 +33,28 @@ BODIES: dict[str, type[Bird]] = {"null": Bird, "elastic": ElasticBird}
 
 
 def build_bird(case: Case) -> BirdBody:
-    """Bird of the case, `standoff` of flight before its first particle or node touches the plate."""
+    """Bird of the case, `standoff` of flight before its ideal surface touches the plate."""
     return build_hexahedra(case) if case.bird.method == "hexahedra" else build_particles(case)
 
 
 def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
-    """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points, `skin` [m] below its surface."""
-    angle, surface = case.impact.angle, 0.5 * case.plate.thickness + skin
-    x = place_bird(points, angle, case.impact.standoff, case.impact.aim, surface)
-    x[:, :2] += case.impact.offset
-    direction = np.array([math.cos(angle), 0.0, -math.sin(angle)])
-    x += (flight_to_panel(x, direction, case.plate, surface) - case.impact.standoff) * direction
-    return x, np.tile(case.impact.speed * direction, (len(x), 1))
+    """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points (n, 3), given about its centre, axis along x.
+
+    The bird's ideal surface touches after the stand-off, so that the clock does not hang on where the outermost points
+    happen to lie. Each acts `skin` [m] ahead of itself. Where a lattice is cut at random, its points lie 0 to 2 skins
+    deep at even odds; those less than one deep are stopped early, and the first layer comes to rest skin/4 further out
+    than the mass that it stands for. The bird begins as much further back. None is let begin in the plate.
+    """
+    impact, half = case.impact, 0.5 * case.plate.thickness
+    direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
+    surface = turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), impact.angle)
+    start = np.array([*impact.offset, 0.0])
+    if impact.aim == "first_touch":
+        start[0] -= nose_meets(surface, impact.angle, half)
+    x = turned(points, impact.angle) + start
+    flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
+    x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
+    return x, np.tile(impact.speed * direction, (len(x), 1))
 
 
 def build_hexahedra(case: Case) -> HexBird:
@@ -62,20 +73,20 @@ def build_particles(case: Case) -> Bird:
     """SPH bird of the case."""
     b = case.bird
     points, spacing = bird_lattice(b)
-    x, v = in_flight(case, points, 0.5 * spacing)
+    share = b.volume / len(points)
+    x, v = in_flight(case, points, 0.5 * share ** (1.0 / 3.0))
     material = bird_material(b.material, b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
-    gain = slope_gain(b.lattice, case.solver.smoothing)
+    gain = slope_gain(b.lattice, case.solver.smoothing) * spacing**3 / share
     bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
     bird.stiffen(case.normal_speed)
     return bird
 
 
 def bird_lattice(b: BirdSection) -> tuple[Array, float]:
-    """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the spacing [m]."""
-    points = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
-    spacing = (b.volume / len(points)) ** (1.0 / 3.0)
+    """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the lattice's spacing [m]."""
+    points, spacing = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
     return jittered(points, b.jitter * spacing, b.seed), spacing
 
 

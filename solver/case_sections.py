@@ -20,7 +20,7 @@ ASIDE = Between("-2500 mm", "2500 mm")
 
 
 class Impact(Section):
-    """angle [rad] from the plate's surface; standoff [m]: way flown before the first touch, so that it sets t = 0.
+    """angle [rad] from the plate's surface; standoff [m]: way flown before the ideal surface touches: it sets t = 0.
 
     offset [m]: along length and width, from the plate's centre to the point of aim.
     """

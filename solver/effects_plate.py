@@ -178,6 +178,6 @@ PLATE = (
         lambda _: -math.inf,
         lambda case: _rigid(case) or _no_edges("in_plane", case),
         GROUP,
-        "membrane stress; size: about a tenth of a clamped square plate's buckling stress (Timoshenko & Gere, 1961)",
+        "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
     ),
 )

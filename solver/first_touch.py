@@ -1,6 +1,8 @@
-"""How far a bird flies before it first touches a curved panel."""
+"""Where a bird first touches, and how far it flies until then."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -8,10 +10,23 @@ from data.histories import Array
 from solver.case_plate import Plate
 
 
-def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) -> float:
-    """Least distance [m] that a particle at x (n, 3) flies along `direction` (3,) until it touches the plate.
+def turned(points: Array, angle: float) -> Array:
+    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight (cos angle, 0, -sin angle)."""
+    along = [math.cos(angle), 0.0, -math.sin(angle)]
+    return points @ np.stack([along, [0.0, 1.0, 0.0], [math.sin(angle), 0.0, math.cos(angle)]])
 
-    surface: distance from the mid-surface at which a particle touches [m]. On a panel, each particle's line is met with
+
+def nose_meets(surface: Array, angle: float, height: float) -> float:
+    """x [m] where the lowest of a turned bird's points (n, 3) meets the plane z = height [m]."""
+    lowest = surface[:, 2].min()
+    nose = surface[:, 0][np.isclose(surface[:, 2], lowest, atol=1e-9)].mean()
+    return float(nose + (lowest - height) / math.tan(angle))
+
+
+def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) -> float:
+    """Least distance [m] that a point at x (n, 3) flies along `direction` (3,) until it touches the plate.
+
+    surface: distance from the mid-surface at which a point touches [m]. On a panel, each point's line is met with
     the cylinder of radius + surface about the panel's axis; lines that miss the panel do not count. For a flat plate,
     or if every line misses, the distance is that to the plane at the height of `surface`.
     """

@@ -1,4 +1,4 @@
-"""Geometry of the bird: a lattice of particles in its shape, and its place before the strike."""
+"""Geometry of the bird: a lattice of particles fitted to its shape."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from data.errors import UserError
 from data.histories import Array
+from solver.bird_shape import second_moments
 from solver.kernels.smoothing import slope, slope_constant
 
 # Points of one cubic cell and the cell's edge over the spacing of a cubic lattice of equal density.
@@ -54,12 +55,15 @@ def slope_gain(kind: str, smoothing: float) -> float:
     return float(-3.0 / (pull * distance**2).sum())
 
 
-def fill_bird(shape: str, diameter: float, length: float, volume: float, particles: int, kind: str) -> Array:
-    """Particle positions (n, 3) [m] about the bird's centre, axis along x; n as near `particles` as a lattice allows.
+def fill_bird(
+    shape: str, diameter: float, length: float, volume: float, particles: int, kind: str
+) -> tuple[Array, float]:
+    """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the lattice's spacing [m].
 
-    Lattices cut at spacings within 2 % of (volume/particles)^(1/3) are tried, and the nearest count wins; the points
-    are then scaled (by as much) so that each particle has exactly its share volume/n of the lattice, because the SPH
-    sums are normalised by it. Raises UserError when not even 8 particles fit.
+    Lattices cut at spacings within 2 % of (volume/particles)^(1/3) are tried, and the nearest count wins. Where the
+    cut falls is an accident that moves the bird's ends by up to half a layer, so the lattice is then stretched, along
+    and across, until the particles, each a cube of its share of the volume, have the shape's second moments.
+    Raises UserError when not even 8 particles fit.
     """
     half = 0.5 * np.array([length if shape != "sphere" else diameter, diameter, diameter])
     nominal = (volume / particles) ** (1.0 / 3.0)
@@ -73,7 +77,11 @@ def fill_bird(shape: str, diameter: float, length: float, volume: float, particl
         raise UserError(
             f"bird.particles = {particles} leaves {len(best)} particles in the bird; at least 100 are needed"
         )
-    return best * ((volume / len(best)) ** (1.0 / 3.0) / cut_at)
+    own = (volume / len(best)) ** (2.0 / 3.0) / 12.0
+    along, across = (moment - own for moment in second_moments(shape, diameter, length))
+    found = np.mean(best**2, axis=0)
+    stretch = np.sqrt([along / found[0], *2 * [2.0 * across / (found[1] + found[2])]])
+    return best * stretch, cut_at * float(np.prod(stretch)) ** (1.0 / 3.0)
 
 
 def jittered(points: Array, reach: float, seed: int) -> Array:
@@ -82,20 +90,3 @@ def jittered(points: Array, reach: float, seed: int) -> Array:
         return points
     shift = np.random.default_rng(seed).uniform(-reach, reach, points.shape)
     return points + shift - shift.mean(axis=0)
-
-
-def place_bird(points: Array, angle: float, start: float, aim: str, surface: float) -> Array:
-    """Bird with its axis along the velocity, `start` [m] of flight before the first particle touches.
-
-    The plate's mid-surface is z = 0; the bird comes from z > 0 and flies along (cos angle, 0, -sin angle). `surface`
-    is the height at which a particle touches [m]. aim "axis": the axis meets the plate's centre; "first_touch": the
-    nose touches above the centre.
-    """
-    direction = np.array([math.cos(angle), 0.0, -math.sin(angle)])
-    across = np.array([math.sin(angle), 0.0, math.cos(angle)])
-    turned = points @ np.stack([direction, [0.0, 1.0, 0.0], across])
-    flight = (turned[:, 2].min() - surface) / math.sin(angle)
-    if aim == "first_touch":
-        nose = turned[:, 0][np.isclose(turned[:, 2], turned[:, 2].min(), atol=1e-9)].mean()
-        turned = turned - np.array([nose + flight * direction[0], 0.0, 0.0])
-    return turned + (flight - start) * direction

@@ -93,7 +93,8 @@ class Strike:
     def _touches_beside(self, case: Case) -> bool:
         """Whether the first particle to reach the plate's plane is then beside the plate."""
         lowest = self.bird.x[np.argmin(self.bird.x[:, 2])]
-        touch = lowest[:2] + case.impact.standoff * np.array([math.cos(case.impact.angle), 0.0])
+        flown = (lowest[2] - self.contact.gap) / math.tan(case.impact.angle)
+        touch = lowest[:2] + np.array([flown, 0.0])
         return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
 
     @property

@@ -9,9 +9,8 @@ import numpy as np
 
 from data.histories import Array, Histories
 from data.store import RunStore, run_key
-from solver.build_bird import bird_lattice
+from solver.build_bird import bird_lattice, in_flight
 from solver.case import Case, load_case
-from solver.geometry import place_bird
 from solver.sensors import Recorder
 from solver.simulate import run, silent, simulate, summarise
 from solver.strike import Strike
@@ -23,7 +22,7 @@ class Shot:
     """One strike. changes: dotted keys and texts, as of `--set`.
 
     roll: turn of the lattice about the bird's axis [rad]; gap: added to the contact gap [m]; stiffness: factor on the
-    contact's penalty. The first touch stays `impact.standoff` of flight away, whatever these are.
+    contact's penalty. The bird begins where it would without them.
     """
 
     case: str
@@ -71,15 +70,14 @@ def fire(shot: Shot) -> Histories:
 
 
 def vary(strike: Strike, case: Case, shot: Shot) -> None:
-    """Turn the bird's lattice, change the contact, and put the bird back to the stand-off of the case."""
+    """Turn the bird's lattice, change the contact, and put the bird back where the case lets it begin."""
     bird = strike.bird
     strike.contact.gap += shot.gap
     strike.contact.stiffness *= shot.stiffness
     points, _ = bird_lattice(case.bird)
     c, s = math.cos(shot.roll), math.sin(shot.roll)
     points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
-    placed = place_bird(points, case.impact.angle, case.impact.standoff, case.impact.aim, strike.contact.gap)
-    bird.x[: bird.n] = placed
+    bird.x[: bird.n], _ = in_flight(case, points, strike.contact.gap - 0.5 * case.plate.thickness)
     strike.balance.momentum, strike.balance.angular = strike.balance.bird_momenta(bird)
 
 

@@ -29,7 +29,7 @@ def swirling_bird(particles: int) -> Bird:
     """A bird of the reference's proportions that turns and is squeezed: neighbours change, nothing bursts."""
     length, diameter = 0.262, 0.106
     volume = np.pi * (0.5 * diameter) ** 2 * (length - diameter / 3.0)
-    x = fill_bird("hemispherical_cylinder", diameter, length, volume, particles, "fcc")
+    x, _ = fill_bird("hemispherical_cylinder", diameter, length, volume, particles, "fcc")
     spacing = (volume / len(x)) ** (1.0 / 3.0)
     v = x @ np.array([[-60.0, 0.0, 200.0], [0.0, 60.0, 0.0], [-400.0, 0.0, 0.0]]).T
     gain = slope_gain("fcc", 1.2)

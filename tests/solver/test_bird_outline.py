@@ -1,0 +1,103 @@
+"""The lattice against the ideal bird: second moments, density, and when the surface touches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from solver.bird_shape import SHAPES, outline, second_moments, volume
+from solver.build_bird import bird_lattice, build_particles
+from solver.case import Case, load_case
+from solver.geometry import inside
+from solver.kernels.smoothing import slope, slope_constant
+from solver.simulate import simulate
+from solver.strike import Strike
+
+DIAMETER, LENGTH = 0.106, 0.262
+
+
+def a_bird(shape: str, **changes: str) -> Case:
+    own = {"bird.length": "106 mm"} if shape == "sphere" else {}
+    return load_case(
+        "virtual_strike", {"bird.shape": shape, **own, **{k.replace("__", "."): v for k, v in changes.items()}}
+    )
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_second_moments_are_the_integrals(shape):
+    """A million points evenly in the bird's box: their means over the shape."""
+    size = np.array([DIAMETER if shape == "sphere" else LENGTH, DIAMETER, DIAMETER])
+    points = (np.random.default_rng(0).random((1_000_000, 3)) - 0.5) * size
+    kept = inside(points, shape, DIAMETER, LENGTH)
+    length = size[0]
+    assert kept.mean() * size.prod() == pytest.approx(volume(shape, DIAMETER, length), rel=3e-3)
+    means = np.mean(points[kept] ** 2, axis=0)
+    assert second_moments(shape, DIAMETER, length) == pytest.approx((means[0], means[1:].mean()), rel=5e-3)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_outline_lies_on_the_surface(shape):
+    length = DIAMETER if shape == "sphere" else LENGTH
+    points = outline(shape, DIAMETER, length)
+    assert np.ptp(points, axis=0) == pytest.approx([length, DIAMETER, DIAMETER], rel=1e-9)
+    assert inside((1.0 - 1e-9) * points, shape, DIAMETER, length).all()
+    assert not inside((1.0 + 1e-6) * points, shape, DIAMETER, length).any()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("lattice", ["fcc", "cubic"])
+@pytest.mark.parametrize("particles", ["500", "2200"])
+def test_the_particles_have_the_shape_s_second_moments(shape, lattice, particles):
+    bird = a_bird(shape, bird__particles=particles, bird__lattice=lattice).bird
+    points, _ = bird_lattice(bird)
+    cube = (bird.volume / len(points)) ** (2.0 / 3.0) / 12.0
+    means = np.mean(points**2, axis=0) + cube
+    wanted = second_moments(shape, bird.diameter, bird.length)
+    assert (means[0], means[1:].mean()) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("lattice", ["fcc", "cubic"])
+def test_a_stretched_lattice_sees_compression_exactly(lattice):
+    """Within the bird, the sum of V x grad W is -1 on average over the directions, as on the undistorted lattice."""
+    bird = build_particles(a_bird("hemispherical_cylinder", bird__lattice=lattice))
+    x, h = bird.x[: bird.n], bird.h
+    middle = np.argmin(np.linalg.norm(x - x.mean(axis=0), axis=1))
+    apart = np.linalg.norm(x - x[middle], axis=1)
+    near = (apart > 0.0) & (apart < 2.0 * h)
+    pull = np.array([slope(float(r) / h, slope_constant(h)) for r in apart[near]])
+    share = bird.mass / bird.material.rho0
+    assert bird.gain * share * float((pull * apart[near] ** 2).sum()) == pytest.approx(-3.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(("shape", "angle"), [("hemispherical_cylinder", 30), ("ellipsoid", 60), ("cylinder", 90)])
+def test_the_ideal_surface_touches_after_the_stand_off(shape, angle):
+    """The lowest point of the ideal bird's surface lies as high as it falls until then, and skin/4 more."""
+    case = a_bird(shape, impact__angle=f"{angle} deg", impact__aim="axis")
+    run = Strike(case)
+    alpha, radius, half = math.radians(angle), 0.5 * DIAMETER, 0.5 * LENGTH
+    below = {
+        "hemispherical_cylinder": radius + (half - radius) * math.sin(alpha),
+        "ellipsoid": math.hypot(half * math.sin(alpha), radius * math.cos(alpha)),
+        "cylinder": half * math.sin(alpha) + radius * math.cos(alpha),
+    }[shape]
+    bird = run.bird
+    height = bird.x[: bird.n, 2].mean() - below - 0.5 * case.plate.thickness
+    assert height == pytest.approx(case.impact.standoff * math.sin(alpha) + 0.25 * bird.skin, abs=2e-5)
+
+
+def test_a_bird_without_stand_off_begins_outside_the_plate():
+    run = Strike(a_bird("hemispherical_cylinder", impact__standoff="0 mm"))
+    assert run.bird.x[: run.bird.n, 2].min() == pytest.approx(run.contact.gap, abs=1e-9)
+
+
+def test_lattices_agree():
+    """Displacement under birds of the same shape on other lattices and numbers: within 1 % of the peak."""
+    lattices = (("fcc", "950"), ("cubic", "950"), ("fcc", "1000"), ("fcc", "1050"))
+    birds = [
+        a_bird("hemispherical_cylinder", bird__particles=n, bird__lattice=k, time__end="1.2 ms") for k, n in lattices
+    ]
+    curves = np.stack([simulate(case, threads=1).channels["displacement_centre"] for case in birds])
+    rms = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2))
+    assert rms < 0.01 * curves.max()
