@@ -113,7 +113,7 @@ def test_planar_impact_finds_the_hugoniot_on_a_short_column():
 
 
 def test_a_varied_strike_keeps_its_books_and_its_stand_off():
-    """A turned lattice and a wider gap: momentum to rounding; the first particle touches about when the surface does."""
+    """A turned lattice and a wider gap: momentum to rounding; a particle first touches about when the surface does."""
     start = SMALL.with_(impact__standoff="20 mm")
     plain, varied = fire(start), fire(replace(start, roll=0.5, gap=1e-3, stiffness=0.5))
     case = start.load()
