@@ -8,6 +8,7 @@ import numpy as np
 
 from data.histories import Array
 from inversion.audit.draws import Draws
+from inversion.diagnosis.evidence import magnitude_interval
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.refit import bounds
 from inversion.identifiability import NEWS
@@ -28,7 +29,8 @@ def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, fl
         if name in parameters and 2.0 * spread[i] < NEWS * prior[i]:
             found[name] = _holds(ends, i, (parameters[name] - low[i]) / (high[i] - low[i]))
     if fit.own:
-        found["b"] = _holds(ends, -1, b)
+        low_b, high_b = magnitude_interval(fit, x[:, len(fit.x) - len(fit.own)])
+        found["b"] = _holds((low_b[:, None], high_b[:, None]), 0, b)
     return found
 
 

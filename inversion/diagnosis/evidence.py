@@ -43,15 +43,43 @@ def magnitude(judged: Judged) -> tuple[float, tuple[float, float] | None]:
     """
     fit = judged.fit
     known = fit.problem.model.known[fit.own[0]]
-    column = len(fit.x) - len(fit.own)
     b = float(fit.magnitudes[0])
     if fit.at_limit:
         return known.magnitude(b), None
-    if not stands_out(without_own(fit), fit.own[0]):  # nothing is known of what nothing shows
-        return known.magnitude(b), (known.magnitude(known.least), known.magnitude(known.most))
-    spread = NORMAL_95 * float(np.sqrt(max(fit.covariance()[column, column], 0.0)))
-    low, high = max(b - spread, known.least), min(b + spread, known.most)
+    low, high = (float(end[0]) for end in magnitude_interval(fit, np.array([b])))
     return known.magnitude(b), (known.magnitude(low), known.magnitude(high))
+
+
+def magnitude_interval(fit: Fit, b: Array) -> tuple[Array, Array]:
+    """Ends (n,) of the 95 % intervals of the model's first own effect, estimated as b (n,), in plausible sizes.
+
+    What the learnt response may be off by goes with the true magnitude, not with the estimate, which it may have made
+    too small: all t with (b - t)^2 <= 1.96^2 (P + t^2 rho^2), P the estimate's variance by all else and rho^2 its
+    relative one by the response (Fieller, J. R. Stat. Soc. B 16 (1954) 175). All magnitudes where the data do not tell
+    the effect from nothing, or the response from none.
+    """
+    known, column = fit.problem.model.known[fit.own[0]], len(fit.x) - len(fit.own)
+    whole = np.full(len(b), known.least), np.full(len(b), known.most)
+    if not stands_out(without_own(fit), fit.own[0]):  # nothing is known of what nothing shows
+        return whole
+    rho = _relative(fit, known.name, column)
+    kept = 1.0 - (NORMAL_95 * rho) ** 2
+    if kept <= 0.0:
+        return whole
+    variance = max(fit.covariance()[column, column] - (float(fit.magnitudes[0]) * rho) ** 2, 0.0)
+    half = NORMAL_95 * np.sqrt(kept * variance + (b * rho) ** 2) / kept
+    return np.clip(b / kept - half, known.least, known.most), np.clip(b / kept + half, known.least, known.most)
+
+
+def _relative(fit: Fit, name: str, column: int) -> float:
+    """Standard deviation of the estimated magnitude, as a share of it, by what the learnt response may be off by."""
+    model = fit.problem.model
+    response = model.responses.get(name)
+    if response is None or not len(response.spread):
+        return 0.0
+    off = fit.problem.whitener.apply(model.sample(response.spread))
+    gain = fit.covariance()[column] @ fit.whole_design[: off.shape[1]].T
+    return float(np.linalg.norm(off @ gain))
 
 
 def parameter_intervals(fit: Fit) -> dict[str, tuple[float, tuple[float, float]]]:

@@ -1,4 +1,8 @@
-"""Strikes that tell the numerical error: finer meshes at several parameters, and single numerical choices changed."""
+"""Strikes that tell the numerical error: finer meshes at several parameters, and single numerical choices changed.
+
+The finer birds are of another lattice than the declared one: on the same lattice they share much of its error, and
+the draws would be too small.
+"""
 
 from __future__ import annotations
 
@@ -94,12 +98,12 @@ def _finer(case: Case, number: int) -> Raw:
 
 
 def _lattice(case: Case, share: float, number: int) -> dict[str, object]:
-    """Another number of particles, on either lattice in turn, each disturbed and so lying otherwise."""
+    """Another number of particles on the other lattice, disturbed and so lying otherwise each time."""
     bird: dict[str, object] = {"particles": min(max(round(share * case.bird.particles), FEWEST), MOST)}
     if case.bird.method != "sph" or case.solver.name == "external":
         return bird
-    lattices = ("cubic", "fcc") if case.bird.lattice == "fcc" else ("fcc", "cubic")
-    return {**bird, "lattice": lattices[number % 2], "jitter": JITTER[number % 2], "seed": number + 1}
+    other = "cubic" if case.bird.lattice == "fcc" else "fcc"
+    return {**bird, "lattice": other, "jitter": JITTER[number % 2], "seed": number + 1}
 
 
 def unrefined(case: Case, seen: Collection[str]) -> list[str]:

@@ -14,6 +14,7 @@ from inversion.coordinates import Box, Coordinates, parameter_coordinates
 from inversion.diagnosis.finer import CHOICES, choices, elsewhere, pairs
 from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model, Place
 from inversion.diagnosis.numerical import Numerical
+from inversion.diagnosis.point_error import PointError
 from inversion.diagnosis.probes import with_probes
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.responses import Known, Response, cases_of, learn, library
@@ -145,19 +146,18 @@ def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
     return {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
 
 
-def numerical_error(numerical: Numerical, model: Model, measurement: Array) -> Callable[[Model, Place, Box], Array]:
+def numerical_error(numerical: Numerical, error: PointError) -> Callable[[Model, Place, Box], Array]:
     """(n, n) covariance of the numerical error on the record's points, as a function of where a model stands.
 
-    Gain and shift act on the model's own curve and go through its instrument; measurement: covariance of the noise.
+    Gain and shift act on the model's own curve and go through its instrument.
     """
-    at = numerical.on(model.sample, model.record.middle, model.record.channel, measurement)
 
-    def error(there: Model, place: Place, box: Box) -> Array:
+    def covariance(there: Model, place: Place, box: Box) -> Array:
         frame = numerical.frame(there.grid(place, box)[0])
         still = there.recorded(np.zeros((1, frame.shape[1])), place.b)  # a drift reads without any signal
-        return at(there.recorded(frame, np.repeat(place.b, len(frame), axis=0)) - still)
+        return error.at(there.recorded(frame, np.repeat(place.b, len(frame), axis=0)) - still)
 
-    return error
+    return covariance
 
 
 def middle(box: Box) -> Array:

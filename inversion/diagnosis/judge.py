@@ -9,20 +9,22 @@ import numpy as np
 
 from data.histories import Array
 from inversion.coordinates import Box
+from inversion.diagnosis.calibrated import calibrated
 from inversion.diagnosis.corrected import corrected, places, shift_of, unsettled
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.groundwork import Groundwork, middle, numerical_error
 from inversion.diagnosis.model import Model, Place
 from inversion.diagnosis.model_error import emulator_error, response_error
+from inversion.diagnosis.point_error import PointError
 from inversion.diagnosis.record import Record
-from inversion.diagnosis.refit import Fit, Problem, again, fit_effect, fit_none
+from inversion.diagnosis.refit import Fit, Problem, again, columns_of, fit_effect, fit_none
 from inversion.diagnosis.statistics import Consistency, Reference
 from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NONE
 from solver.case import Case
 
 NEAR = 5e-3  # p from which a model is confirmed by the solver
-BEST = 3  # so many of the lowest costs are confirmed whatever their p
+BEST = 5  # so many of the lowest costs are confirmed whatever their p
 ROUNDS = 2
 MOVED = 0.3
 MODES = 2
@@ -55,7 +57,8 @@ class Judge:
     """Fits and judges models of a record.
 
     measurement, numerical: covariances (n, n), the latter where the model without effects fits; error: the latter
-    wherever a model stands; used: points that count, all by default.
+    wherever a model stands; used: points that count, all by default; size: by which the latter's draws were multiplied
+    so that they predict one another.
     """
 
     groundwork: Groundwork
@@ -65,17 +68,25 @@ class Judge:
     error: Callable[[Model, Place, Box], Array]
     used: np.ndarray
     seed: int = 0
+    size: float = 1.0
 
     @classmethod
     def of(cls, groundwork: Groundwork, record: Record, seed: int = 0) -> Judge:
         """For all points of the record."""
         model, measurement = groundwork.model(record), record.covariance()
-        error, box = numerical_error(groundwork.numerical, model, measurement), model.coordinates.boxes[0]
-        place = Place(middle(box)[None], np.zeros((1, len(model.known))))
-        used = np.ones(len(record.values), dtype=bool)
-        judge = cls(groundwork, record, measurement, error(model, place, box), error, used, seed)
+        used, numerical = np.ones(len(record.values), dtype=bool), groundwork.numerical
+        drawn = numerical.on(model.sample, record.middle, record.channel, measurement)
+        place = Place(middle(model.coordinates.boxes[0])[None], np.zeros((1, len(model.known))))
+
+        def by(found: PointError) -> Judge:
+            error = numerical_error(numerical, found)
+            there = error(model, place, model.coordinates.boxes[0])
+            return cls(groundwork, record, measurement, there, error, used, seed, found.size)
+
+        fit = by(drawn).start()[0]
+        judge = by(calibrated(drawn, columns_of(fit), measurement))
         fit = judge.start()[0]
-        return replace(judge, numerical=error(model, fit.place, fit.box))
+        return replace(judge, numerical=judge.error(model, fit.place, fit.box))
 
     def only(self, used: np.ndarray) -> Judge:
         """The same with fewer points."""

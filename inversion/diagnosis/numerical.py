@@ -20,7 +20,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from data.histories import Array
-from inversion.diagnosis.widened import Draws, process
+from inversion.diagnosis.point_error import PointError
+from inversion.diagnosis.widened import Draws
 
 FEWEST = 3  # draws that can predict one another
 
@@ -52,40 +53,32 @@ class Numerical:
         """Per channel, the time [s] over which what is rough in the draws hangs together."""
         return tuple(_correlation_time(rest, self.step) for rest in np.split(self._split[1], self.channels, axis=1))
 
-    def on(
-        self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray, measurement: Array
-    ) -> Callable[[Array], Array]:
-        """The covariance (n, n) on the record's points as a function of unit gain and shift there, see `frame`.
+    def on(self, sample: Callable[[Array], Array], times: Array, channel: np.ndarray, measurement: Array) -> PointError:
+        """The error on a record's points.
 
         sample: curves (q, grid) to points (q, n); times [s], channel: of every point; measurement: (n, n) of the
         noise, beside which the process is judged.
         """
-        fixed = np.zeros((len(times), len(times)))
+        choices = np.zeros((len(times), len(times)))
         if self.directions:
             d = sample(np.stack(list(self.directions.values())))
-            fixed += d.T @ d
+            choices += d.T @ d
+        weights, processes = np.ones(2 * self.channels), []
         if len(self.changes) < FEWEST:
-            d = sample(self.changes) if len(self.changes) else np.zeros((1, len(times)))
-            return lambda _: fixed + d.T @ d
+            d = sample(self.changes) if len(self.changes) else np.zeros((0, len(times)))
+            none = np.zeros((0, 2 * self.channels))
+            return PointError(choices + d.T @ d, d[:0], d[:0], none, none[:, :, None], weights, (), times, channel)
         moments, rest = self._split
         changes, left = sample(self.changes), sample(rest)
         frames = np.stack([sample(self.frame(shape)) for shape in self.shapes])
-        weights, wide = np.ones(self.channels), np.zeros_like(fixed)
-        for number in np.unique(channel):
+        for number in range(self.channels):
             here = np.flatnonzero(channel == number)
             block, own = np.ix_(here, here), slice(2 * number, 2 * number + 2)
             one = frames[:, own][:, :, here]
             draws = Draws(changes[:, here], left[:, here], moments[:, own], one, times[here], measurement[block])
-            length, share, weights[number] = draws.best()
-            wide[block] = process(left[:, here], times[here], length, share)
-        spread = moments * np.repeat(np.sqrt(weights), 2) / np.sqrt(len(moments))
-        fixed += wide + left.T @ left / len(left)
-
-        def at(frame: Array) -> Array:
-            moved = spread @ frame
-            return fixed + moved.T @ moved
-
-        return at
+            length, share, weights[own] = draws.best()
+            processes.append((length, share))
+        return PointError(choices, changes, left, moments, frames, weights, processes, times, channel)
 
     def frame(self, curve: Array) -> Array:
         """(2 channels, grid) unit gain and shift in time of every channel of a curve (grid,), the others zero."""
@@ -98,9 +91,16 @@ class Numerical:
         if not len(self.changes):
             return np.zeros((0, 2 * self.channels)), self.changes
         frames = [self.frame(shape) for shape in self.shapes]
-        moments = [np.linalg.lstsq(f.T, d, rcond=1e-10)[0] for f, d in zip(frames, self.changes, strict=True)]
+        moments = [_moments(frame, change) for frame, change in zip(frames, self.changes, strict=True)]
         rest = [d - m @ f for f, d, m in zip(frames, self.changes, moments, strict=True)]
         return np.stack(moments), np.stack(rest)
+
+
+def _moments(frame: Array, change: Array) -> Array:
+    """(q,) least-squares gains and shifts in a change (grid,); the rows of frame (q, grid) are in many units."""
+    size = np.linalg.norm(frame, axis=1)
+    size[size == 0.0] = 1.0
+    return np.linalg.lstsq((frame / size[:, None]).T, change, rcond=1e-10)[0] / size
 
 
 def _correlation_time(rest: Array, step: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from data.histories import Array
 from inversion.coordinates import Box
+from inversion.diagnosis.calibrated import Columns
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.linear import Linear
 from inversion.diagnosis.model import Model, Place
@@ -131,6 +132,13 @@ class Fit:
     def covariance(self) -> Array:
         """(q, q) of all unknowns at the fit; a bound cuts intervals off, it does not make an unknown known."""
         return np.linalg.pinv(self.whole_design.T @ self.whole_design)
+
+
+def columns_of(fit: Fit) -> Columns:
+    """What the record is read for, at a fit: derivatives on its points, not whitened."""
+    plain = replace(fit.problem, whitener=Whitener.of(np.eye(len(fit.problem.model.record.values))))
+    slopes, n, shared = _slopes(replace(fit, problem=plain)), len(fit.problem.model.record.values), _shared(fit)
+    return Columns(slopes[:n, :shared], slopes[n:, :shared], slopes[:n, shared:])
 
 
 def _effects(problem: Problem, own: Sequence[int], v: Array, magnitudes: Array) -> Array:

@@ -151,7 +151,8 @@ def propose(judge: Judge, members: Sequence[Judged], strikes: Strikes, alpha: fl
         return None
     sizes = {name: float(fit.magnitudes[0]) for name, _, fit in own}
     theres = {speed: there for speed, there in found.items() if speed is not None and there is not None}
-    bench = Bench(judge.record, ground.probed.sensors, here, _numerical(ground), nuisances, sizes, alpha, theres)
+    numerical = _numerical(ground, judge.size)
+    bench = Bench(judge.record, ground.probed.sensors, here, numerical, nuisances, sizes, alpha, theres)
     return rank(bench)
 
 
@@ -160,8 +161,11 @@ def _speeds(ground: Groundwork) -> tuple[float, ...]:
     return () if SPEED in ground.theta else tuple(share * ground.case.impact.speed for share in SPEEDS)
 
 
-def _numerical(ground: Groundwork) -> Callable[[Record], Array]:
-    """A record's covariance of the numerical error; at another speed the same, as no mesh is changed there."""
+def _numerical(ground: Groundwork, size: float) -> Callable[[Record], Array]:
+    """A record's covariance of the numerical error; at another speed the same, as no mesh is changed there.
+
+    size: by which the draws' part is multiplied.
+    """
 
     def error(record: Record) -> Array:
         names, time = [trace.name for trace in record.traces], ground.clock.time
@@ -171,7 +175,7 @@ def _numerical(ground: Groundwork) -> Callable[[Record], Array]:
         def sample(curves: Array) -> Array:
             return sampled(record, time, curves.reshape(len(curves), len(names), len(time)))
 
-        at = whole.on(sample, record.middle, record.channel, record.covariance())
-        return at(sample(whole.frame(base)))
+        drawn = whole.on(sample, record.middle, record.channel, record.covariance())
+        return drawn.sized(size).at(sample(whole.frame(base)))
 
     return error

@@ -34,7 +34,7 @@ def draws(count: int, seed: int) -> tuple[Array, Array]:
 def covariance(numerical: Numerical, curve: Array) -> Array:
     """On the clock itself, beside white noise."""
     channel = np.zeros(len(TIME), dtype=int)
-    at = numerical.on(lambda rows: rows, TIME, channel, NOISE**2 * np.eye(len(TIME)))
+    at = numerical.on(lambda rows: rows, TIME, channel, NOISE**2 * np.eye(len(TIME))).at
     return at(numerical.frame(curve))
 
 
@@ -44,7 +44,7 @@ def test_new_draws_are_white_by_a_covariance_learnt_from_ten() -> None:
         shapes, changes = draws(40, seed)
         numerical = Numerical(shapes[:10], changes[:10], {}, 1, STEP)
         channel = np.zeros(len(TIME), dtype=int)
-        at = numerical.on(lambda rows: rows, TIME, channel, NOISE**2 * np.eye(len(TIME)))
+        at = numerical.on(lambda rows: rows, TIME, channel, NOISE**2 * np.eye(len(TIME))).at
         rng = np.random.default_rng(seed)
         for curve, change in zip(shapes[10:], changes[10:], strict=True):
             whitener = Whitener.of(at(numerical.frame(curve)) + NOISE**2 * np.eye(len(TIME)))
@@ -89,8 +89,21 @@ def test_two_channels_that_err_together_are_known_to() -> None:
     shapes, changes = np.tile(curve, (12, 2)), np.hstack([gain * curve, 2.0 * gain * curve])
     numerical = Numerical(shapes, changes + 1e-6 * rng.standard_normal(changes.shape), {}, 2, STEP)
     times, channel = np.tile(TIME, 2), np.repeat([0, 1], len(TIME))
-    at = numerical.on(lambda rows: rows, times, channel, NOISE**2 * np.eye(2 * len(TIME)))
+    at = numerical.on(lambda rows: rows, times, channel, NOISE**2 * np.eye(2 * len(TIME))).at
     found = at(numerical.frame(np.tile(curve, 2)))
     peak = int(np.argmax(curve))
     between = found[peak, peak + len(TIME)] / np.sqrt(found[peak, peak] * found[peak + len(TIME), peak + len(TIME)])
     assert between > 0.95
+
+
+def test_gain_and_shift_are_found_in_channels_of_any_unit() -> None:
+    """A displacement in metres beside a force in newtons: a common cutoff of singular values would lose the former."""
+    rng = np.random.default_rng(0)
+    gain, shift = GAIN * rng.standard_normal((12, 1)), SHIFT * rng.standard_normal((12, 1))
+    curve = shape(0.5)
+    change = gain * curve + shift * np.gradient(curve, STEP)
+    shapes, changes = np.tile(np.hstack([curve, 1e8 * curve]), (12, 1)), np.hstack([change, 1e8 * change])
+    times, channel = np.tile(TIME, 2), np.repeat([0, 1], len(TIME))
+    found = Numerical(shapes, changes, {}, 2, STEP).on(lambda rows: rows, times, channel, NOISE**2 * np.eye(len(times)))
+    assert found.moments == pytest.approx(np.hstack([gain, shift, gain, shift]), rel=1e-6)
+    assert np.abs(found.rest[:, : len(TIME)]).max() < 1e-9 * np.abs(change).max()

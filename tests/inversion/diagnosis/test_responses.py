@@ -74,5 +74,7 @@ def test_numerical_strikes_are_finer_lie_inside_the_ranges_and_differ_from_each_
         assert ((pair.theta > box.theta_lows) & (pair.theta < box.theta_highs)).all()
         lattices.add((pair.finer.bird.lattice, pair.finer.bird.particles, pair.finer.bird.seed))
     assert len(lattices) == 10
-    assert {one.bird.lattice for one in elsewhere(case, ground.coordinates).values()} == {"fcc", "cubic"}
+    assert {pair.finer.bird.lattice for pair in found.values()} == {"cubic"} != {case.bird.lattice}
+    others = [one.bird for one in elsewhere(case, ground.coordinates).values()]
+    assert len({(one.lattice, one.particles, one.seed) for one in others}) == 2
     assert len(choices(case, ground.theta)) == 2
