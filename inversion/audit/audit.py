@@ -23,7 +23,7 @@ from inversion.audit.table import write_audit
 from inversion.diagnosis.diagnose import Wishes, quiet, uncounted
 from solver.case import load_case
 
-DRAWS, READ, MADE = 200, 4, 40
+DRAWS, READ, MADE = 200, 2, 20
 FEWEST_DRAWS = 20
 
 
