@@ -132,10 +132,10 @@ ABOUT = (
     "A flat cylinder of 100 mm end on against a rigid plate, gauge in the middle, no viscosity. The theory's jet is "
     "incompressible and never torn, so the judged bird bears tension (PC -500 MPa). One that bears none (PC 0) reads "
     "low on some lattices, for a reason that was measured once, on a coarse bird: at t_D/6 its lowest diameter is foam "
-    "of 0.6 to 0.9 of its density; later the waves that the shock left in it are as large as rho u²/2 and are cut at zero, and what "
-    "they held is dissipated. Between 0.4 and 0.6 t_D a third of the particles below D/4 are at any instant less dense "
-    "than at rest, and p + rho v²/2 is 0.7 to 0.9 of rho u²/2 there, but 1 above. The other birds are coarse and "
-    "without a gate; "
+    "of 0.6 to 0.9 of its density; later the waves that the shock left in it are as large as rho u²/2 and are cut at "
+    "zero, and what they held is dissipated. Between 0.4 and 0.6 t_D a third of the particles below D/4 are at any "
+    "instant less dense than at rest, and p + rho v²/2 is 0.7 to 0.9 of rho u²/2 there, but 1 above. The other birds "
+    "are coarse and without a gate; "
     "porous ones follow the compressible stream, in which the integral of dp/rho is u²/2."
 )
 PROBLEMS = (Problem("stagnation", "Target", ABOUT, solve, (*FINE.values(), *OTHERS.values())),)
