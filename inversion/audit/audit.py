@@ -24,6 +24,7 @@ from inversion.diagnosis.diagnose import Wishes, quiet, uncounted
 from solver.case import load_case
 
 DRAWS, READ, MADE = 200, 2, 20
+BEFORE_QUEUES = 20  # exit priority; queues close at 10, and a pool can tell its processes nothing after that
 FEWEST_DRAWS = 20
 
 
@@ -130,7 +131,7 @@ def _score(place: Path, wishes: Wishes, asked: Asked, task: Task) -> Score:
     global _bench
     if _bench is None:
         _bench = Bench(place, wishes)
-        Finalize(None, _bench.stack.close, exitpriority=10)  # a worker waits for its own strikes' workers as it ends
+        Finalize(None, _bench.stack.close, exitpriority=BEFORE_QUEUES)  # a worker ends its own strikes' workers
     if task.made is None:
         found = score(_bench, task.experiment, asked)
     else:
