@@ -69,7 +69,10 @@ def detectable(models: dict[str, Judged], alpha: float) -> dict[str, float | Non
 
 
 def noise_figures(judge: Judge) -> dict[str, Any]:
-    """Where the noise comes from, its size, and the share that numerical error has in the whole."""
+    """Where the noise comes from, its size, and the share that numerical error has in the whole.
+
+    numerical_enlarged: by how much, in variance, draws of the numerical error were multiplied to predict one another.
+    """
     record, numerical = judge.record, np.diag(judge.numerical)
     whole = np.diag(judge.measurement) + numerical
     sensors = {
@@ -87,7 +90,12 @@ def noise_figures(judge: Judge) -> dict[str, Any]:
         }
         for i, trace in enumerate(record.traces)
     }
-    return {"sensors": sensors, "numerical": numerical_figures(judge), "numerical_share": _share(numerical, whole)}
+    return {
+        "sensors": sensors,
+        "numerical": numerical_figures(judge),
+        "numerical_share": _share(numerical, whole),
+        "numerical_enlarged": judge.size,
+    }
 
 
 def _share(part: Array, whole: Array, here: np.ndarray | slice = slice(None)) -> float:

@@ -32,7 +32,8 @@ def trust_section(results: DiagnosisResults) -> Section:
         Table(
             ("numerical choice changed", "change of the curves"),
             directions,
-            "Numerical bias: change of the curves, RMS in units of the noise. These directions count as no effect.",
+            "Numerical bias: change of the curves, RMS in units of the noise. These directions count as no effect."
+            + _enlarged(content["noise"].get("numerical_enlarged", 1.0)),
             frozenset({1}),
         ),
     ]
@@ -48,6 +49,13 @@ def trust_section(results: DiagnosisResults) -> Section:
         lost = "; ".join(f"{name}: {reason}" for name, reason in content["refused"].items())
         blocks.append(Paragraph(f"Effects that the case cannot carry: {lost}."))
     return Section("trust", "What the verdict rests on", tuple(blocks))
+
+
+def _enlarged(size: float) -> str:
+    """What was done to the draws, if anything; not in files from before it was."""
+    if size == 1.0:
+        return ""
+    return f" The finer meshes' part is multiplied by {size:.2g} in variance, for its draws to predict one another."
 
 
 def _tolerances(entries: Sequence[Mapping[str, Any]], units: Mapping[str, str]) -> list[Block]:
