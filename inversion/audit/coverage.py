@@ -21,19 +21,18 @@ def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, fl
     spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance()))
     least, most = bounds(fit.problem, fit.own, fit.box)
     x = np.clip(draws.unknowns[one.name], least, most)
-    ends = np.clip(x - spread, least, most), np.clip(x + spread, least, most)
+    lower, upper = np.clip(x - spread, least, most), np.clip(x + spread, least, most)
     low, high = judge.groundwork.dataset.lows, judge.groundwork.dataset.highs
     prior = coordinates.prior_width()
     found: dict[str, Array] = {}
     for i, name in enumerate(coordinates.names):
         if name in parameters and 2.0 * spread[i] < NEWS * prior[i]:
-            found[name] = _holds(ends, i, (parameters[name] - low[i]) / (high[i] - low[i]))
+            found[name] = _holds(lower[:, i], upper[:, i], (parameters[name] - low[i]) / (high[i] - low[i]))
     if fit.own:
-        low_b, high_b = magnitude_interval(fit, x[:, len(fit.x) - len(fit.own)])
-        found["b"] = _holds((low_b[:, None], high_b[:, None]), 0, b)
+        found["b"] = _holds(*magnitude_interval(fit, x[:, len(fit.x) - len(fit.own)]), b)
     return found
 
 
-def _holds(ends: tuple[Array, Array], i: int, truth: float) -> Array:
-    """(draws,) whether an unknown's interval holds the truth, up to rounding at a bound."""
-    return ((ends[0][:, i] <= truth + 1e-9) & (truth <= ends[1][:, i] + 1e-9)).astype(float)
+def _holds(lower: Array, upper: Array, truth: float) -> Array:
+    """(draws,) whether intervals hold the truth, up to rounding at a bound."""
+    return ((lower <= truth + 1e-9) & (truth <= upper + 1e-9)).astype(float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -41,7 +42,12 @@ class PointError:
         if not len(self.rest):
             return np.zeros_like(self.choices)
         moved = (self.moments * np.sqrt(self.weights)) @ frame
-        found = (self.rest.T @ self.rest + moved.T @ moved) / len(self.rest)
+        return self.still + moved.T @ moved / len(self.rest)
+
+    @cached_property
+    def still(self) -> Array:
+        """(n, n) what of the draws' part does not go with the curve: asked for at every refit, and always the same."""
+        found = self.rest.T @ self.rest / len(self.rest)
         for number, (length, share) in enumerate(self.processes):
             here = np.flatnonzero(self.channel == number)
             found[np.ix_(here, here)] += process(self.rest[:, here], self.times[here], length, share)
