@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -11,7 +12,7 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
-ONE_THREAD = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class UninterruptedPool(ProcessPoolExecutor):
@@ -50,8 +51,13 @@ def process_pool(workers: int) -> Iterator[Executor]:
 
 
 def prepare(lifeline: Any) -> None:
-    """First act of a worker: one thread for the numerical libraries, Ctrl-C left to the campaign's own process."""
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    """First act of a worker: one thread for the numerical libraries, Ctrl-C left to the campaign's own process.
+
+    Numba is left alone where a script that imports it at its top has done so here already: it reads the environment
+    anew whenever it compiles, and refuses to have other threads than those launched. A strike asks it for one anyway.
+    """
+    libraries = ONE_THREAD if "numba" in sys.modules else ("NUMBA_NUM_THREADS", *ONE_THREAD)
+    os.environ.update(dict.fromkeys(libraries, "1"))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 

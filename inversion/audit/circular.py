@@ -17,8 +17,9 @@ from inversion.audit.coverage import covered
 from inversion.audit.draws import answer
 from inversion.audit.planted import CLEAN, LARGEST, SINGLE, SMALLEST
 from inversion.audit.power import Power, along, shown, signal
-from inversion.audit.score import STATED, Blind, Score, lone, verdict_of
+from inversion.audit.score import STATED, Blind, Score, lone
 from inversion.coordinates import Box
+from inversion.diagnosis.choice import Choice
 from inversion.diagnosis.diagnose import Study
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.model import Place
@@ -50,7 +51,7 @@ def emulator_made(study: Study, template: Record, number: int) -> Score:
     theta = model.coordinates.theta(z, box)
     parameters = {name: float(value) for name, value in zip(model.coordinates.names, theta, strict=True)}
     channels = tuple(trace.name for trace in template.traces)
-    kind, allowed = verdict_of(models, alpha)
+    choice = Choice.of(models, alpha)
     known = models[planted.name if b.any() else NONE]
     found = Score(
         f"emulator_{number:03d}",
@@ -58,7 +59,7 @@ def emulator_made(study: Study, template: Record, number: int) -> Score:
         SINGLE if b.any() else CLEAN,
         "",
         {planted.name: planted.magnitude(float(b[index]))} if b.any() else {},
-        Blind(kind, allowed),
+        Blind(choice.verdict, choice.allowed),
         {STATED: draws},
         shown=shown(models[NONE].fit),
         covered=covered(own, known, draws, parameters, float(b[index])),

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from data.histories import Array
-from inversion.diagnosis.evidence import without_own
+from inversion.diagnosis.choice import silent, visible
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.record import Trace, averaged
-from inversion.diagnosis.refit import Fit, bounds
+from inversion.diagnosis.refit import bounds
 from inversion.diagnosis.verdict import NONE, confidence_set
 
 OUTLIER = 8.0  # standard deviations
@@ -76,32 +76,29 @@ class Noises:
 def answer(judge: Judge, models: Mapping[str, Judged], noise: Array, alpha: float) -> Draws:
     """Confidence sets of draws (draws, n) of the noise added to the record that the models were fitted to."""
     answered = {name: _answered(judge, one, noise) for name, one in models.items()}
-    p = {name: answered[NONE if same_as_none(models, name) else name][0] for name in models}
+    p = {name: np.where(_as_none(models, name, x), answered[NONE][0], own) for name, (own, x) in answered.items()}
     unknowns = {name: x for name, (_, x) in answered.items()}
     sets = tuple(confidence_set({n: float(v[i]) for n, v in p.items()}, alpha) for i in range(len(noise)))
-    return Draws(sets, tuple(named(models, one, unknowns, i) for i, one in enumerate(sets)), unknowns)
+    return Draws(sets, tuple(_named(models, one, unknowns, i) for i, one in enumerate(sets)), unknowns)
 
 
-def same_as_none(models: Mapping[str, Judged], name: str) -> bool:
-    """Whether a model's effect changes nothing beside the other unknowns: it is then as consistent as none."""
-    base = models[NONE].fit
-    return name != NONE and not base.linear.seen[base.problem.index(name)] and not _visible(models[name].fit)
+def _as_none(models: Mapping[str, Judged], name: str, unknowns: Array) -> np.ndarray:
+    """(draws,) whether a model is the one without effects at its refitted unknowns (draws, q): see `choice.level`."""
+    fit = models[name].fit
+    own = unknowns[:, len(fit.x) - len(fit.own) :]
+    return silent(models, name) | ((not fit.own) | ~own.any(axis=1))
 
 
-def named(models: Mapping[str, Judged], allowed: tuple[str, ...], unknowns: Mapping[str, Array], i: int = 0) -> str:
+def _named(models: Mapping[str, Judged], allowed: tuple[str, ...], unknowns: Mapping[str, Array], i: int) -> str:
     """The effect that a confidence set names at the refitted unknowns (draws, q) of draw i, else "".
 
-    One that is alone, stands out of the others, is not 0 and not held by the largest magnitude that is looked at.
+    One that is alone, stands out of the others and is not held by the largest magnitude that is looked at.
     """
     if len(allowed) != 1 or allowed == (NONE,):
         return ""
-    fit = models[allowed[0]].fit
-    at = replace(fit, x=unknowns[allowed[0]][i])
-    return allowed[0] if _visible(fit) and at.magnitudes.any() and not at.at_limit else ""
-
-
-def _visible(fit: Fit) -> bool:
-    return bool(without_own(fit).seen[fit.own[0]])
+    one = models[allowed[0]]
+    held = replace(one.fit, x=unknowns[allowed[0]][i]).at_limit
+    return allowed[0] if visible(one) and not held else ""
 
 
 def _answered(judge: Judge, one: Judged, noise: Array) -> tuple[Array, Array]:

@@ -16,14 +16,15 @@ from scipy.stats import chi2
 from data.curves import Measured
 from data.histories import Array
 from inversion.audit.carried import Models, covariance_of, recorded
-from inversion.audit.draws import Draws, Noises, named, same_as_none
+from inversion.audit.draws import Draws, Noises
 from inversion.audit.experiment import Truth
+from inversion.diagnosis.choice import Choice
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.diagnose import Study
 from inversion.diagnosis.judge import Judge, Judged
 from inversion.diagnosis.record import Record
 from inversion.diagnosis.refit import again, rows_of
-from inversion.diagnosis.verdict import NONE, confidence_set
+from inversion.diagnosis.verdict import ATTRIBUTED, NONE
 
 HOPELESS = 1e-5  # p of the omnibus statistic alone
 LEFT, GAINED = 0.7, 60.0  # of the cost, and in it: what a refit to a few unknowns leaves of it at least
@@ -39,13 +40,12 @@ def read_draws(
     """
     rng = np.random.default_rng(seed)
     level = {trace.name: trace.noise.level for trace in judge.record.traces}
-    sets, names = [], []
-    for _ in range(count):
-        found = _judged(judge, models, study.read(_drawn(measured, truth, kind, level, rng)))
-        p = {name: found[NONE if same_as_none(found, name) else name].p for name in found}
-        sets.append(confidence_set(p, study.choice.alpha))
-        names.append(named(found, sets[-1], {name: one.fit.x[None] for name, one in found.items()}))
-    return Draws(tuple(sets), tuple(names))
+    found = [
+        Choice.of(_judged(judge, models, study.read(_drawn(measured, truth, kind, level, rng))), study.choice.alpha)
+        for _ in range(count)
+    ]
+    named = tuple(one.allowed[0] if one.verdict == ATTRIBUTED else "" for one in found)
+    return Draws(tuple(one.allowed for one in found), named)
 
 
 def _drawn(

@@ -13,16 +13,16 @@ from inversion.audit.bench import Bench
 from inversion.audit.carried import Models, confirmed_where_moved, of_part, of_record, struck, without_noise
 from inversion.audit.coarse import FEW, coarse_models
 from inversion.audit.coverage import covered
-from inversion.audit.draws import Draws, Noises, answer, named, same_as_none
+from inversion.audit.draws import Draws, Noises, answer
 from inversion.audit.experiment import Experiment, Truth, read_truth
 from inversion.audit.planted import CLEAN, SINGLE
 from inversion.audit.power import Power, power, shown, signal
 from inversion.audit.reading import read_draws
+from inversion.diagnosis.choice import Choice
 from inversion.diagnosis.diagnose import Study
-from inversion.diagnosis.evidence import log_evidence
 from inversion.diagnosis.heldout import time_block
 from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.verdict import AMBIGUOUS, ATTRIBUTED, NONE, confidence_set, verdict
+from inversion.diagnosis.verdict import ATTRIBUTED, NONE
 from solver.case import load_case
 
 TWIN = 0.9
@@ -95,9 +95,9 @@ def score(bench: Bench, experiment: Experiment, asked: Asked) -> Score:
     study = bench.study(load_case(experiment.case), tuple(measured.channels))
     alpha, paid = study.choice.alpha, study.strikes.paid + study.strikes.reused
     judge, models = judgement(study, measured, asked.confirm)
-    kind, allowed = verdict_of(models, alpha)
-    blind = Blind(kind, allowed, tuple(n for n, one in models.items() if struck(one)))
-    trained = _trained(judge, models, alpha) if kind == ATTRIBUTED else None
+    choice = Choice.of(models, alpha)
+    blind = Blind(choice.verdict, choice.allowed, tuple(n for n, one in models.items() if struck(one)))
+    trained = _trained(judge, models, alpha) if choice.verdict == ATTRIBUTED else None
 
     truth = read_truth(experiment.truth)
     clean = replace(judge, record=without_noise(judge.record, truth))
@@ -134,16 +134,6 @@ def judgement(study: Study, measured: Measured, confirm: bool) -> tuple[Judge, d
         return study.judgement(record)
     judge = Judge.of(study.ground, record, study.choice.seed)
     return judge, judge.models()
-
-
-def verdict_of(models: Models, alpha: float) -> tuple[str, tuple[str, ...]]:
-    """Verdict and confidence set of judged models."""
-    p = {name: models[NONE if same_as_none(models, name) else name].p for name in models}
-    allowed = confidence_set(p, alpha)
-    kind = verdict(allowed, models[NONE].reference.relative)
-    if kind == ATTRIBUTED and not named(models, allowed, {name: one.fit.x[None] for name, one in models.items()}):
-        kind = AMBIGUOUS
-    return kind, allowed
 
 
 def _of_truth(clean: Judge, fitted: Models, draws: Draws, truth: Truth, alpha: float, count: int) -> dict:
@@ -183,9 +173,7 @@ def _trained(judge: Judge, models: Models, alpha: float) -> tuple[Judged, Judged
     trained, held = time_block(judge, judge.groundwork.case.first_contact)
     part = judge.only(trained)
     found = of_part(part, models)
-    _, allowed = verdict_of(found, alpha)
-    chosen = NONE if NONE in allowed or not allowed else max(allowed, key=lambda name: log_evidence(found[name].fit))
-    return found[NONE], found[chosen], held
+    return found[NONE], Choice.of(found, alpha).chosen or found[NONE], held
 
 
 def _against_truth(clean: Judge, before: Judged, after: Judged, held: np.ndarray) -> tuple[float, float]:

@@ -41,12 +41,15 @@ def calibrated(error: PointError, columns: Columns, measurement: Array) -> Point
     """
     if len(error.rest) < FEWEST:
         return error
-    parts = [(one.choices + measurement, one.drawn(frame)) for one, frame in _left_out(error)]
+    parts = [
+        (one.fixed(frame) + measurement, one.drawn(frame), change - one.mean(frame))
+        for (one, frame), change in zip(_left_out(error), error.changes, strict=True)
+    ]
 
     def excess(log_size: float) -> float:
         scores = [
             mean_square(fixed + np.exp(log_size) * drawn, change, columns, measurement)
-            for (fixed, drawn), change in zip(parts, error.changes, strict=True)
+            for fixed, drawn, change in parts
         ]
         return float(np.median(scores)) - 1.0
 

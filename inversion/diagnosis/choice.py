@@ -46,13 +46,17 @@ def level(models: Mapping[str, Judged]) -> dict[str, Judged]:
     That is an effect whose best magnitude is 0, or one without a signature. Otherwise what the solver has corrected in
     one of the two alone would tell them apart.
     """
-    base, found = models[NONE], dict(models)
+    found = dict(models)
     for name, one in models.items():
-        own = one.fit.own
-        silent = own and not stands_out(base.fit.linear, own[0]) and not visible(one)
-        if silent or (own and not one.fit.magnitudes.any()):
-            found[name] = replace(one, consistency=replace(one.consistency, p=base.p))
+        if silent(models, name) or (one.fit.own and not one.fit.magnitudes.any()):
+            found[name] = replace(one, consistency=replace(one.consistency, p=models[NONE].p))
     return found
+
+
+def silent(models: Mapping[str, Judged], name: str) -> bool:
+    """Whether a model's effect has no signature, neither beside none nor where the model stands."""
+    own = models[name].fit.own
+    return bool(own) and not stands_out(models[NONE].fit.linear, own[0]) and not visible(models[name])
 
 
 def visible(judged: Judged) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from data.histories import Array
 from inversion.diagnosis.model import Place
-from inversion.diagnosis.model_error import doubted, followed, rough
+from inversion.diagnosis.model_error import doubted
 from inversion.diagnosis.refit import Fit
 
 SMALLEST, SHOWS = 1.0, 1.5  # plausible sizes: a smaller fitted effect is struck at the second instead
@@ -42,9 +42,7 @@ def corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
         missing = (seen - curve) - (
             model.grid(Place(z, there[None]), fit.box) - model.grid(Place(z, b[None]), fit.box)
         )[0]
-        learnt = model.responses[own]
-        weight = followed(learnt.doubt, 2.0 * rough(model) / size**2, missing / size, len(model.clock.channels))
-        response = learnt.told(missing / size, weight)
+        response = model.responses[own].told(missing / size, size, len(model.clock.channels))
         model = replace(model, responses={**model.responses, own: response})
     return replace(fit, problem=replace(fit.problem, model=model))
 

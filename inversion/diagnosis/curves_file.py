@@ -15,7 +15,8 @@ COLUMNS = ("measured", "sigma", "error", "before", "after", "before_fitted", "af
 def write_curves(path: Path, found: Diagnosis) -> None:
     """Columns: channel, time_s, measured, sigma (of it), error (numerical too), before, after (empty: none); SI.
 
-    before, after: of one strike of the solver at each fit; before_fitted, after_fitted: what the fits foretold of it.
+    before, after: of one strike of the solver at each fit, with what finer meshes add; before_fitted, after_fitted:
+    what the fits foretold of it.
     """
     tables = [
         pd.DataFrame(

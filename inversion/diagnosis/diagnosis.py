@@ -50,8 +50,9 @@ class State:
 
     rmse: sensor -> SI; weighted: whitened RMS (1 = noise); raw: the same with measurement noise alone as the unit;
     heldout: time_block, channel (the worst one), shot -> whitened RMS or None; parameters: name -> value, interval_95,
-    unit; solver: the first three (rmse, weighted, raw) of one strike of the solver at the fit, and `off`, the RMS of
-    what lies between its curve and the fitted one, whitened; None where there is no such strike.
+    unit; solver: the first three (rmse, weighted, raw) of one strike of the solver at the fit, with what finer meshes
+    add, `declared`, the first without that, and `off`, the RMS of what lies between its curve and the fitted one,
+    whitened; None where there is no such strike.
     """
 
     model: str

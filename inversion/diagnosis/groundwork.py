@@ -17,7 +17,7 @@ from inversion.diagnosis.numerical import Numerical
 from inversion.diagnosis.point_error import PointError
 from inversion.diagnosis.probes import with_probes
 from inversion.diagnosis.record import Record
-from inversion.diagnosis.responses import Known, Response, cases_of, learn, library
+from inversion.diagnosis.responses import Known, Response, cases_of, learn, library, pooled
 from inversion.diagnosis.strikes import Strikes
 from solver.case import Case
 from surrogate.emulator import Emulator, fit_emulator
@@ -49,7 +49,8 @@ class Groundwork:
 
     def model(self, record: Record) -> Model:
         """The model on a record's points."""
-        return Model(self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses, record)
+        parts = (self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses)
+        return Model(*parts, record, finer=self.numerical.finer)
 
     def numerical_of(self, channels: Sequence[str]) -> Numerical:
         """The numerical error of any channels of the probed case."""
@@ -89,13 +90,13 @@ def prepare(
     bases = [clock.stack(runs[name]) if name in runs else None for name in others]
     shapes = {name: _smooth(emulator, clock, pair.theta) for name, pair in finer.items()}
     numerical = _numerical(runs, clock, shapes)
-    jitter = roughness(emulator, channels)
+    jitter = scatter(emulator, numerical, channels)
     learnt = {
         one.name: learn(one, clock.stack(runs[CENTRE]), bases, runs, clock.stack, jitter)
         for one in known
         if not one.of_record
     }
-    responses = {name: response for name, response in learnt.items() if response is not None}
+    responses = pooled({name: one for name, one in learnt.items() if one is not None}, len(channels))
     kept = tuple(one for one in known if one.of_record or one.name in responses)
     lost = {name: "its strikes failed" for name, response in learnt.items() if response is None}
     return Groundwork(
@@ -134,9 +135,10 @@ def _smooth(emulator: Emulator, clock: Clock, theta: Array) -> Array:
     return np.concatenate([emulator.channels[c].curves(u, clock.time)[0] for c in clock.channels])
 
 
-def roughness(emulator: Emulator, channels: tuple[str, ...]) -> tuple[float, ...]:
-    """RMS per channel by which a run leaves what is smooth in the parameters."""
-    return tuple(float(np.sqrt(emulator.channels[c].rough())) for c in channels)
+def scatter(emulator: Emulator, numerical: Numerical, channels: tuple[str, ...]) -> tuple[float, ...]:
+    """RMS per channel by which a strike leaves what is smooth in parameters and effects: as runs or lattices do."""
+    rough = [emulator.channels[c].rough() for c in channels]
+    return tuple(float(np.sqrt(max(pair))) for pair in zip(rough, numerical.scatter, strict=True))
 
 
 def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
@@ -149,13 +151,14 @@ def centre(dataset: Dataset, coordinates: Coordinates) -> dict[str, float]:
 def numerical_error(numerical: Numerical, error: PointError) -> Callable[[Model, Place, Box], Array]:
     """(n, n) covariance of the numerical error on the record's points, as a function of where a model stands.
 
-    Gain and shift act on the model's own curve and go through its instrument.
+    Gain and shift act on the model's own curve; they and the rest go through its instrument.
     """
 
     def covariance(there: Model, place: Place, box: Box) -> Array:
-        frame = numerical.frame(there.grid(place, box)[0])
-        still = there.recorded(np.zeros((1, frame.shape[1])), place.b)  # a drift reads without any signal
-        return error.at(there.recorded(frame, np.repeat(place.b, len(frame), axis=0)) - still)
+        b = place.b[0]
+        frame = there.through(numerical.frame(there.grid(place, box)[0]), b)
+        read = numerical.through(error, lambda rows: there.through(rows, b)) if there.moved(b) else error
+        return read.at(frame)
 
     return covariance
 

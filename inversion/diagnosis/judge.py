@@ -99,7 +99,7 @@ class Judge:
         the parameters, which the correction carries over to its neighbours.
         """
         model = fit.problem.model
-        own = emulator_error(model, fit.theta) + response_error(model, fit.b)
+        own = emulator_error(model, fit.theta, fit.b) + response_error(model, fit.b)
         return self.measurement + self.error(model, fit.place, fit.box) + own
 
     def whitener(self, fit: Fit) -> Whitener:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,6 +46,11 @@ class Place:
     b: Array
 
 
+def as_declared(curves: Array) -> Array:
+    """Curves (q, grid) as they are."""
+    return curves
+
+
 @dataclass(frozen=True)
 class Model:
     """f(z, b) on the record's points.
@@ -62,6 +67,7 @@ class Model:
     responses: Mapping[str, Response]
     record: Record
     correction: Array | float = 0.0
+    finer: Callable[[Array], Array] = as_declared
 
     def corrected(self, correction: Array) -> Model:
         """The model with another correction."""
@@ -80,13 +86,29 @@ class Model:
         return curves
 
     def points(self, place: Place, box: Box) -> Array:
-        """(q, n) on the record's points, through the instrument."""
-        return self.recorded(self.grid(place, box), place.b)
+        """(q, n) on the record's points, as finer meshes would have it, through the instrument."""
+        return self.recorded(self.finer(self.grid(place, box)), place.b)
 
     def recorded(self, curves: Array, b: Array) -> Array:
         """(q, n): curves (q, grid) through the instruments that b (q, m) describes, at the record's points."""
         said = [self._instruments(row) for row in b]
-        return np.stack([self._one(curve, own) for curve, own in zip(curves, said, strict=True)])
+        read = [self._one(curve, own) for curve, own in zip(curves, said, strict=True)]
+        return np.array(read, dtype=np.float64).reshape(len(curves), len(self.record.values))
+
+    def through(self, changes: Array, b: Array) -> Array:
+        """(q, n): what changes (q, grid) of the curves do to the record, through the instruments that b (m,) describes.
+
+        A drift reads without any signal: it is no part of a change.
+        """
+        if not self.moved(b):
+            return self.sample(changes)
+        rows = np.vstack([changes, np.zeros((1, changes.shape[1]))])
+        read = self.recorded(rows, np.repeat(b[None], len(rows), axis=0))
+        return read[:-1] - read[-1]
+
+    def moved(self, b: Array) -> bool:
+        """Whether effects b (m,) act on the record itself."""
+        return bool(self._instruments(b))
 
     def sample(self, curves: Array) -> Array:
         """(q, n): curves (q, grid) at the record's points, without an instrument."""

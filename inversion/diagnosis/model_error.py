@@ -6,22 +6,21 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from data.histories import Array
+from inversion.diagnosis.following import followed
 from inversion.diagnosis.model import Model
 
-REFUTED = 4.0  # times the expected square: a difference that the errors stated do not allow
 
-
-def emulator_error(model: Model, theta: Array) -> Array:
-    """(n, n) covariance of the emulator's error at theta (k,) on the record's points.
+def emulator_error(model: Model, theta: Array, b: Array) -> Array:
+    """(n, n) covariance of the emulator's error at theta (k,) on the record's points, read through effects b (m,).
 
     What a new run has beyond all components is taken whole at every point: means over a block do not lower it, because
     how it hangs together between neighbours is not known.
     """
     u = model.emulator.inputs(theta[None])[0]
     emulators = [model.emulator.channels[c] for c in model.clock.channels]
-    factor = model.sample(np.asarray(block_diag(*(e.error_factor(u, model.clock.time) for e in emulators))).T)
+    factor = model.through(np.asarray(block_diag(*(e.error_factor(u, model.clock.time) for e in emulators))).T, b)
     outside = np.concatenate([e.outside_at(model.clock.time) for e in emulators])
-    return factor.T @ factor + np.diag(model.sample(outside[None])[0])
+    return factor.T @ factor + np.diag(np.maximum(model.through(outside[None], b)[0], 0.0))
 
 
 def response_error(model: Model, b: Array) -> Array | float:
@@ -32,7 +31,7 @@ def response_error(model: Model, b: Array) -> Array | float:
     rows = [size * response.spread for response, size in acting if size and len(response.spread)]
     if not rows:
         return 0.0
-    factor = model.sample(np.vstack(rows))
+    factor = model.through(np.vstack(rows), b)
     return factor.T @ factor
 
 
@@ -53,17 +52,3 @@ def doubted(model: Model, theta: Array, off: Array) -> Array:
         (one.error_factor(u, one.time) ** 2).sum(axis=1).mean() + one.outside.mean() - one.rough() for one in emulators
     ]
     return followed(np.repeat(np.maximum(smooth, 0.0), len(model.clock.time)), rough(model), off, len(emulators))
-
-
-def followed(known: Array, rough: Array, off: Array, channels: int) -> Array:
-    """(grid,) by how much an estimate of variance `known` follows a strike that differs by `off`, as rough as `rough`.
-
-    The usual weight known / (known + rough); but a difference beyond twice what both allow shows that `known` is too
-    small, and is followed as far as it stands above the roughness. One weight a channel.
-    """
-    weights: list[Array] = []
-    for one, own, seen in zip(*(np.split(part, channels) for part in (known, rough, off)), strict=True):
-        expected, found, quiet = one.mean() + own.mean(), float(np.mean(seen**2)), own.mean()
-        weight = 1.0 - quiet / found if found > REFUTED * expected else one.mean() / max(expected, 1e-300)
-        weights.append(np.full(len(seen), weight))
-    return np.concatenate(weights)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from data.histories import Array
-from inversion.diagnosis.widened import process
+from inversion.diagnosis.widened import about, process
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class PointError:
     choices: (n, n) of the single numerical choices; changes, rest: (k, n) the draws and what gain and shift leave of
     them; moments: (k, 2 channels) these gains and shifts; frames: (k, 2 channels, n) what they act on; weights:
     (2 channels,) of them; processes: (length [s], share) per channel; times [s], channel: (n,) of the points; size: by
-    which all of the draws' part is multiplied.
+    which all that the draws differ by is multiplied.
     """
 
     choices: Array
@@ -35,22 +35,34 @@ class PointError:
 
     def at(self, frame: Array) -> Array:
         """(n, n) where gain and shift by one unit are frame (2 channels, n)."""
-        return self.choices + self.size * self.drawn(frame)
+        return self.fixed(frame) + self.size * self.drawn(frame)
+
+    def fixed(self, frame: Array) -> Array:
+        """(n, n) single choices, and what the draws have in common: a yet finer mesh may add as much again."""
+        if not len(self.rest):
+            return self.choices
+        mean = self.mean(frame)
+        return self.choices + np.outer(mean, mean)
 
     def drawn(self, frame: Array) -> Array:
-        """(n, n) the draws' part, at size 1."""
+        """(n, n) by what the draws differ, at size 1."""
         if not len(self.rest):
             return np.zeros_like(self.choices)
-        moved = (self.moments * np.sqrt(self.weights)) @ frame
+        moved = (about(self.moments)[1] * np.sqrt(self.weights)) @ frame
         return self.still + moved.T @ moved / len(self.rest)
+
+    def mean(self, frame: Array) -> Array:
+        """(n,) what the draws have in common, where gain and shift by one unit are frame (2 channels, n)."""
+        return self.moments.mean(axis=0) @ frame + self.rest.mean(axis=0)
 
     @cached_property
     def still(self) -> Array:
         """(n, n) what of the draws' part does not go with the curve: asked for at every refit, and always the same."""
-        found = self.rest.T @ self.rest / len(self.rest)
+        rest = about(self.rest)[1]
+        found = rest.T @ rest / len(rest)
         for number, (length, share) in enumerate(self.processes):
             here = np.flatnonzero(self.channel == number)
-            found[np.ix_(here, here)] += process(self.rest[:, here], self.times[here], length, share)
+            found[np.ix_(here, here)] += process(rest[:, here], self.times[here], length, share)
         return found
 
     def without(self, draw: int) -> PointError:

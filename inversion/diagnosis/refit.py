@@ -96,6 +96,12 @@ class Fit:
         """(n,) the model on the record's points."""
         return self.problem.model.points(self.place, self.box)[0]
 
+    @property
+    def mesh(self) -> Array:
+        """(n,) what of it finer meshes add, on average, to the declared one."""
+        model = self.problem.model
+        return self.curve - model.recorded(model.grid(self.place, self.box), self.place.b)[0]
+
     @cached_property
     def linear(self) -> Linear:
         """The model linearised at this fit; unknowns at their bounds leave the design."""

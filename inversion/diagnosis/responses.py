@@ -7,20 +7,21 @@ much a response changes with the parameters and with how the particles happen to
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from data.histories import Array, Histories
 from doe.deck import uncarried
+from inversion.diagnosis.following import by_channel, followed
 from solver.case import Case
 from solver.effects import Effect, effects
 
-TWO_SIDED, ONE_SIDED = (-2.0, 2.0), (0.8, 2.5)
+TWO_SIDED, ONE_SIDED = (-2.5, 2.5), (1.2, 3.0)
 """Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""
 OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 """Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
-CURVED = 1.0  # of a lattice's scatter: from where what is not linear is curvature
+PLACES = 3  # at which an effect is struck
 WIDEST, FARTHEST = 5.0, 10.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
 
 
@@ -104,12 +105,15 @@ def label(name: str, b: float, place: int = 0) -> str:
 class Response:
     """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each.
 
-    spread: (q, grid) directions in which the slope may be off elsewhere, one standard deviation each.
+    spread: (q, grid) directions in which the slope may be off elsewhere, one standard deviation each; pair: (grid,)
+    variance by which two strikes differ beside the effect; at_size: b at the places that tell the spread.
     """
 
     slope: Array
     curvature: Array
     spread: Array
+    pair: Array
+    at_size: float
 
     def at(self, b: Array) -> Array:
         """(q, grid) at b (q,)."""
@@ -120,9 +124,19 @@ class Response:
         """(grid,) variance of the slope."""
         return (self.spread**2).sum(axis=0)
 
-    def told(self, slope: Array, weight: Array) -> Response:
-        """After a strike that wants the slope (grid,) added and is followed by a weight (grid,) in 0 .. 1."""
-        return Response(self.slope + weight * slope, self.curvature, (1.0 - weight) * self.spread)
+    def told(self, slope: Array, size: float, channels: int) -> Response:
+        """After two strikes, without the effect and with `size` of it, which want the slope (grid,) added.
+
+        They are followed as far as the slope is known worse than they scatter: the spread less one place's own scatter,
+        but at least the scatter of the mean. What is left is what of theirs was followed. No effect's strikes scatter
+        by more than the spread shows.
+        """
+        doubt = by_channel(self.doubt, channels)
+        own = np.minimum(self.pair / self.at_size**2, doubt)
+        scatter = own * (self.at_size / size) ** 2
+        weight = followed(np.maximum(doubt - own, own / PLACES), scatter, slope, channels)
+        left = np.sqrt(weight * scatter / np.maximum(doubt, 1e-300))
+        return replace(self, slope=self.slope + weight * slope, spread=left * self.spread)
 
 
 def learn(
@@ -137,8 +151,8 @@ def learn(
 
     base, others: (grid,) curves without the effect at the centre and at the other places, None for a strike that
     failed; stack: a strike's (grid,) curves; jitter: by how much a strike leaves what is smooth in its inputs, RMS per
-    channel. What is not linear in the magnitude counts as curvature where it exceeds that; else as scatter, by whose
-    power the slope is shrunk (its own scatter would otherwise be taken for a signature).
+    channel. Of what is not linear in the magnitude, curvature is what exceeds that; the rest is scatter, by whose power
+    the slope is shrunk too (it would otherwise be taken for a signature).
     """
     found: list[tuple[float, Array]] = [
         (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
@@ -147,7 +161,8 @@ def learn(
         return None
     parts = [_learn(list(zip(bs, ys, strict=True)), scatter) for bs, ys, scatter in _channels(found, jitter)]
     slope, curvature = (np.concatenate([part[i] for part in parts]) for i in range(2))
-    centre = Response(slope, curvature, np.zeros((0, len(slope))))
+    pair = np.repeat([2.0 * one**2 for one in jitter], len(slope) // len(jitter))
+    centre = Response(slope, curvature, np.zeros((0, len(slope))), pair, abs(known.checked_at()[0]))
     off = [
         (stack(runs[name]) - other - centre.at(np.array([b]))[0]) / b
         for i, (b, other) in enumerate(zip(known.checked_at(), others, strict=True))
@@ -163,7 +178,36 @@ def _widened(centre: Response, off: Array) -> Response:
         return centre
     mean = off.mean(axis=0)
     spread = np.sqrt((1.0 + 1.0 / k) / (k - 1.0)) * (off - mean)
-    return Response(centre.slope + mean, centre.curvature, spread)
+    return replace(centre, slope=centre.slope + mean, spread=spread)
+
+
+def pooled(responses: Mapping[str, Response], channels: int) -> dict[str, Response]:
+    """The responses, half of the variance of each one's spread spread over the directions that all of them have.
+
+    What a response is off by is mostly how the particles happen to lie when it acts, which is alike for all effects;
+    two other places tell its size, but hardly its directions.
+    """
+    powers = {name: _power(one.spread, channels).sum(axis=0) for name, one in responses.items() if len(one.spread)}
+    rows = [_scaled(responses[name].spread, 1.0 / np.sqrt(np.maximum(own, 1e-300))) for name, own in powers.items()]
+    if not rows:
+        return dict(responses)
+    shape = np.vstack(rows) / np.sqrt(len(rows))
+    found = dict(responses)
+    for name, power in powers.items():
+        one = responses[name]
+        spread = np.vstack([one.spread, _scaled(shape, np.sqrt(power))]) * np.sqrt(0.5)
+        found[name] = replace(one, spread=spread)
+    return found
+
+
+def _power(rows: Array, channels: int) -> Array:
+    """(q, channels) mean squares of rows (q, grid)."""
+    return np.stack([(part**2).mean(axis=1) for part in np.split(rows, channels, axis=1)], axis=1)
+
+
+def _scaled(rows: Array, factors: Array) -> Array:
+    """Rows (q, grid) times one factor a channel."""
+    return rows * np.repeat(factors, rows.shape[1] // len(factors))
 
 
 def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):
@@ -173,17 +217,29 @@ def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):
 
 
 def _learn(found: list[tuple[float, Array]], scatter: float) -> tuple[Array, Array]:
-    """Slope and curvature of one channel."""
+    """Slope and curvature of one channel, either shrunk by what of its power is the strikes' own scatter."""
     b = np.array([one for one, _ in found])
     y = np.stack([change for _, change in found])
-    linear = b @ y / (b @ b)
     if len(found) == 1:
-        return linear, np.zeros_like(linear)
-    rest = y - b[:, None] * linear
-    off = float(np.sqrt(np.mean(rest.var(axis=1) + rest.mean(axis=1) ** 2) * len(found) / (len(found) - 1)))
-    if off > CURVED * scatter:
-        (b1, b2), (y1, y2) = b, y
-        return (y1 * b2 / b1 - y2 * b1 / b2) / (b2 - b1), (y2 / b2 - y1 / b1) / (b2 - b1)
-    signal = float(np.mean(linear**2))
-    kept = max(0.0, 1.0 - off**2 / float(b @ b) / signal) if signal else 0.0
-    return kept * linear, np.zeros_like(linear)
+        return y[0] / b[0], np.zeros_like(y[0])
+    curving, sloping = _weights(b)
+    curvature = curving @ y
+    off = float(np.mean(curvature**2)) / _noise(curving)
+    curvature = _share(scatter**2, off) * curvature
+    slope = sloping @ (y - np.outer(b**2, curvature))
+    return _share(min(scatter**2, off) * _noise(sloping), float(np.mean(slope**2))) * slope, curvature
+
+
+def _weights(b: Array) -> tuple[Array, Array]:
+    """(2,) weights of two changes in the curvature through both, and in the slope that fits them best."""
+    return np.array([-1.0 / b[0], 1.0 / b[1]]) / (b[1] - b[0]), b / (b @ b)
+
+
+def _noise(weights: Array) -> float:
+    """Variance of a weighted sum of changes, each a strike less the same other one, all of which scatter by 1."""
+    return float(weights @ weights + weights.sum() ** 2)
+
+
+def _share(scatter: float, power: float) -> float:
+    """Of an estimate of this mean square, what is more than scatter (James & Stein, Berkeley Symp. 4 (1961) 361)."""
+    return max(0.0, 1.0 - scatter / power) if power else 0.0

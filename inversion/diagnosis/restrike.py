@@ -20,14 +20,15 @@ from solver.case import Case
 
 @dataclass(frozen=True)
 class Struck:
-    """One strike of a fit's case on the record's points.
+    """One strike of a fit's case on the record's points, with what finer meshes add to its mesh on average.
 
-    curve: (n,) SI; rmse: sensor -> SI; weighted, raw: whitened RMS as those of the fit; off: RMS of what lies between
-    this curve and the fitted one, whitened likewise.
+    curve: (n,) SI; rmse: sensor -> SI; declared: the same without what finer meshes add; weighted, raw: whitened RMS as
+    those of the fit; off: RMS of what lies between this curve and the fitted one, whitened likewise.
     """
 
     curve: Array
     rmse: Mapping[str, float]
+    declared: Mapping[str, float]
     weighted: float
     raw: float
     off: float
@@ -70,11 +71,12 @@ def restrike(judge: Judge, judged: Mapping[str, Judged], strikes: Strikes) -> tu
 
 
 def _struck(judge: Judge, fit: Fit, run: Histories) -> Struck:
-    curve, covariance = on_record(run, judge.record), judge.allowance(fit)
-    miss = judge.record.values - curve
+    declared, covariance = on_record(run, judge.record), judge.allowance(fit)
+    curve, measured = declared + fit.mesh, judge.record.values
+    miss = measured - curve
     weighted, raw = errors(judge, miss, covariance, judge.used)
     off = rms(Whitener.of(covariance, judge.used).apply(curve - fit.curve))
-    return Struck(curve, by_channel(judge, miss), weighted, raw, off)
+    return Struck(curve, by_channel(judge, miss), by_channel(judge, measured - declared), weighted, raw, off)
 
 
 def on_record(run: Histories, record: Record) -> Array:

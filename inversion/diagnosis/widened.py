@@ -59,11 +59,18 @@ class Draws:
         kernel, total = matern(self.times, length), 0.0
         for i in range(len(self.changes)):
             others = np.arange(len(self.changes)) != i
-            left, moved = self.rest[others], self.moments[others] @ self.frames[i]
-            size = envelope(left)
+            (mean, left), (gone, moving) = about(self.rest[others]), about(self.moments[others])
+            moved, size = moving @ self.frames[i], envelope(left)
             second = (left.T @ left + weight * moved.T @ moved) / others.sum()
-            total += expected(second + share * size[:, None] * kernel * size, self.changes[i], self.noise)
+            draw = self.changes[i] - gone @ self.frames[i] - mean
+            total += expected(second + share * size[:, None] * kernel * size, draw, self.noise)
         return total
+
+
+def about(draws: Array) -> tuple[Array, Array]:
+    """Mean (...) of draws (k, ...), and the draws about it, larger so that their second moment is a further draw's."""
+    k, mean = len(draws), draws.mean(axis=0)
+    return mean, (draws - mean) * np.sqrt((k + 1.0) / max(k - 1.0, 1.0))
 
 
 def expected(covariance: Array, draw: Array, noise: Array) -> float:

@@ -70,6 +70,9 @@ def _errors(results: DiagnosisResults) -> Table:
         )
         for name, value in before["rmse"].items()
     ]
+    for name, value in before.get("declared", {}).items():
+        here = in_words(after["declared"][name], units[name]) if after and "declared" in after else "–"
+        rows.append((f"{name.replace('_', ' ')}, RMS, on the declared mesh alone", in_words(value, units[name]), here))
     rows.append(
         (
             "all, against noise and numerical error (1 = noise)",
@@ -93,7 +96,10 @@ def _caption(content: Mapping[str, Any]) -> str:
     """Whose curves the errors are of."""
     made = [state for label in ("before", "after") if (state := content[label])]
     struck = all(state.get("solver") for state in made)
-    whose = "of one strike of the solver at each fit" if struck else "of the fitted curves where no strike was made"
+    mesh = ", with what finer meshes add" if any("declared" in error(state) for state in made) else ""
+    whose = (
+        f"of one strike of the solver at each fit{mesh}" if struck else "of the fitted curves where no strike was made"
+    )
     fitted = " -> ".join(two(state["weighted"]) for state in made)
     return (
         f"The error before and after, {whose} (the fitted curves foretold {fitted} against noise and numerical error). "

@@ -19,9 +19,10 @@ from inversion.audit.experiment import Truth
 from inversion.audit.planted import CLEAN
 from inversion.audit.power import Rescaled, shown, signal
 from inversion.audit.reading import read_draws
-from inversion.audit.score import COARSE, KINDS, STATED, Asked, Score, verdict_of
+from inversion.audit.score import COARSE, KINDS, STATED, Asked, Score
 from inversion.audit.stored import load_score, save_score
 from inversion.audit.table import write_audit
+from inversion.diagnosis.choice import Choice
 from inversion.diagnosis.covariance import Whitener
 from inversion.diagnosis.diagnose import Study, Wishes
 from inversion.diagnosis.judge import Judge, Judged
@@ -145,7 +146,7 @@ def test_a_coarse_emulator_errs_more_and_says_so(study: Study, clean: tuple[Judg
     blunt, blunted = coarse_models(few, judge, models)
     sizes = [covariance_of(one["none"].fit.problem.whitener).trace() for one in (models, blunted)]
     assert sizes[1] > sizes[0]
-    assert verdict_of(blunted, 0.05)[1]
+    assert Choice.of(blunted, 0.05).allowed
     assert blunt.groundwork is few
 
 

@@ -28,7 +28,8 @@ def ground(tmp_path_factory: pytest.TempPathFactory) -> Groundwork:
     plain = groundwork(tmp_path_factory.mktemp("choice"))
     silent = next(one for one in library(plain.case)[0] if one.name == "plate_yield")
     known = (*(one for one in plain.known if one.name != "sensor_bandwidth"), silent)
-    still = Response(np.zeros(len(TIME)), np.zeros(len(TIME)), np.zeros((0, len(TIME))))
+    none = np.zeros(len(TIME))
+    still = Response(none, none, np.zeros((0, len(TIME))), none, 2.0)
     return replace(plain, known=known, responses={"plate_yield": still})
 
 

@@ -144,13 +144,20 @@ def drifted(folder: Path, study: Study) -> dict[str, Any]:
 
 
 def test_a_soft_clamp_is_the_likeliest_on_a_case_that_nobody_prepared(found: dict[str, Any]) -> None:
-    """300 particles see too little of it to reject the model without effects; they rank it first and do not lose it."""
-    assert "clamp_rotation" in found["confidence_set"]
+    """300 particles reject the model without effects, and rank the soft clamp first.
+
+    So far from its tangent its response bends, and on so coarse a mesh by more than the diagnosis knows: its magnitude
+    comes out at half of the planted one, and whether it is in the set hangs on the noise.
+    """
+    effects = {one["name"]: one for one in found["effects"]}
+    assert effects["none"]["p_consistent"] < 0.05
     clamp = found["effects"][0]  # the likeliest first
     assert clamp["name"] == "clamp_rotation"
     assert clamp["unit"] == "rad/N"
-    assert clamp["log_evidence"] > 0.0
+    assert clamp["log_evidence"] > 1.0
+    assert clamp["p_consistent"] > 0.01
     assert clamp["interval_95"][0] > 0.0
+    assert clamp["magnitude"] > PLANTED["clamp"]["clamp_rotation"] / 3.0
 
 
 def test_a_drifting_transducer_is_attributed(drifted: dict[str, Any]) -> None:
@@ -176,8 +183,9 @@ def test_one_strike_of_the_written_case_is_the_error_and_the_curve_after(folder:
     for name, rmse in drifted["after"]["solver"]["rmse"].items():
         here = curves[curves.channel == name]
         again = np.interp(here.time_s, strike.time, strike.channels[name])
-        assert again == pytest.approx(here.after.to_numpy(), rel=1e-6, abs=1e-9)
-        assert rmse == pytest.approx(np.sqrt(np.mean((here.measured - again) ** 2)), rel=1e-6)
+        declared = drifted["after"]["solver"]["declared"][name]
+        assert declared == pytest.approx(np.sqrt(np.mean((here.measured - again) ** 2)), rel=1e-6)
+        assert rmse == pytest.approx(np.sqrt(np.mean((here.measured - here.after) ** 2)), rel=1e-6)
         assert drifted["before"]["solver"]["rmse"]["middle"] > 1.5 * drifted["after"]["solver"]["rmse"]["middle"]
 
 

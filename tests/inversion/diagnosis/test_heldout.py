@@ -31,7 +31,7 @@ def ground(tmp_path_factory: pytest.TempPathFactory) -> Groundwork:
     known = (*ground.known, *(one for one in library(ground.case)[0] if one.name in ("time_offset", "plate_thickness")))
     text = (place / "case.toml").read_text()
     (place / "case.toml").write_text(f'{text}\n[inversion.nuisance]\ntime_offset = "{LATE} s"\nthickness = "0.1 mm"\n')
-    response = Response(1e-4 * QUIET, np.zeros_like(QUIET), np.zeros((0, len(QUIET))))
+    response = Response(1e-4 * QUIET, np.zeros_like(QUIET), np.zeros((0, len(QUIET))), np.zeros_like(QUIET), 2.0)
     return replace(ground, case=load_case(place / "case.toml"), known=known, responses={"plate_thickness": response})
 
 

@@ -10,8 +10,9 @@ import pytest
 
 from data.histories import Histories
 from inversion.diagnosis.diagnose import Study, Wishes
+from inversion.diagnosis.following import followed
 from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.model_error import emulator_error, followed
+from inversion.diagnosis.model_error import emulator_error
 from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
 from solver.case import Case
@@ -25,7 +26,7 @@ def test_the_emulators_error_holds_the_whole_scatter_of_a_new_run(tmp_path: Path
     (values,) = curves(MIDDLE)
     model = ground.model(judge(ground, [values[0]], 1e-5).record)
     theta = 0.5 * (LOWS + HIGHS)
-    said = np.diag(emulator_error(model, theta))
+    said = np.diag(emulator_error(model, theta, np.zeros(len(model.known))))
     assert said == pytest.approx(np.diag(ground.emulator.covariance(theta, "middle", TIME)))
     assert np.sqrt(said.mean()) == pytest.approx(SCATTER, rel=0.2)
 

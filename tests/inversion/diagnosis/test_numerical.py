@@ -56,6 +56,22 @@ def test_new_draws_are_white_by_a_covariance_learnt_from_ten() -> None:
     assert np.std(along) == pytest.approx(1.0, abs=0.3)  # ten draws know a variance to a third
 
 
+def test_what_the_draws_have_in_common_moves_the_curve_and_is_one_direction() -> None:
+    shapes, changes = draws(10, 2)
+    common = 20.0 * ROUGH * np.sin(40.0 * np.pi * TIME / TIME[-1])
+    moved = changes + 5.0 * GAIN * shapes + common
+    plain, biased = Numerical(shapes, changes, {}, 1, STEP), Numerical(shapes, moved, {}, 1, STEP)
+    curve = shape(0.5)
+    added = (biased.finer(curve[None]) - plain.finer(curve[None]))[0]
+    assert added == pytest.approx(5.0 * GAIN * curve + common, abs=1e-3 * np.abs(curve).max() * GAIN + 0.05 * ROUGH)
+    more = covariance(biased, curve) - covariance(plain, curve)
+    along = added / np.linalg.norm(added)
+    assert along @ more @ along == pytest.approx(added @ added, rel=0.3)  # a yet finer mesh may add as much again
+    assert more.trace() == pytest.approx(added @ added, rel=0.3)
+    few = Numerical(shapes[:2], moved[:2], {}, 1, STEP)
+    assert few.finer(curve[None])[0] == pytest.approx(curve)
+
+
 def test_gain_and_shift_go_with_the_curve_that_is_asked_about() -> None:
     shapes, changes = draws(30, 1)
     numerical = Numerical(shapes, changes, {}, 1, STEP)
@@ -107,3 +123,18 @@ def test_gain_and_shift_are_found_in_channels_of_any_unit() -> None:
     found = Numerical(shapes, changes, {}, 2, STEP).on(lambda rows: rows, times, channel, NOISE**2 * np.eye(len(times)))
     assert found.moments == pytest.approx(np.hstack([gain, shift, gain, shift]), rel=1e-6)
     assert np.abs(found.rest[:, : len(TIME)]).max() < 1e-9 * np.abs(change).max()
+
+
+def test_the_rest_goes_through_the_records_instrument() -> None:
+    """A late record errs late: what the draws say of an instant is true of that instant of the strike."""
+    shapes, changes = draws(10, 0)
+    late = 30
+    numerical = Numerical(shapes, changes, {"smoothing length 1.1 times": changes[0]}, 1, STEP)
+    channel, noise = np.zeros(len(TIME), dtype=int), NOISE**2 * np.eye(len(TIME))
+    error = numerical.on(lambda rows: rows, TIME, channel, noise)
+    delayed = numerical.through(error, lambda rows: np.pad(rows, ((0, 0), (late, 0)))[:, : rows.shape[1]])
+    frame = np.zeros((2, len(TIME)))
+    before, after = error.at(frame).diagonal(), delayed.at(frame).diagonal()
+    assert delayed.choices[late:, late:] == pytest.approx(error.choices[:-late, :-late])
+    quiet = np.sqrt(after[: late // 2].mean() / before[: late // 2].mean())
+    assert quiet < 0.1

@@ -9,7 +9,7 @@ import pytest
 
 from data.histories import Array, Histories
 from inversion.diagnosis.finer import choices, elsewhere, pairs
-from inversion.diagnosis.responses import Known, Response, label, learn, library
+from inversion.diagnosis.responses import Known, Response, label, learn, library, pooled
 from solver.case import load_case
 from tests.inversion.diagnosis.toy_study import TIME, groundwork
 
@@ -51,9 +51,60 @@ def test_places_that_disagree_are_averaged_and_tell_how_uncertain_another_one_is
     slopes = np.array([2.0, 2.6, 1.7])
     assert found.slope == pytest.approx(slopes.mean() * SHAPE)
     assert found.doubt == pytest.approx(slopes.var(ddof=1) * (1.0 + 1.0 / 3.0) * SHAPE**2)
-    told = found.told(0.5 * SHAPE, np.full(len(TIME), 0.5))
-    assert told.slope == pytest.approx(found.slope + 0.25 * SHAPE)
-    assert told.doubt == pytest.approx(0.25 * found.doubt)
+
+
+@pytest.mark.parametrize(("varies", "scatters"), [(1.0, 0.1), (0.5, 0.5), (0.1, 1.0)])
+def test_a_response_is_as_far_off_as_it_says_before_and_after_two_strikes_at_the_fit(
+    varies: float, scatters: float
+) -> None:
+    """Slopes that vary from place to place by one amount, seen through strikes that scatter by another."""
+    rng, size, grid = np.random.default_rng(0), 1.5, 40
+    said, off = np.zeros(2), np.zeros(2)
+    at = known().learnt_at()[1]
+    for _ in range(400):
+        true = varies * rng.standard_normal((4, grid))
+        seen = true[:3] + np.sqrt(2.0) * scatters / at * rng.standard_normal((3, grid))
+        mean = seen.mean(axis=0)
+        spread = np.sqrt(4.0 / 3.0 / 2.0) * (seen - mean)
+        before = Response(mean, np.zeros(grid), spread, np.full(grid, 2.0 * scatters**2), at)
+        there = true[3] + np.sqrt(2.0) * scatters / size * rng.standard_normal(grid)
+        after = before.told(there - mean, size, 1)
+        said += [before.doubt.mean() - 2.0 * (scatters / at) ** 2, after.doubt.mean()]
+        off += [np.mean((one.slope - true[3]) ** 2) for one in (before, after)]
+    assert off[1] < 1.02 * off[0]
+    assert (said / off > 0.8).all()
+    assert (said / off < 2.0).all()  # three places tell a small variation from scatter but roughly
+
+
+def test_scatter_of_the_strikes_is_not_taken_for_curvature() -> None:
+    rng = np.random.default_rng(0)
+    one = known()
+    kept, raw = [], []
+    for _ in range(50):
+        base = rng.standard_normal(len(TIME))
+        runs = {
+            label(one.name, b): Histories(TIME, {"y": 3.0 * b * SHAPE + rng.standard_normal(len(TIME))}, {})
+            for b in one.learnt_at()
+        }
+        found = learn(one, base, [None, None], runs, lambda run: run.channels["y"], (1.0,))
+        assert found is not None
+        kept.append(np.mean(found.curvature**2))
+        low, high = (runs[label(one.name, b)].channels["y"] - base for b in one.learnt_at())
+        raw.append(np.mean(((low + high) / (2.0 * one.learnt_at()[1] ** 2)) ** 2))
+    assert np.mean(kept) < 0.05 * np.mean(raw)
+
+
+def test_half_of_every_spread_goes_to_the_directions_that_all_have() -> None:
+    rng = np.random.default_rng(0)
+    rows = {name: size * rng.standard_normal((3, 2 * len(TIME))) for name, size in (("a", 1.0), ("b", 5.0))}
+    none = np.zeros(2 * len(TIME))
+    found = pooled({name: Response(none, none, spread, none, 2.0) for name, spread in rows.items()}, 2)
+    for name, spread in rows.items():
+        parts = np.split(found[name].doubt, 2)
+        assert [part.mean() for part in parts] == pytest.approx([p.mean() for p in np.split((spread**2).sum(0), 2)])
+        unit = rows["b" if name == "a" else "a"][0]
+        unit = unit / np.linalg.norm(unit)
+        assert ((found[name].spread @ unit) ** 2).sum() > 3.0 * ((spread @ unit) ** 2).sum()
 
 
 def test_a_place_whose_strike_failed_is_left_out_and_no_other_takes_its_part() -> None:

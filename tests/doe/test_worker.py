@@ -1,0 +1,43 @@
+"""Processes that strike, when a script starts them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPT = """
+import numba
+
+from doe.worker import process_pool
+
+numba.get_num_threads()  # launches the threads, as importing the solver does
+
+
+def strike():
+    numba.set_num_threads(1)
+    return numba.njit(lambda x: x + 1)(1)
+
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(strike).result())
+"""
+
+
+def test_a_script_that_imports_numba_at_its_top_can_strike(tmp_path: Path) -> None:
+    """Whatever compiles in a worker would otherwise fail where nothing is cached yet: every strike of a campaign."""
+    (tmp_path / "script.py").write_text(SCRIPT)
+    root = str(Path(__file__).parents[2])
+    run = subprocess.run(
+        [sys.executable, str(tmp_path / "script.py")],
+        cwd=root,
+        env={**os.environ, "PYTHONPATH": root},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip() == "2"
