@@ -80,7 +80,7 @@ def lines(found: Diagnosis) -> Iterator[str]:
 
 def table(found: Diagnosis) -> Table:
     """Every model: what the data say of it, its magnitude, what could have been detected."""
-    title = f"effects, the likeliest first; * consistent with the record (p of at least {found.alpha:g})"
+    title = f"effects; * consistent with the record (p of at least {found.alpha:g}), the likeliest first"
     shown_table = Table(title=title, title_justify="left")
     shown_table.add_column("effect", no_wrap=True)
     for head in ("p", "magnitude (95 %)", "detectable", "absorbed"):

@@ -86,7 +86,7 @@ def _as_none(models: Mapping[str, Judged], name: str, unknowns: Array) -> np.nda
     """(draws,) whether a model is the one without effects at its refitted unknowns (draws, q): see `choice.level`."""
     fit = models[name].fit
     own = unknowns[:, len(fit.x) - len(fit.own) :]
-    return silent(models, name) | ((not fit.own) | ~own.any(axis=1))
+    return np.full(len(unknowns), silent(models, name)) | ~own.any(axis=1)
 
 
 def _named(models: Mapping[str, Judged], allowed: tuple[str, ...], unknowns: Mapping[str, Array], i: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ from inversion.diagnosis.strikes import Strikes
 from inversion.diagnosis.verdict import NONE
 
 
-def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigures, ...]:
-    """Every model, the likeliest first."""
+def effect_figures(judge: Judge, models: dict[str, Judged], allowed: Collection[str]) -> tuple[EffectFigures, ...]:
+    """Every model, those allowed before the others, the likeliest of either first."""
     base = models[NONE]
     lost, shifts = absorbed(base.fit.linear), biases(base.fit)
     reference = log_evidence(base.fit)
@@ -44,7 +45,7 @@ def effect_figures(judge: Judge, models: dict[str, Judged]) -> tuple[EffectFigur
         figures = (value, known.effect.unit, interval, one.p, log_evidence(one.fit) - reference, twins(one), own_bound)
         share = float(lost[index]) if np.any(base.fit.linear.effects[:, index]) else None
         found.append(EffectFigures(name, *figures, share, bias, known.size, known.effect.meaning, one.confirmed))
-    return tuple(sorted(found, key=lambda one: -one.log_evidence))
+    return tuple(sorted(found, key=lambda one: (one.name not in allowed, -one.log_evidence)))
 
 
 def state(judge: Judge, judged: Judged, heldout: dict[str, float | None], struck: Struck | None = None) -> State:

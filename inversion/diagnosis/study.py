@@ -81,7 +81,7 @@ class Study:
         held_before, held_after = in_short(held)
         before = state(judge, models[NONE], held_before, struck.get("before"))
         after = state(judge, chosen, held_after, struck.get("after")) if chosen else None
-        figures = effect_figures(judge, models)
+        figures = effect_figures(judge, models, choice.allowed)
         by_name = {one.name: one for one in figures}
         warnings = self._warnings(judge, models, chosen, choice.verdict, held)
         return Diagnosis(
