@@ -31,7 +31,8 @@ def places(fit: Fit) -> tuple[Array, ...]:
 def corrected(fit: Fit, told: list[tuple[Array, Array]]) -> Fit:
     """The fit with a model nearer to what the solver said: (effects b (m,), curves (grid,)) without and with its own.
 
-    A single strike is as rough as the emulator's runs were, so the model moves by what stands above that.
+    A single strike is as rough as the emulator's runs were, what an effect does to it as rough as lattices are; the
+    model moves by what stands above that.
     """
     model, z = fit.problem.model, fit.place.z
     b, curve = told[0]

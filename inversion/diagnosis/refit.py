@@ -98,7 +98,7 @@ class Fit:
 
     @property
     def mesh(self) -> Array:
-        """(n,) what of it finer meshes add, on average, to the declared one."""
+        """(n,) the part of the curve that finer meshes add, on average, to the declared one."""
         model = self.problem.model
         return self.curve - model.recorded(model.grid(self.place, self.box), self.place.b)[0]
 
