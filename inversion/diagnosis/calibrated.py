@@ -41,10 +41,10 @@ def calibrated(error: PointError, columns: Columns, measurement: Array) -> Point
     """
     if len(error.rest) < FEWEST:
         return error
-    parts = [
-        (one.fixed(frame) + measurement, one.drawn(frame), change - one.mean(frame))
-        for (one, frame), change in zip(_left_out(error), error.changes, strict=True)
-    ]
+    parts: list[tuple[Array, Array, Array]] = []
+    for i, (frame, change) in enumerate(zip(error.frames, error.changes, strict=True)):
+        others = error.without(i)
+        parts.append((others.fixed(frame) + measurement, others.drawn(frame), change - others.mean(frame)))
 
     def excess(log_size: float) -> float:
         scores = [
@@ -60,11 +60,6 @@ def calibrated(error: PointError, columns: Columns, measurement: Array) -> Point
         return error.sized(LARGEST)
     root: Any = brentq(excess, 0.0, top, xtol=CLOSE)
     return error.sized(float(np.exp(root)))
-
-
-def _left_out(error: PointError) -> list[tuple[PointError, Array]]:
-    """Every draw's frame and the error known from the others."""
-    return [(error.without(i), frame) for i, frame in enumerate(error.frames)]
 
 
 def mean_square(covariance: Array, change: Array, columns: Columns, noise: Array) -> float:

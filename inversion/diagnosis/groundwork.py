@@ -50,7 +50,7 @@ class Groundwork:
     def model(self, record: Record) -> Model:
         """The model on a record's points."""
         parts = (self.case, self.clock, self.emulator, self.coordinates, self.known, self.responses)
-        return Model(*parts, record, finer=self.numerical.finer)
+        return Model(*parts, record, self.numerical.finer)
 
     def numerical_of(self, channels: Sequence[str]) -> Numerical:
         """The numerical error of any channels of the probed case."""

@@ -46,17 +46,12 @@ class Place:
     b: Array
 
 
-def as_declared(curves: Array) -> Array:
-    """Curves (q, grid) as they are."""
-    return curves
-
-
 @dataclass(frozen=True)
 class Model:
     """f(z, b) on the record's points.
 
-    known: the effects, in the order of b; responses: of those that act on the strike; correction: (grid,) what the
-    solver added to this sum where it was last asked.
+    known: the effects, in the order of b; responses: of those that act on the strike; finer: curves (q, grid) with what
+    finer meshes add; correction: (grid,) what the solver added to this sum where it was last asked.
     """
 
     case: Case
@@ -66,8 +61,8 @@ class Model:
     known: tuple[Known, ...]
     responses: Mapping[str, Response]
     record: Record
+    finer: Callable[[Array], Array]
     correction: Array | float = 0.0
-    finer: Callable[[Array], Array] = as_declared
 
     def corrected(self, correction: Array) -> Model:
         """The model with another correction."""

@@ -102,7 +102,7 @@ class Numerical:
         """(q, grid) declared curves with what finer meshes add to them on average, once there are draws to tell."""
         if len(self.changes) < FEWEST:
             return curves
-        moments, rest = (part.mean(axis=0) for part in self._split)
+        moments, rest = self._mean
         parts = [
             (1.0 + gain) * part + shift * np.gradient(part, self.step, axis=1)
             for part, (gain, shift) in zip(np.split(curves, self.channels, axis=1), moments.reshape(-1, 2), strict=True)
@@ -123,6 +123,12 @@ class Numerical:
         moments = [_moments(frame, change) for frame, change in zip(frames, self.changes, strict=True)]
         rest = [d - m @ f for f, d, m in zip(frames, self.changes, moments, strict=True)]
         return np.stack(moments), np.stack(rest)
+
+    @cached_property
+    def _mean(self) -> tuple[Array, Array]:
+        """(2 channels,) mean gains and shifts, and (grid,) mean rest: asked for with every curve of every refit."""
+        moments, rest = self._split
+        return moments.mean(axis=0), rest.mean(axis=0)
 
 
 def _moments(frame: Array, change: Array) -> Array:

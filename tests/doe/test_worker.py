@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.script import run_script
 
 SCRIPT = """
 import numba
@@ -28,16 +27,4 @@ if __name__ == "__main__":
 
 def test_a_script_that_imports_numba_at_its_top_can_strike(tmp_path: Path) -> None:
     """Whatever compiles in a worker would otherwise fail where nothing is cached yet: every strike of a campaign."""
-    (tmp_path / "script.py").write_text(SCRIPT)
-    root = str(Path(__file__).parents[2])
-    run = subprocess.run(
-        [sys.executable, str(tmp_path / "script.py")],
-        cwd=root,
-        env={**os.environ, "PYTHONPATH": root},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout.strip() == "2"
+    assert run_script(tmp_path, SCRIPT, 120.0) == "2"

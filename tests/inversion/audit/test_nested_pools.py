@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.script import run_script
 
 SCRIPT = """
 from contextlib import ExitStack
@@ -38,15 +38,4 @@ if __name__ == "__main__":
 
 def test_workers_with_two_pools_of_their_own_end(tmp_path: Path) -> None:
     """Queues close at exit priority 10: pools that end with them could no longer tell their processes to."""
-    (tmp_path / "nested.py").write_text(SCRIPT)
-    root = str(Path(__file__).parents[3])
-    run = subprocess.run(
-        [sys.executable, str(tmp_path / "nested.py")],
-        cwd=root,
-        env={"PYTHONPATH": root, "PATH": ""},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
-    assert run.stdout.strip() == "3"
+    assert run_script(tmp_path, SCRIPT, 60.0) == "3"
