@@ -6,7 +6,6 @@ The verbs of the command line are functions here, imported when first used.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,19 +18,18 @@ if TYPE_CHECKING:
     from birdstrike.cli.new import new
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
+    from birdstrike.inversion.audit.audit import audit
+    from birdstrike.inversion.diagnosis.diagnose import diagnose
+    from birdstrike.inversion.train_and_invert import train_and_invert
     from birdstrike.loop import close_the_loop
-    from inversion.audit.audit import audit
-    from inversion.diagnosis.diagnose import diagnose
-    from inversion.train_and_invert import train_and_invert
-    from reports.page import report
-    from reports.verification.verify import verify
-    from solver.case import load_case
+    from birdstrike.reports.page.page import report
+    from birdstrike.reports.verification.verify import verify
+    from birdstrike.solver.case.case import load_case
 
-ROOT = Path(__file__).resolve().parent.parent
-COMPANIONS = ("data", "solver", "doe", "surrogate", "inversion", "reports")
+_PACKAGES = ("data", "solver", "doe", "surrogate", "inversion", "reports")
 
 _PUBLIC = {
-    "load_case": ("solver.case", "load_case"),
+    "load_case": ("birdstrike.solver.case.case", "load_case"),
     "check": ("birdstrike.cli.check", "check"),
     "simulate": ("birdstrike.cli.simulate", "simulate"),
     "compare_methods": ("birdstrike.cli.compare_methods", "compare_methods"),
@@ -40,12 +38,12 @@ _PUBLIC = {
     "import_curve": ("birdstrike.cli.import_curve", "import_curve"),
     "export": ("birdstrike.cli.export", "export"),
     "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
-    "train_and_invert": ("inversion.train_and_invert", "train_and_invert"),
-    "diagnose": ("inversion.diagnosis.diagnose", "diagnose"),
-    "audit": ("inversion.audit.audit", "audit"),
-    "report": ("reports.page", "report"),
+    "train_and_invert": ("birdstrike.inversion.train_and_invert", "train_and_invert"),
+    "diagnose": ("birdstrike.inversion.diagnosis.diagnose", "diagnose"),
+    "audit": ("birdstrike.inversion.audit.audit", "audit"),
+    "report": ("birdstrike.reports.page.page", "report"),
     "close_the_loop": ("birdstrike.loop", "close_the_loop"),
-    "verify": ("reports.verification.verify", "verify"),
+    "verify": ("birdstrike.reports.verification.verify", "verify"),
 }
 
 __all__ = [
@@ -67,21 +65,18 @@ __all__ = [
 ]
 
 
-def _refuse_foreign_companions(root: Path = ROOT) -> None:
-    """Raise ImportError where another package called `solver`, `data`, ... hides one of birdstrike's own."""
-    for name in COMPANIONS:
-        spec = find_spec(name)
-        found_in = [] if spec is None else spec.submodule_search_locations or [spec.origin or ""]
-        places = [Path(place).resolve() for place in found_in]
-        if root / name not in places:
-            found = f"{places[0]} hides it" if places else "it is missing"
-            raise ImportError(
-                f"birdstrike needs its own package `{name}` in {root}, but {found}; "
-                f"start Python elsewhere, rename that one, or install birdstrike in an environment of its own"
-            )
+def _refuse_missing_links(folder: Path = Path(__file__).parent) -> None:
+    """Raise ImportError where the links to the packages were checked out as text files, as on Windows without them."""
+    missing = [name for name in _PACKAGES if not (folder / name).is_dir()]
+    if missing:
+        raise ImportError(
+            f"birdstrike/{missing[0]} in {folder} is no folder: the repository's symbolic links were not checked out; "
+            "install the wheel (pip install birdstrike), or clone again with `git clone -c core.symlinks=true` where "
+            "your system allows symbolic links"
+        )
 
 
-_refuse_foreign_companions()
+_refuse_missing_links()
 
 
 def __getattr__(name: str) -> Any:

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from solver.effects import Effect, effects, register, unregister
+from birdstrike.solver.effects.registry import Effect, effects, register, unregister
 
 __all__ = ["Effect", "effects", "register", "unregister"]

@@ -10,14 +10,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.paths import resolve_measured
 from birdstrike.stages import Display, Ledger, Progress, Stage, digest, quiet, run_stages, source_digest
-from data.errors import MeasuredError, UserError
-from data.paths import resolve_measured
 
 if TYPE_CHECKING:
-    from doe.designs import Design
-    from doe.runner import Progress as Counts
-    from solver.case import Case
+    from birdstrike.doe.campaign.runner import Progress as Counts
+    from birdstrike.doe.designs.registry import Design
+    from birdstrike.solver.case.case import Case
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ def close_the_loop(
 
 def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
     """The case and the record's file, which must fit each other; raises UserError before any strike is paid for."""
-    from data.curves import read_measured
-    from solver.case import load_case
+    from birdstrike.data.curves import read_measured
+    from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     record = resolve_measured(measured)
@@ -107,8 +107,8 @@ def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
 
 def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
     """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
-    from doe.designs import make_design
-    from doe.space import ParameterSpace
+    from birdstrike.doe.designs.registry import make_design
+    from birdstrike.doe.designs.space import ParameterSpace
 
     planned = make_design(design, ParameterSpace.of_case(case), runs, seed, progress)
     quality = planned.quality()
@@ -148,7 +148,7 @@ def stages(plan: Plan) -> tuple[Stage, ...]:
 
 
 def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
-    from doe.solvers import solver_for
+    from birdstrike.doe.solvers import solver_for
 
     return {
         "case": plan.case.model_dump(mode="json"),
@@ -161,7 +161,7 @@ def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
 
 
 def _campaign(plan: Plan, progress: Progress) -> None:
-    from doe.campaign import run_campaign
+    from birdstrike.doe.campaign.campaign import run_campaign
 
     def counted(counts: Counts) -> None:
         progress((counts.finished + counts.failed) / counts.total)
@@ -190,7 +190,7 @@ def _hand_over(plan: Plan) -> None:
 
 
 def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
-    from doe.solvers import solver_for
+    from birdstrike.doe.solvers import solver_for
 
     return {
         "solver": solver_for(plan.case).version,
@@ -204,7 +204,7 @@ def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
 
 
 def _inversion(plan: Plan, progress: Progress) -> None:
-    from inversion.train_and_invert import train_and_invert
+    from birdstrike.inversion.train_and_invert import train_and_invert
 
     train_and_invert(
         plan.doe,
@@ -222,7 +222,7 @@ def _diagnosis_inputs(plan: Plan) -> Mapping[str, Any]:
 
 
 def _diagnosis(plan: Plan, progress: Progress) -> None:
-    from inversion.diagnosis.diagnose import Wishes, diagnose
+    from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
 
     @contextmanager
     def counted() -> Iterator[Callable[[Counts], None]]:
@@ -239,17 +239,17 @@ def _report_inputs(plan: Plan) -> Mapping[str, Any]:
 
 
 def _report(plan: Plan, progress: Progress) -> None:
-    from reports.page import report
+    from birdstrike.reports.page.page import report
 
     report(plan.out, plan.report, progress=progress, diagnosed=plan.diagnosed)
 
 
 def conclude(plan: Plan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
-    from doe.folder import read_json
-    from reports.findings import findings, key_figures
-    from reports.folder import read_results
-    from solver.case import case_hash
+    from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.reports.findings import findings, key_figures
+    from birdstrike.reports.folder import read_results
+    from birdstrike.solver.case.case import case_hash
 
     results = read_results(plan.out)
     diagnosed = read_json(plan.diagnosis / "diagnosis.json") if plan.diagnosed else {}

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data.files import plain, write_json
+from birdstrike.data.files import plain, write_json
 
-ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = Path(__file__).parent
 SOURCES = (".py", ".j2")
 
 Progress = Callable[[float], None]
@@ -94,5 +94,5 @@ def digest(*files: Path) -> str:
 
 def source_digest(*packages: str) -> str:
     """SHA-256 over the sources of birdstrike's packages: another version of the code makes its results stale."""
-    files = (path for package in packages for path in sorted((ROOT / package).rglob("*")))
+    files = (path for package in packages for path in sorted((PACKAGE / package).rglob("*")))
     return digest(*(path for path in files if path.suffix in SOURCES))

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from data.errors import MeasuredError, UnitError
-from data.histories import Array
-from data.units import scaled, si_unit
+from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.histories import Array
+from birdstrike.data.units import scaled, si_unit
 
 Row = tuple[int, list[str]]
 

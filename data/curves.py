@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from data.csv_table import Column, Table, read_table
-from data.errors import MeasuredError
-from data.files import write_atomically
-from data.histories import Array, Histories
-from data.units import ACCEPTED, DISPLAY, in_unit
+from birdstrike.data.csv_table import Column, Table, read_table
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.units import ACCEPTED, DISPLAY, in_unit
 
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
 

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from data.csv_table import Column, Table
-from data.curves import Measured, measured_from
-from data.errors import MeasuredError, UnitError
-from data.loose_table import LooseTable, read_loose_table
-from data.nodout import is_nodout, read_nodout
-from data.units import scaled, si_unit, to_si
+from birdstrike.data.csv_table import Column, Table
+from birdstrike.data.curves import Measured, measured_from
+from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.loose_table import LooseTable, read_loose_table
+from birdstrike.data.nodout import is_nodout, read_nodout
+from birdstrike.data.units import scaled, si_unit, to_si
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from data.errors import MeasuredError, UnitError
-from data.units import si_unit
+from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.units import si_unit
 
 DELIMITERS = (";", "\t", ",", " ")
 COMMENT = ("#", "$", "%")

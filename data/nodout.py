@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from data.errors import MeasuredError
-from data.loose_table import Head, LooseTable, number_text, text_lines
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.loose_table import Head, LooseTable, number_text, text_lines
 
 TITLE = "n o d a l   p r i n t   o u t"
 _TIME = re.compile(r"\(\s*at time\s*(\S+)\s*\)")

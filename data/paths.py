@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from pathlib import Path
 
-from data.errors import UserError
+from birdstrike.data.errors import UserError
 
 DATA = Path(__file__).resolve().parent
 CASES = DATA / "cases"

@@ -7,14 +7,154 @@ import json
 import math
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, cast
 
-from data.files import plain, whole_file, write_json
-from data.histories import Histories
-from data.run_file import read_curves, read_meta, read_run, write_run
+import h5py
+import numpy as np
+
+from birdstrike.data.files import plain, whole_file, write_json
+from birdstrike.data.histories import Histories, Snapshot
+
+SCHEMA_VERSION = 1
+NARROW = {"f": np.float32, "i": np.int32}
+WIDE = {"f": np.float64, "i": np.int64}
+
+
+class Entry(NamedTuple):
+    """What stands under one name of the file: a text, an array, or nothing (a group); and its attributes."""
+
+    value: str | np.ndarray | None
+    attributes: Mapping[str, Any]
+
+
+def write_run(path: Path, histories: Histories, meta: Mapping[str, Any]) -> None:
+    """Write a run; snapshots are pictures and go in single precision, compressed."""
+    path.write_bytes(_image(path.name, histories, meta))
+
+
+def _image(name: str, histories: Histories, meta: Mapping[str, Any]) -> bytes:
+    """The file's bytes, made in memory: HDF5 itself does not survive a full disk; name: no other thread's at once."""
+    entries = dict(_entries(histories, meta))
+    with h5py.File(name, "w", driver="core", backing_store=False) as file:
+        for place, entry in entries.items():
+            item = _create(file, place, entry.value)
+            for key, value in entry.attributes.items():
+                item.attrs[key] = value
+        file.attrs["checksum"] = _checksum(entries)
+        file.flush()
+        return file.id.get_file_image()
+
+
+def _entries(histories: Histories, meta: Mapping[str, Any]) -> Iterator[tuple[str, Entry]]:
+    """Everything that the file of a run holds, by its name in the file."""
+    order = json.dumps(list(histories.channels))  # HDF5 itself sorts by name
+    yield "/", Entry(None, {"schema_version": SCHEMA_VERSION, "order": order})
+    yield "summary", Entry(json.dumps(plain(histories.summary)), {})
+    yield "meta", Entry(json.dumps(plain(meta)), {})
+    yield "time", Entry(np.asarray(histories.time), {})
+    yield "channels", Entry(None, {})
+    for name, values in histories.channels.items():
+        yield f"channels/{name}", Entry(np.asarray(values), {"unit": histories.units[name]})
+    if histories.snapshots:
+        yield "snapshots", Entry(None, {})
+    for i, snapshot in enumerate(histories.snapshots):
+        yield f"snapshots/{i:04d}", Entry(None, {"time": snapshot.time})
+        for part in fields(Snapshot)[1:]:
+            yield f"snapshots/{i:04d}/{part.name}", Entry(_cast(getattr(snapshot, part.name), NARROW), {})
+
+
+def _create(file: h5py.File, name: str, value: str | np.ndarray | None) -> h5py.Group | h5py.Dataset:
+    if name == "/":
+        return file
+    if value is None:
+        return file.create_group(name)
+    compressed = {"compression": "gzip", "shuffle": True} if name.startswith("snapshots/") else {}
+    return file.create_dataset(name, data=value, **compressed)
+
+
+def read_run(path: Path) -> Histories:
+    """Read a run back; raises OSError, KeyError, ValueError or RuntimeError when the file is damaged."""
+    with h5py.File(path, "r") as file:
+        entries = dict(_entries_of(file))
+        if file.attrs["checksum"] != _checksum(entries):
+            raise ValueError("its checksum does not fit its content")
+    names = json.loads(entries["/"].attributes["order"])
+    columns = {name: entries[f"channels/{name}"] for name in names}
+    channels = {name: _array(column) for name, column in columns.items()}
+    units = {name: str(column.attributes["unit"]) for name, column in columns.items()}
+    pictures = sorted(name for name in entries if name.startswith("snapshots/") and name.count("/") == 1)
+    snapshots = tuple(_snapshot(entries, name) for name in pictures)
+    return Histories(_array(entries["time"]), channels, units, json.loads(_text(entries["summary"])), snapshots)
+
+
+def read_curves(path: Path) -> Histories:
+    """Time and channels alone, unchecked: for a file that has been checked or written just now."""
+    with h5py.File(path, "r") as file:
+        names = json.loads(str(file.attrs["order"]))
+        columns = {name: cast(h5py.Dataset, file[f"channels/{name}"]) for name in names}
+        units = {name: str(column.attrs["unit"]) for name, column in columns.items()}
+        return Histories(
+            cast(h5py.Dataset, file["time"])[()], {name: column[()] for name, column in columns.items()}, units
+        )
+
+
+def read_meta(path: Path) -> dict[str, Any]:
+    """What travels with a run beside its histories."""
+    with h5py.File(path, "r") as file:
+        return json.loads(str(cast(h5py.Dataset, file["meta"]).asstr()[()]))
+
+
+def _entries_of(file: h5py.File) -> Iterator[tuple[str, Entry]]:
+    """Everything that a file holds, its checksum excepted."""
+    yield "/", Entry(None, {key: value for key, value in file.attrs.items() if key != "checksum"})
+    names: list[str] = []
+    file.visit(names.append)
+    for name in names:
+        item = file[name]
+        value = item[()] if isinstance(item, h5py.Dataset) else None
+        content = value.decode() if isinstance(value, bytes) else value
+        yield name, Entry(cast("str | np.ndarray | None", content), dict(item.attrs))
+
+
+def _array(entry: Entry) -> np.ndarray:
+    if not isinstance(entry.value, np.ndarray):
+        raise ValueError("a column holds no numbers")
+    return entry.value
+
+
+def _text(entry: Entry) -> str:
+    if not isinstance(entry.value, str):
+        raise ValueError("a book holds no text")
+    return entry.value
+
+
+def _snapshot(entries: Mapping[str, Entry], place: str) -> Snapshot:
+    """A picture at full precision again: narrow real arrays and node numbers, flags as they are."""
+    arrays = {part.name: _cast(_array(entries[f"{place}/{part.name}"]), WIDE) for part in fields(Snapshot)[1:]}
+    return Snapshot(float(entries[place].attributes["time"]), **arrays)
+
+
+def _cast(values: Any, kinds: Mapping[str, Any]) -> np.ndarray:
+    array = np.asarray(values)
+    return array.astype(kinds.get(array.dtype.kind, array.dtype))
+
+
+def _checksum(entries: Mapping[str, Entry]) -> str:
+    """SHA-256 over names, attributes and bytes of everything, in the order in which HDF5 visits a file."""
+    digest = hashlib.sha256()
+    for name in sorted(entries, key=lambda name: [] if name == "/" else name.split("/")):
+        digest.update(name.encode())
+        for key in sorted(entries[name].attributes):
+            digest.update(f"{key}={entries[name].attributes[key]}".encode())
+        value = entries[name].value
+        if value is not None:
+            digest.update(value.encode() if isinstance(value, str) else np.ascontiguousarray(value).tobytes())
+    return digest.hexdigest()
+
 
 DAMAGE = (OSError, KeyError, ValueError, TypeError, RuntimeError)
 """What h5py raises for a file that is cut short or scrambled."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from data.errors import UserError
-from data.units import from_si
+from birdstrike.data.errors import UserError
+from birdstrike.data.units import from_si
 
 COHERENT = {
     "": "",

@@ -11,7 +11,7 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING
 
-from data.errors import UnitError
+from birdstrike.data.errors import UnitError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry

@@ -10,8 +10,8 @@ import typer
 from sphinx.application import Sphinx
 
 from birdstrike.cli.app import app
-from data.unit_systems import SYSTEMS
-from solver.case_sections import quantities
+from birdstrike.data.unit_systems import SYSTEMS
+from birdstrike.solver.case.sections import quantities
 
 TITLED = re.compile(r'^```([a-z]+) title="([^"]+)"\n', re.MULTILINE)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from doe.attempt import Simulate
-from solver.case import Case
+from birdstrike.doe.campaign.attempt import Simulate
+from birdstrike.solver.case.case import Case
 
 STEP_FACTORS = (1.0, 0.5)
 """A strike that fails is tried once more with half the time step."""
@@ -25,11 +25,11 @@ def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
     Raises CaseError for an external solver whose template does not fit the case.
     """
     if case.solver.name == "external":
-        from doe.external import external_solver
+        from birdstrike.doe.external.external import external_solver
 
         return external_solver(case)
     if embedded is None:
-        from solver.simulate import simulate as embedded  # late: it brings the compiled kernels
-    from solver.version import SOLVER_VERSION
+        from birdstrike.solver.simulate import simulate as embedded  # late: it brings the compiled kernels
+    from birdstrike.solver.version import SOLVER_VERSION
 
     return Solver(embedded, SOLVER_VERSION)

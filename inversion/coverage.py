@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import truncnorm
 
-from data.histories import Array
-from inversion.calibration import Calibrator
-from inversion.coordinates import Box
-from inversion.forward import Forward
-from inversion.identifiability import NEWS
-from inversion.information import bound
-from inversion.nuisances import stacked
-from inversion.observations import Observations
-from inversion.posterior import sample
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.estimation.nuisances import stacked
+from birdstrike.inversion.estimation.posterior import sample
+from birdstrike.inversion.forward import Forward
+from birdstrike.inversion.identifiability.identifiability import NEWS
+from birdstrike.inversion.identifiability.information import bound
+from birdstrike.inversion.observations.observations import Observations
 
 
 @dataclass(frozen=True)

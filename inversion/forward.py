@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from data.errors import RunFailed
-from data.histories import Histories
-from data.store import RunStore
-from doe.attempt import attempt
-from doe.solvers import solver_for
-from doe.strike import Failed, Finished, Strike, consult, record
-from solver.case import Case
-from solver.simulate import simulate
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.attempt import attempt
+from birdstrike.doe.campaign.run import Failed, Finished, Strike, consult, record
+from birdstrike.doe.solvers import solver_for
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.simulate import simulate
 
 Forward = Callable[[Mapping[str, float]], Histories]
 """forward({dotted case key: SI value}) -> Histories; may raise RunFailed."""

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from data.files import write_atomically
-from inversion.cloud import Cloud
-from inversion.design_gate import DesignFigures
-from inversion.directions import Direction
-from inversion.residual_correlation import ResidualCorrelation
-from inversion.time_origin import TimeOrigin
+from birdstrike.data.files import write_atomically
+from birdstrike.inversion.estimation.residual_correlation import ResidualCorrelation
+from birdstrike.inversion.identifiability.design_gate import DesignFigures
+from birdstrike.inversion.identifiability.directions import Direction
+from birdstrike.inversion.observations.prior_predictive import Cloud
+from birdstrike.inversion.observations.time_origin import TimeOrigin
 
 SCHEMA_VERSION = 1
 

@@ -7,32 +7,32 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.errors import RunFailed, UserError
-from data.histories import Array, Histories
-from inversion import cloud as clouds
-from inversion.calibration import Calibrator
-from inversion.clock_drift import clock_drift
-from inversion.coordinates import carried_coordinates, parameter_coordinates
-from inversion.curve_model import CurveModel
-from inversion.design_gate import design_figures, refuse_deficient
-from inversion.figures import emulator_figures, emulator_warnings, measured_figures, training_figures
-from inversion.forward import Forward, watched
-from inversion.inversion import Answer, Inversion
-from inversion.misfit import whitened
-from inversion.network_inversion import network_answer
-from inversion.nuisances import Columns, stacked
-from inversion.observations import Observations, observe
-from inversion.posterior import Posterior, Sampling, sample
-from inversion.posterior_figures import identifiability_figures, posterior_figures
-from inversion.proposal import Ground, Proposal, by_emulator, by_network, too_coarse
-from inversion.residual_correlation import ResidualCorrelation
-from inversion.time_origin import TimeOrigin, time_origin
-from inversion.verification import Verification, channel_scores, overall, verify
-from surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
-from surrogate.holdout import input_times
-from surrogate.inverse_network import HIDDEN, NetworkFit, fit_network
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.clock_drift import clock_drift
+from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.network_inversion import network_answer
+from birdstrike.inversion.estimation.nuisances import Columns, stacked
+from birdstrike.inversion.estimation.posterior import Posterior, Sampling, sample
+from birdstrike.inversion.estimation.proposal import Ground, Proposal, by_emulator, by_network, too_coarse
+from birdstrike.inversion.estimation.residual_correlation import ResidualCorrelation
+from birdstrike.inversion.estimation.verification import Verification, channel_scores, overall, verify
+from birdstrike.inversion.forward import Forward, watched
+from birdstrike.inversion.identifiability.design_gate import design_figures, refuse_deficient
+from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
+from birdstrike.inversion.ingredients import emulator_figures, emulator_warnings, measured_figures, training_figures
+from birdstrike.inversion.inversion import Answer, Inversion
+from birdstrike.inversion.misfit import whitened
+from birdstrike.inversion.observations import prior_predictive as clouds
+from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.time_origin import TimeOrigin, time_origin
+from birdstrike.surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
+from birdstrike.surrogate.holdout import input_times
+from birdstrike.surrogate.inverse_network import HIDDEN, NetworkFit, fit_network
 
 Progress = Callable[[float], None]
 

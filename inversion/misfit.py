@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 
 def rmse(model: Array, measured: Array) -> float:

@@ -10,31 +10,36 @@ from typing import Any
 
 import numpy as np
 
-from data.curves import Measured, read_histories, read_measured, write_histories
-from data.dataset import Dataset
-from data.errors import UserError
-from data.histories import Array, Histories
-from data.paths import resolve_measured
-from data.store import RunStore
-from doe.campaign import load_dataset
-from inversion.calibration import Mode
-from inversion.figures import TRAINING_FILE
-from inversion.filters import FilteredForward, filtered_dataset, filtered_record
-from inversion.forward import Forward, StoredSolver
-from inversion.inversion import Inversion
-from inversion.invert import Options, Outcome, invert
-from inversion.nuisances import case_nuisances, discrepancy_columns, mesh_columns, nuisance_columns
-from inversion.observations import Observations
-from inversion.posterior import Sampling
-from inversion.posterior_figures import DRAWS_FILE, write_draws
-from inversion.refinement import refine
-from inversion.shots import Joint, Shot, joined, with_scatter
-from inversion.verification import write_verification
-from inversion.words import quantity
-from solver.case import Case, case_hash, load_case
-from solver.case_settings import NUISANCE
-from surrogate.files import save_emulator, save_network
-from surrogate.inverse_network import HIDDEN
+from birdstrike.data.curves import Measured, read_histories, read_measured, write_histories
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.paths import resolve_measured
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.nuisances import (
+    case_nuisances,
+    discrepancy_columns,
+    mesh_columns,
+    nuisance_columns,
+)
+from birdstrike.inversion.estimation.posterior import Sampling
+from birdstrike.inversion.estimation.refinement import refine
+from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
+from birdstrike.inversion.estimation.verification import write_verification
+from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.forward import Forward, StoredSolver
+from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
+from birdstrike.inversion.ingredients import TRAINING_FILE
+from birdstrike.inversion.inversion import Inversion
+from birdstrike.inversion.invert import Options, Outcome, invert
+from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.settings import NUISANCE
+from birdstrike.surrogate.files import save_emulator, save_network
+from birdstrike.surrogate.inverse_network import HIDDEN
 
 Progress = Callable[[float], None]
 One = str | Path

@@ -10,8 +10,8 @@ from typing import Literal
 
 from matplotlib.figure import Figure
 
-from reports.figures.style import inline_svg, pixels, png
-from reports.figures.switches import mark_legends, readings, switches_in, with_switches
+from birdstrike.reports.figures.style import inline_svg, pixels, png
+from birdstrike.reports.figures.switches import mark_legends, readings, switches_in, with_switches
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """docs/cases.md: every key of a case with unit, range, default and meaning, from the models that read a case.
 
-`python -m reports.case_keys` writes it.
+`python -m birdstrike.reports.case_keys` writes it.
 """
 
 from __future__ import annotations
@@ -11,29 +11,175 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
-from reports import case_meanings as say
-from solver.case import Case, load_case
-from solver.case_bird import Bird
-from solver.case_choice import sections_of
-from solver.case_effects import SHOWN, shown
-from solver.case_eos import LAWS
-from solver.case_external import FORMATS, External, Text, UnitText
-from solver.case_fields import Between, Count, Later, OneOf, Section, Switch, WordOr
-from solver.case_material import MATERIALS
-from solver.case_plate import EdgeSprings, Plate, PlateMaterial
-from solver.case_sections import Impact, Time, is_list
-from solver.case_sensors import DRIFT, NOISE, Instrument, Sensor
-from solver.case_settings import NUISANCE, SolverSettings
-from solver.effects import effects
+from birdstrike.reports import case_keys as say
+from birdstrike.solver.case.bird import Bird
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.choice import sections_of
+from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.solver.case.eos import LAWS
+from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
+from birdstrike.solver.case.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
+from birdstrike.solver.case.materials import MATERIALS
+from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
+from birdstrike.solver.case.sections import Impact, Time, is_list
+from birdstrike.solver.case.sensors import DRIFT, NOISE, Instrument, Sensor
+from birdstrike.solver.case.settings import NUISANCE, SolverSettings
+from birdstrike.solver.effects.registry import effects
+
+PLATE = {
+    "plate.length": "Size along the plane of the velocity; of a curved panel, along its arc.",
+    "plate.width": "Size across it.",
+    "plate.thickness": "Of the shell; of a rigid plate only the height of its surface.",
+    "plate.elements": "Shells along length and width.",
+    "plate.edges": "How the frame holds the rim: a word, or a table of springs.",
+    "plate.edges.rotational": "Spring against rotation, per length of edge; absent: held rigidly, 0: free.",
+    "plate.edges.in_plane": "Spring along the surface, per length of edge; absent: held rigidly, 0: free.",
+    "plate.edges.transverse": "Spring across the surface, per length of edge; absent: held rigidly, 0: free.",
+    "plate.damping": "Rate at which a free vibration's amplitude decays.",
+    "plate.preload": "Initial tension along length and width.",
+    "plate.radius": "Of a panel curved about the width's direction, convex to the bird; absent: flat.",
+    "plate.rigid": "The plate neither moves nor strains; its material may then be left out.",
+    "plate.material.young": "Young's modulus.",
+    "plate.material.poisson": "Poisson's ratio.",
+    "plate.material.density": "Density.",
+    "plate.material.yield_stress": "Initial yield stress.",
+    "plate.material.tangent_modulus": "Slope of the stress-strain curve beyond yield; below Young's modulus.",
+    "plate.material.beta": "Hardening: 0 kinematic .. 1 isotropic.",
+    "plate.material.rate_c": "Cowper-Symonds C of 1 + (rate/C)^(1/P); 0 is off.",
+    "plate.material.rate_p": "Cowper-Symonds P.",
+    "plate.material.failure_strain": "Plastic strain at which a layer fails; a shell goes with its last layer.",
+}
+BIRD = {
+    "bird.shape": "Ideal shape, its axis along the velocity.",
+    "bird.diameter": "Largest diameter; follows from the mass where slenderness or statistics stand instead.",
+    "bird.length": "Overall length from nose to tail, hemispheres included; a sphere's is its diameter.",
+    "bird.mass": "Mass; with diameter and length it gives the density, so that density must be left out.",
+    "bird.density": "Reference density of the material; a porous law gives it where none stands.",
+    "bird.slenderness": "Length over diameter; with mass and density it gives the size.",
+    "bird.statistics": "Density and diameter of real birds of this mass.",
+    "bird.method": "Particles (SPH), or Lagrangian one-point hexahedra.",
+    "bird.particles": "Number of particles or elements wanted; the nearest that fits is taken.",
+    "bird.lattice": "Arrangement of the particles (SPH only).",
+    "bird.jitter": "Random shift of each particle, share of the spacing (SPH only).",
+    "bird.seed": "Of the jitter (SPH only).",
+}
+NULL = {
+    "pressure_cutoff": "Lowest pressure that the material carries.",
+    "viscosity": "Dynamic viscosity MU.",
+    "tension_erosion": "V/V0 above which a particle erodes; acts above 1, else inactive.",
+    "compression_erosion": "V/V0 below which a particle erodes; acts between 0 and 1, else inactive.",
+}
+STRENGTH = {
+    "young": "Young's modulus.",
+    "poisson": "Poisson's ratio.",
+    "shear_modulus": "Shear modulus.",
+    "yield_stress": "Initial yield stress.",
+    "tangent_modulus": "Slope of the stress-strain curve beyond yield; below Young's modulus.",
+    "hardening_modulus": "Plastic hardening modulus EH, stress over plastic strain.",
+    "beta": "Hardening: 0 kinematic .. 1 isotropic.",
+    "rate_c": "Cowper-Symonds C of 1 + (rate/C)^(1/P); 0 is off.",
+    "rate_p": "Cowper-Symonds P.",
+    "failure_strain": "Equivalent plastic strain, summed along its path, at which a particle erodes.",
+}
+LAW = {
+    "grueneisen.C": "Shock velocity u_s = C + S1 u + ...: sound speed at rest.",
+    "grueneisen.S1": "Linear slope of the shock line.",
+    "grueneisen.S2": "Second coefficient.",
+    "grueneisen.S3": "Third coefficient.",
+    "grueneisen.g0": "Grueneisen gamma.",
+    "grueneisen.a": "First-order volume correction to it.",
+    "C0": "Pressure at rest; other than 0 it bursts or shrinks the bird in flight.",
+    "C1": "Bulk modulus, of mu = rho/rho0 - 1.",
+    "C2": "Of mu^2, in compression alone.",
+    "C3": "Of mu^3.",
+    "C4": "Of the energy per volume E.",
+    "C5": "Of mu E.",
+    "C6": "Of mu^2 E, in compression alone.",
+    "E0": "Energy per reference volume at rest; where it gives a pressure, the bird bursts in flight.",
+    "p0": "Pressure at rest; other than 0 it bursts or shrinks the bird in flight.",
+    "B": "p = p0 + B[(rho/rho0)^g - 1].",
+    "g": "Its exponent.",
+    "c0": "Sound speed of the shock line u_s = c0 + k u; of the water in a porous law.",
+    "k": "Slope of that line.",
+    "z": "Share of air in the volume.",
+    "mixing": "wood: one pressure in both; linear: a mean sound speed, as published but not physical.",
+    "water_density": "Of the water without air.",
+    "rho": "Densities of the table, rising; or mu.",
+    "mu": "rho/rho0 - 1 of the table, rising; or rho.",
+    "p": "Pressures of the table, rising; `file` may name a CSV of rho or mu and p instead, relative to the case file.",
+}
+STRIKE = {
+    "impact.speed": "Of the bird.",
+    "impact.angle": "Between its velocity and the plate's surface; 90 deg is normal.",
+    "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
+    "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
+    "impact.offset": "From the plate's centre to the point of aim, along length and width.",
+    "impact.friction": "Coulomb coefficient between bird and plate.",
+    "time.end": "End of the run.",
+    "time.output_interval": "Between two outputs of the sensors.",
+    "time.snapshots": "Instants at which the fields are kept.",
+}
+SENSORS = {
+    "sensors.<name>.kind": "What it reads; displacement and forces are positive in the push.",
+    "sensors.<name>.at": "Place from the plate's centre along length and width (displacement, strain, pressure).",
+    "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent: none is known.",
+    "sensors.<name>.direction": "Of a strain gauge, from the length axis towards the width's.",
+    "sensors.<name>.side": "Of a strain gauge.",
+    "sensors.<name>.length": "Of a strain gauge, both ends on the plate; absent: a point.",
+    "sensors.<name>.radius": "Of a pressure gauge; below three particle spacings it is coarse.",
+    "instrument.<sensor>.time_offset": "By how much the record is late.",
+    "instrument.<sensor>.gain": "Factor on the signal.",
+    "instrument.<sensor>.bandwidth": "Of a first-order low-pass (-3 dB); absent: none.",
+    "instrument.<sensor>.drift": "Per second from the record's time 0, in the unit of the sensor's kind.",
+}
+SETTINGS = {
+    "solver.name": 'Ours, or a command of yours: `solver = "external"` with a section `[external]`.',
+    "solver.courant": "Share of the stable step.",
+    "solver.shock_linear": "Linear part of the artificial viscosity, on shocks only; 1 stands for the usual.",
+    "solver.shock_quadratic": "Quadratic part of it; 2 stands for the usual.",
+    "solver.smoothing": "Smoothing length over particle spacing (SPH only).",
+    "solver.threads": "Absent: all cores. They change no bit of a history.",
+    "solver.hourglass": "Control of hexahedra; absent: stiffness for an elastic bird, viscous for others.",
+    "solver.hourglass_coefficient": "Of that control; absent: 0.02 viscous, 0.05 stiffness.",
+    "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
+    'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
+    'inversion.parameters."<key>".scale': "In which its designs spread.",
+    "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
+    "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
+    "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
+    "inversion.nuisance.thickness": "Of the plate's thickness, one standard deviation.",
+    "inversion.nuisance.angle": "Of the impact's angle, one standard deviation.",
+}
+EXTERNAL = {
+    "external.command": "Words of the command; `{input}` stands for the deck's name.",
+    "external.template": "The deck with `{{ placeholders }}`, relative to the case file.",
+    "external.version": "Solver and release; part of every run's name in the store.",
+    "external.sensors": "For every sensor of the case a table, below, that says where the solver writes it.",
+    "external.files": "Other files that the deck needs beside it.",
+    "external.success": "Text without which the output does not count as a normal end.",
+    "external.time_limit": "After which the command is stopped and the run failed.",
+    "external.keep": "Which runs' folders stay.",
+    "external.scratch": "Where the folders are made; absent: the system's temporary folder.",
+    "external.sensors.<name>.format": "Of the file in which the sensor stands.",
+    "external.sensors.<name>.file": "Its name in the run's folder.",
+    "external.sensors.<name>.unit": "Of its values there.",
+    "external.sensors.<name>.time_unit": "Of its times there.",
+    "external.sensors.<name>.factor": "On its values, such as -1 for the sign.",
+    "external.sensors.<name>.column": "Its column: a name of a CSV's header, or a number, the time's being 1.",
+    "external.sensors.<name>.time": "Name of the time's column; absent: the first.",
+    "external.sensors.<name>.node": "Number of the node.",
+    "external.sensors.<name>.component": "As the header of nodout names it, such as z-disp.",
+}
+
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "cases.md"
 INTRODUCTION = """# The keys of a case
 
-Made by `python -m reports.case_keys` from the models that read a case; do not edit it by hand. A case is a TOML file.
-A quantity is text with its unit (`"10 mm"`), a dimensionless one a bare number; any unit of the same dimension will
-do. Keys that are not listed here are errors. `extends = "reference_strike"` starts from a shipped case, or from a file
-beside this one. A key that would do nothing in a case (`bird.lattice` with hexahedra, `plate.damping` of a rigid
-plate) is refused where the case itself gives it, and void where it is inherited.
+Made by `python -m birdstrike.reports.case_keys` from the models that read a case; do not edit it by hand. A case is a
+TOML file. A quantity is text with its unit (`"10 mm"`), a dimensionless one a bare number; any unit of the same
+dimension will do. Keys that are not listed here are errors. `extends = "reference_strike"` starts from a shipped case,
+or from a file beside this one. A key that would do nothing in a case (`bird.lattice` with hexahedra, `plate.damping` of
+a rigid plate) is refused where the case itself gives it, and void where it is inherited.
 """
 HEAD = "| key | unit | range | default | meaning |\n|---|---|---|---|---|"
 

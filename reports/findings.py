@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from reports.record import cloud, origin, peak, residual, short_name
-from reports.results import Books, Results
+from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
+from birdstrike.reports.record import cloud, origin, peak, residual, short_name
+from birdstrike.reports.results import Books, Results
 
 
 def findings(results: Results) -> tuple[str, str, str, str, str]:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from data.curves import Measured
-from data.histories import Array
-from inversion.cloud import ENVELOPE_SIGMAS
-from reports.results import Results
+from birdstrike.data.curves import Measured
+from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
+from birdstrike.reports.results import Results
 
 _MADE_BY = re.compile(r"SIMULATED\s*(?:\(\s*(?:by\s+)?|(?:by|with)\s+)([^(),;:]+)")
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.histories import Array, Histories
-from inversion.inversion import Answer, Inversion
-from reports.models import Model, inverted_alone
-from solver.case import Case
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.inversion import Answer, Inversion
+from birdstrike.reports.comparison.models import Model, inverted_alone
+from birdstrike.solver.case.case import Case
 
 Books = Mapping[str, Any]
 """A run's `summary.json`."""

@@ -1,6 +1,6 @@
 """The same strike with an SPH and a Lagrangian bird: their figures side by side, and docs/sph_and_lagrangian.png.
 
-python -m reports.sph_and_lagrangian [--case reference_strike] [--out docs/sph_and_lagrangian.png]
+python -m birdstrike.reports.sph_and_lagrangian [--case reference_strike] [--out docs/sph_and_lagrangian.png]
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from data.histories import Histories
-from reports.figures.bird_surfaces import bird_surfaces_figure
-from reports.figures.quantities import quantity
-from reports.figures.style import png
-from solver.case import Case, load_case
-from solver.simulate import simulate
+from birdstrike.data.histories import Histories
+from birdstrike.reports.figures.bird_surfaces import bird_surfaces_figure
+from birdstrike.reports.figures.quantities import quantity
+from birdstrike.reports.figures.style import png
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.simulate import simulate
 
 METHODS = {"SPH": "sph", "Lagrangian hexahedra": "hexahedra"}
 INSTANTS = "['0.5 ms', '1 ms', '1.5 ms', '2 ms']"

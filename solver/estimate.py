@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from solver.case import Case
-from solver.case_plate import Plate as PlateOfCase
-from solver.plate import Plate
-from solver.plate_edges import NAMED
-from solver.plate_modes import natural_frequencies
-from solver.rigid_plate import Target
-from solver.strike import Strike
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.plate import Plate as PlateOfCase
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.plate.boundary import NAMED
+from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.plate.rigid import Target
+from birdstrike.solver.plate.shell import Plate
 
 # Measured on one core with everything compiled: 4500 particles, 2000 shells; per step of each. [s]
 PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.35e-6

@@ -15,7 +15,7 @@ def digest_sources() -> str:
     """
     digest = hashlib.sha256()
     for path in sorted(HERE.rglob("*.py"), key=lambda p: p.relative_to(HERE).as_posix()):
-        if path.name.startswith("case"):
+        if path.parent.name == "case":
             continue
         digest.update(path.relative_to(HERE).as_posix().encode())
         digest.update(path.read_bytes().replace(b"\r\n", b"\n"))

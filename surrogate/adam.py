@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from data.histories import Array
-from surrogate.network import Shape
-from surrogate.torch_threads import one_torch_thread
-from surrogate.training import Samples, Training
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.network import Shape
+from birdstrike.surrogate.torch_threads import one_torch_thread
+from birdstrike.surrogate.training import Samples, Training
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from data.histories import Array
-from surrogate.network import Shape, jacobian
-from surrogate.training import Samples, Training
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.network import Shape, jacobian
+from birdstrike.surrogate.training import Samples, Training
 
 STEADY = 1e-5  # relative change of F and of gamma below which nothing more is learnt
 STEADY_FOR = 20  # epochs

@@ -10,13 +10,13 @@ from sklearn.decomposition import PCA
 from sklearn.gaussian_process.kernels import Kernel
 from threadpoolctl import threadpool_limits
 
-from data.dataset import Dataset
-from data.errors import UserError
-from data.histories import Array
-from surrogate.features import Region, covered, features, regions
-from surrogate.gaussian_process import GaussianProcess
-from surrogate.scaling import Scaling
-from surrogate.validation import Validation, q2, rmse
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.features import Region, covered, features, regions
+from birdstrike.surrogate.gaussian_process import GaussianProcess
+from birdstrike.surrogate.scaling import Scaling
+from birdstrike.surrogate.validation import Validation, q2, rmse
 
 VARIANCE_KEPT = 0.9999
 WORTH_PREDICTING = 0.3  # leave-one-out Q2; a process can be fitted to a few dozen draws of noise with less

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from data.histories import Array
-from surrogate.levenberg_marquardt import Settings
-from surrogate.network import Shape, nguyen_widrow
-from surrogate.torch_threads import one_torch_thread
-from surrogate.training import Samples, Training
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.network import Shape, nguyen_widrow
+from birdstrike.surrogate.torch_threads import one_torch_thread
+from birdstrike.surrogate.training import Samples, Training
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 LIMIT = 1.0
 

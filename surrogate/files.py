@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from data.dataset import Dataset
-from data.files import whole_file
-from surrogate.emulator import CurveEmulator, Emulator
-from surrogate.features import Region
-from surrogate.gaussian_process import kernel_of
-from surrogate.inverse_network import InverseNetwork
-from surrogate.network import Shape
-from surrogate.scaling import Scaling
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.files import whole_file
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator
+from birdstrike.surrogate.features import Region
+from birdstrike.surrogate.gaussian_process import kernel_of
+from birdstrike.surrogate.inverse_network import InverseNetwork
+from birdstrike.surrogate.network import Shape
+from birdstrike.surrogate.scaling import Scaling
 
 
 def _save(path: Path, **arrays: Any) -> None:

@@ -15,8 +15,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 from threadpoolctl import threadpool_limits
 
-from data.histories import Array
-from surrogate.validation import leave_one_out, q2
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.validation import leave_one_out, q2
 
 RESTARTS = 2
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.histories import Array
-from surrogate.ensemble import starts, train
-from surrogate.levenberg_marquardt import Settings
-from surrogate.network import Shape, forward
-from surrogate.training import Samples
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.ensemble import starts, train
+from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.network import Shape, forward
+from birdstrike.surrogate.training import Samples
 
 SIZES = tuple(range(7, 15))  # those that the authors of the bird-strike network tried
 FOLDS = 4

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from data.dataset import Dataset
-from data.histories import Array
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
 
 MOST_TIMES = 12  # the bird-strike network reads 12 displacements
 FIRST_MOTION = 0.01  # of the campaign's largest value in that channel

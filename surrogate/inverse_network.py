@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data.dataset import Dataset
-from data.errors import UserError
-from data.histories import Array
-from surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
-from surrogate.holdout import held_out
-from surrogate.network import Shape, forward, nguyen_widrow
-from surrogate.scaling import Scaling
-from surrogate.training import Samples, Training
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from birdstrike.surrogate.holdout import held_out
+from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
+from birdstrike.surrogate.scaling import Scaling
+from birdstrike.surrogate.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value

@@ -15,9 +15,9 @@ import numpy as np
 from scipy.linalg import get_lapack_funcs
 from threadpoolctl import threadpool_limits
 
-from data.histories import Array
-from surrogate.network import Shape, jacobian
-from surrogate.training import Samples, Training
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.network import Shape, jacobian
+from birdstrike.surrogate.training import Samples, Training
 
 _posv: Any = get_lapack_funcs("posv", dtype=np.float64)  # Cholesky and solve in one call, without cho_factor's checks
 

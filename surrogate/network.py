@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 # tanh is close to straight for |net input| < 2 and flat outside; the start spreads each neuron over that stretch.
 ACTIVE_NET_INPUT = 2.0

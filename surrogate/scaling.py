@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)

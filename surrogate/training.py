@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from data.files import write_atomically
-from data.histories import Array
-from surrogate.network import Shape, forward
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.network import Shape, forward
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)

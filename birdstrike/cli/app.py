@@ -12,7 +12,7 @@ from typing import Annotated, cast
 import typer
 
 from birdstrike.cli.frame import print_json
-from data.errors import UserError
+from birdstrike.data.errors import UserError
 
 COMMANDS = (
     "new",

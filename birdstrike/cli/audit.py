@@ -35,12 +35,11 @@ def command(
 
     Example: birdstrike audit --out audit --channels 1
     """
-    from data.files import write_atomically
-    from data.paths import MEASURED
-    from inversion.audit.audit import audit
-    from inversion.diagnosis.diagnose import Wishes
-    from reports.audit import write_audit_page
-    from reports.audit_markdown import audit_markdown
+    from birdstrike.data.files import write_atomically
+    from birdstrike.data.paths import MEASURED
+    from birdstrike.inversion.audit.audit import audit
+    from birdstrike.inversion.diagnosis.diagnose import Wishes
+    from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 
     wishes = Wishes(alpha, seed, workers, counter=campaign_bar, say=say)
     folder = MEASURED / "virtual" if experiments is None else experiments

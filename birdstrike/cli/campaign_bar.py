@@ -13,7 +13,7 @@ from rich.progress import Progress as Bar
 from birdstrike.cli.frame import PLAIN_EVERY_S, errors
 
 if TYPE_CHECKING:
-    from doe.runner import Progress
+    from birdstrike.doe.campaign.runner import Progress
 
 
 @contextmanager

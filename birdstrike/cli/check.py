@@ -8,11 +8,48 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.check_campaign import check_campaign
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
 
 if TYPE_CHECKING:
-    from solver.case import Case
+    from birdstrike.solver.case.case import Case
+
+SHOWN = 5
+
+
+def check_campaign(path: Path) -> dict[str, Any]:
+    """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
+    from birdstrike.doe.campaign.inventory import inventory
+
+    with progress_bar("reading the runs") as progress:
+        found = inventory(path, progress)
+    planned = len(found.finished) + len(found.failed) + len(found.due)
+    counts = f"{len(found.finished)} finished, {len(found.failed)} failed, {len(found.due)} to be run"
+    say(f"{path}: a campaign of {planned} strikes ({found.state}); with solver version {found.version}: {counts}.")
+    for number, reason in found.failed.items():
+        say(f"run {number} failed: {reason}")
+    for version, names in found.other_versions.items():
+        say(f"{len(names)} results of solver version {version} are kept and not used: {_some(names)}")
+    if found.elsewhere:
+        say(f"{len(found.elsewhere)} results belong to another case or design: {_some(found.elsewhere)}")
+    if found.damaged:
+        say(f"{len(found.damaged)} files are damaged and not used, their runs will be repeated: {_some(found.damaged)}")
+    return {
+        "state": found.state,
+        "solver_version": found.version,
+        "finished": found.finished,
+        "failed": {str(number): reason for number, reason in found.failed.items()},
+        "due": found.due,
+        "other_versions": found.other_versions,
+        "elsewhere": found.elsewhere,
+        "damaged": found.damaged,
+    }
+
+
+def _some(names: list[str]) -> str:
+    """The first few of them."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more
+
 
 FACTS = {
     "mass": ("bird's mass", "kg"),
@@ -35,8 +72,8 @@ def check(case: str | Path | Case) -> dict[str, Any]:
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
     inactive (erosion limits that erode nothing) and case_hash.
     """
-    from solver.case import case_hash, load_case
-    from solver.simulate import estimate
+    from birdstrike.solver.case.case import case_hash, load_case
+    from birdstrike.solver.simulate import estimate
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
@@ -57,8 +94,8 @@ def command(
     """
     if Path(case).is_dir():
         return check_campaign(Path(case))
-    from solver.case import load_case
-    from solver.case_effects import stated
+    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.effects import stated
 
     loaded = load_case(case, overrides(settings))
     for line in stated(loaded):
@@ -76,10 +113,10 @@ def command(
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
-    from doe.deck import uncarried
-    from doe.solvers import solver_for
-    from solver.case import case_hash
-    from solver.effects import effects
+    from birdstrike.doe.external.deck import uncarried
+    from birdstrike.doe.solvers import solver_for
+    from birdstrike.solver.case.case import case_hash
+    from birdstrike.solver.effects.registry import effects
 
     solver = solver_for(case)
     names = ", ".join(parameter.name for parameter in case.parameters())
@@ -110,7 +147,7 @@ def pieces(case: Case) -> str:
 
 def shown(value: float, unit: str) -> str:
     """A fact as engineers read it: shown(1e-3, "s") is "1 ms"."""
-    from data.units import display
+    from birdstrike.data.units import display
 
     if unit == "wall":
         return f"about {value:.1f} s on one core, once compiled"
@@ -120,7 +157,7 @@ def shown(value: float, unit: str) -> str:
 
 def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     """What the user should know of a valid case."""
-    from solver.case_remarks import remarks as remarks_on
+    from birdstrike.solver.case.remarks import remarks as remarks_on
 
     acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
     material = case.bird.material

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say
-from data.errors import RunFailed
+from birdstrike.data.errors import RunFailed
 
 
 class Trainer(StrEnum):
@@ -42,7 +42,7 @@ def command(
     Example: birdstrike close-the-loop demo --measured table7_group5 --out loop
     """
     from birdstrike.loop import close_the_loop
-    from solver.case import load_case
+    from birdstrike.solver.case.case import load_case
 
     closed = close_the_loop(
         load_case(case, overrides(settings)),

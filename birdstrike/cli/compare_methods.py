@@ -12,8 +12,8 @@ import typer
 from birdstrike.cli.frame import Json, framed, progress_bar, say
 
 if TYPE_CHECKING:
-    from inversion.coverage import Coverage
-    from inversion.side_by_side import Bench, Row
+    from birdstrike.inversion.coverage import Coverage
+    from birdstrike.inversion.method_comparison import Bench, Row
 
 CASE = "synthetic_strike"
 
@@ -54,7 +54,7 @@ def compare_methods(
 
     The truth is the case's own values; raises UserError for a campaign of another case.
     """
-    from inversion.side_by_side import side_by_side
+    from birdstrike.inversion.method_comparison import side_by_side
 
     doe, out = Path(doe), Path(out)
     bench, channels = _bench(doe, out, case)
@@ -73,7 +73,7 @@ def compare_methods(
 
 def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> None:
     """What is known so far: an interrupted comparison keeps it."""
-    from data.files import write_atomically, write_json
+    from birdstrike.data.files import write_atomically, write_json
 
     content = {
         "campaign_runs": len(bench.dataset.runs),
@@ -87,13 +87,13 @@ def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, lis
 
 def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
-    from data.store import RunStore
-    from doe.campaign import load_dataset
-    from inversion.forward import StoredSolver
-    from inversion.side_by_side import Bench
-    from inversion.train_and_invert import campaign_case
-    from solver.case import load_case
-    from solver.case_sections import at
+    from birdstrike.data.store import RunStore
+    from birdstrike.doe.campaign.campaign import load_dataset
+    from birdstrike.inversion.forward import StoredSolver
+    from birdstrike.inversion.method_comparison import Bench
+    from birdstrike.inversion.train_and_invert import campaign_case
+    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.sections import at
 
     dataset = load_dataset(doe)
     loaded = campaign_case(doe, dataset, load_case(case))
@@ -105,11 +105,11 @@ def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
 
 def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> Iterator[tuple[str, Coverage]]:
     """Coverage under two conditions: the paper's 12 points with much noise, and a good record of three channels."""
-    from inversion.calibration import Calibrator
-    from inversion.coordinates import parameter_coordinates
-    from inversion.coverage import coverage
-    from inversion.curve_model import CurveModel
-    from inversion.side_by_side import Condition
+    from birdstrike.inversion.coverage import coverage
+    from birdstrike.inversion.estimation.calibration import Calibrator
+    from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+    from birdstrike.inversion.estimation.curve_model import CurveModel
+    from birdstrike.inversion.method_comparison import Condition
 
     for condition in (Condition(0.05e-3, 12, channels[:1]), Condition(0.02e-3, 200, channels)):
         emulator = bench.emulators[condition.channels]

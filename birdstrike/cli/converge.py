@@ -13,13 +13,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
-from data.errors import UserError
+from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
-    from doe.attempt import Simulate
-    from inversion.convergence import MeshConvergence
-    from inversion.meshes import Mesh
-    from solver.case import Case
+    from birdstrike.doe.campaign.attempt import Simulate
+    from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
+    from birdstrike.inversion.mesh_convergence.meshes import Mesh
+    from birdstrike.solver.case.case import Case
 
 RATIO, MESHES = 1.3, 3
 
@@ -43,10 +43,10 @@ def converge(
     after an error or Ctrl-C the same call resumes. Raises UserError and RunFailed. The workers are started afresh: a
     script that calls this needs `if __name__ == "__main__":`.
     """
-    from data.store import RunStore
-    from inversion.convergence import judge_meshes, run_meshes
-    from inversion.meshes import choose_meshes
-    from solver.case import load_case
+    from birdstrike.data.store import RunStore
+    from birdstrike.inversion.mesh_convergence.convergence import judge_meshes, run_meshes
+    from birdstrike.inversion.mesh_convergence.meshes import choose_meshes
+    from birdstrike.solver.case.case import load_case
 
     at_a_time = checked_workers(workers)
     loaded = load_case(case) if isinstance(case, str | Path) else case
@@ -67,13 +67,13 @@ def checked_workers(workers: int | None) -> int:
 
 
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
-    from data.curves import write_histories
-    from data.files import whole_file, write_json
-    from inversion.convergence_record import as_json, curves_of
-    from reports.figures.convergence import convergence_figure
-    from reports.figures.style import png
-    from solver.case import case_hash
-    from solver.version import SOLVER_VERSION
+    from birdstrike.data.curves import write_histories
+    from birdstrike.data.files import whole_file, write_json
+    from birdstrike.inversion.mesh_convergence.files import as_json, curves_of
+    from birdstrike.reports.figures.convergence import convergence_figure
+    from birdstrike.reports.figures.style import png
+    from birdstrike.solver.case.case import case_hash
+    from birdstrike.solver.version import SOLVER_VERSION
 
     origin = {"case": case.name, "case_hash": case_hash(case), "solver_version": SOLVER_VERSION, "ratio": ratio}
     write_histories(out / "convergence.csv", curves_of(found))
@@ -103,7 +103,7 @@ def command(
 
     Example: birdstrike converge reference_strike --out meshes --ratio 1.3
     """
-    from solver.case import load_case
+    from birdstrike.solver.case.case import load_case
 
     at_a_time = checked_workers(workers)
     loaded = load_case(case, overrides(settings))
@@ -135,8 +135,8 @@ def _announce(meshes: list[Mesh], workers: int) -> None:
 
 
 def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
-    from data.units import display
-    from inversion.convergence_record import as_json, warnings_of
+    from birdstrike.data.units import display
+    from birdstrike.inversion.mesh_convergence.files import as_json, warnings_of
 
     console.print(_table(name, found))
     say("† your mesh; h the bird's particle spacing; GCI of the finest mesh and of yours")
@@ -157,7 +157,7 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
 
 def _table(name: str, found: MeshConvergence) -> Table:
     """Scalar by scalar: on each mesh, order, extrapolated value, uncertainty of the user's mesh."""
-    from data.units import display
+    from birdstrike.data.units import display
 
     table = Table(
         title=f"{name}: mesh convergence, finest mesh first", title_justify="left", box=SIMPLE, pad_edge=False

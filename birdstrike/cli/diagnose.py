@@ -14,7 +14,7 @@ from birdstrike.cli.campaign_bar import campaign_bar
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
 
 if TYPE_CHECKING:
-    from inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
+    from birdstrike.inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
 
 
 @framed
@@ -36,9 +36,9 @@ def command(
 
     Example: birdstrike diagnose demo --measured table7_group5 --out diagnosis
     """
-    from inversion.diagnosis.diagnose import Wishes, diagnose
-    from reports.diagnosis import write_diagnosis_page
-    from solver.case import load_case
+    from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
+    from birdstrike.reports.page.diagnosis import write_diagnosis_page
+    from birdstrike.solver.case.case import load_case
 
     wishes = Wishes(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
     found = diagnose(load_case(case, overrides(settings)), measured, out, doe, heldout, wishes)
@@ -58,8 +58,8 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: warnings, provenance, noise, the verdict in words."""
-    from inversion.diagnosis.words import HEADS
-    from inversion.words import quantity
+    from birdstrike.inversion.diagnosis.words import HEADS
+    from birdstrike.inversion.formatting import quantity
 
     for warning in found.warnings:
         yield f"warning: {warning}"
@@ -91,9 +91,9 @@ def table(found: Diagnosis) -> Table:
 
 
 def _cells(found: Diagnosis, one: EffectFigures) -> tuple[str, ...]:
-    from inversion.diagnosis.words import magnitude_words
-    from solver.case_effects import shown as with_unit
-    from solver.effects import effects
+    from birdstrike.inversion.diagnosis.words import magnitude_words
+    from birdstrike.solver.case.effects import shown as with_unit
+    from birdstrike.solver.effects.registry import effects
 
     mark = "* " if one.name in found.confidence_set else "  "
     least = found.minimum_detectable.get(one.name)
@@ -125,7 +125,7 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
 
 def before_after(found: Diagnosis) -> str:
     """The error in the sensors' units and against the noise, of one strike at each fit; and held out."""
-    from inversion.words import quantity
+    from birdstrike.inversion.formatting import quantity
 
     parts: list[str] = []
     first, last = found.before.error, found.after.error if found.after else None

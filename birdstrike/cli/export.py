@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, console, framed, say
-from data.unit_systems import SYSTEMS, unit_system
+from birdstrike.data.unit_systems import SYSTEMS, unit_system
 
 
 class Target(StrEnum):
@@ -43,9 +43,9 @@ def export(
     source: a case, or the folder of train-and-invert or close-the-loop; units: a name of data.unit_systems. Raises
     UserError, also where ansys-dyna-core (the extra `lsdyna`) is not installed.
     """
-    from data.errors import UserError
-    from reports.exported import read_export
-    from reports.lsdyna import write_lsdyna
+    from birdstrike.data.errors import UserError
+    from birdstrike.reports.export.exported import read_export
+    from birdstrike.reports.export.lsdyna import write_lsdyna
 
     if to not in list(Target):
         raise UserError(f'--to "{to}" is not on offer; available: {", ".join(Target)}')

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from data.errors import RunFailed, UserError
+from birdstrike.data.errors import RunFailed, UserError
 
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -99,7 +99,7 @@ def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", 
 
 def print_json(content: Mapping[str, Any]) -> None:
     """The machine-readable line that --json asks for, the last one on stdout."""
-    from data.files import plain  # late, because --help has no use for numpy
+    from birdstrike.data.files import plain  # late, because --help has no use for numpy
 
     typer.echo(json.dumps(plain({"schema_version": 1, **content}), allow_nan=False))
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, framed, say
-from data.errors import UserError
+from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
-    from data.curves import Measured
+    from birdstrike.data.curves import Measured
 
 
 def import_curve(
@@ -31,8 +31,8 @@ def import_curve(
 
     sensors: name in the case -> column ("" to find it); the others as in data.import_curve.Wanted. Raises UserError.
     """
-    from data.curves import write_measured
-    from data.import_curve import Wanted, import_record
+    from birdstrike.data.curves import write_measured
+    from birdstrike.data.import_curve import Wanted, import_record
 
     wanted = Wanted(sensors, time, units or {}, scales or {}, shift, node, simulated)
     record = import_record(path, wanted)
@@ -103,7 +103,7 @@ def _factor(text: str) -> float:
 
 def _seen(record: Measured, name: str) -> str:
     """A curve in one line, so that a wrong unit or sign is seen at once."""
-    from data.units import display
+    from birdstrike.data.units import display
 
     time, values = record.points(name)
     i = int(abs(values).argmax())

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, framed, say
-from data.errors import UserError
-from data.paths import TEMPLATES
+from birdstrike.data.errors import UserError
+from birdstrike.data.paths import TEMPLATES
 
 
 def new(name: str | Path) -> Path:
     """Write a commented case called `name` (.toml is added) and return its path; raises UserError over an old file."""
-    from data.files import write_atomically
+    from birdstrike.data.files import write_atomically
 
     path = Path(name)
     if not path.name.strip("."):

@@ -12,14 +12,14 @@ from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
-from data.errors import RunFailed
+from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
-    from data.dataset import Dataset
-    from doe.campaign import Progress
-    from doe.designs import Design
-    from doe.quality import Quality
-    from solver.case import Case
+    from birdstrike.data.dataset import Dataset
+    from birdstrike.doe.campaign.campaign import Progress
+    from birdstrike.doe.designs.quality import Quality
+    from birdstrike.doe.designs.registry import Design
+    from birdstrike.solver.case.case import Case
 
 RUNS = 25
 
@@ -43,10 +43,10 @@ def run_doe(
     `out` has are added to it. scheduler: address of a Dask scheduler. The workers are started afresh: a script that
     calls this needs `if __name__ == "__main__":`.
     """
-    from doe.campaign import run_campaign
-    from doe.planned import planned_design
-    from doe.space import ParameterSpace
-    from solver.case import load_case
+    from birdstrike.doe.campaign.campaign import run_campaign
+    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.designs.space import ParameterSpace
+    from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     planned = planned_design(design, ParameterSpace.of_case(loaded), runs, seed, out)
@@ -106,8 +106,8 @@ def command(
 
     Then, 15 more: birdstrike run-doe reference_strike --out campaign --runs 40
     """
-    from doe.campaign import run_campaign
-    from solver.case import load_case
+    from birdstrike.doe.campaign.campaign import run_campaign
+    from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case, overrides(settings))
     planned = _plan(loaded, design, runs, seed, out)
@@ -129,8 +129,8 @@ def command(
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
-    from doe.planned import planned_design
-    from doe.space import ParameterSpace
+    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.designs.space import ParameterSpace
 
     with progress_bar("design") as progress:
         return planned_design(design, ParameterSpace.of_case(case), runs, seed, out, progress)
@@ -140,9 +140,9 @@ def draw_projections(design: Design, path: Path) -> None:
     """The runs seen two parameters at a time; nothing for a single parameter."""
     if len(design.names) < 2:
         return
-    from data.files import whole_file
-    from reports.figures.design import design_figure
-    from reports.figures.quantities import symbol
+    from birdstrike.data.files import whole_file
+    from birdstrike.reports.figures.design import design_figure
+    from birdstrike.reports.figures.quantities import symbol
 
     box, nobody = (design.space.lows, design.space.highs), design.numbers < 0
     figure = design_figure([symbol(name) for name in design.names], design.units, design.values, *box, nobody, {})
@@ -177,7 +177,7 @@ def _among_random(value: float | None, percentile: float | None) -> str:
 
 def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
     """The last lines; RunFailed when strikes had to be left out, after everything has been written."""
-    from doe.folder import read_json
+    from birdstrike.doe.campaign.folder import read_json
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])

@@ -13,11 +13,11 @@ from rich.table import Table
 
 from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
-from data.errors import UserError
+from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
-    from data.histories import Histories
-    from solver.case import Case
+    from birdstrike.data.histories import Histories
+    from birdstrike.solver.case.case import Case
 
 
 def simulate(
@@ -28,8 +28,8 @@ def simulate(
     progress: Callable[[float], None] | None = None,
 ) -> Histories:
     """Run one strike of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
-    from doe.solvers import solver_for
-    from solver.case import load_case
+    from birdstrike.doe.solvers import solver_for
+    from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     return solver_for(loaded).simulate(loaded, step_factor=step_factor, threads=threads, progress=progress)
@@ -51,9 +51,9 @@ def command(
 
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
-    from solver.case import load_case
-    from solver.case_effects import stated
-    from solver.instrument import refuse_noiseless
+    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.effects import stated
+    from birdstrike.solver.sensors.instrument import refuse_noiseless
 
     loaded = load_case(case, overrides(settings))
     if fields and not loaded.time.snapshots:
@@ -78,7 +78,7 @@ def command(
 
 def _next(name: str, case: Case) -> str:
     """What can be done with this case now."""
-    from solver.case_remarks import example_parameter
+    from birdstrike.solver.case.remarks import example_parameter
 
     if case.inversion.parameters:
         return f"Next: birdstrike run-doe {name} --out campaign --design uniform --runs 25"
@@ -88,7 +88,7 @@ def _next(name: str, case: Case) -> str:
 def _run(case: Case, threads: int | None) -> Histories:
     import numba
 
-    from doe.solvers import solver_for
+    from birdstrike.doe.solvers import solver_for
 
     available = numba.get_num_threads()  # all there are; asking for more is an error in numba
     with progress_bar("strike") as progress:
@@ -102,10 +102,10 @@ def _with_effects(histories: Histories, case: Case) -> Histories:
 
 def write_strike(out: Path, histories: Histories, pictured: Case | None = None) -> None:
     """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
-    from data.curves import write_histories
-    from data.fields import write_fields
-    from data.files import write_json
-    from solver.build_plate import mesh_of
+    from birdstrike.data.curves import write_histories
+    from birdstrike.data.fields import write_fields
+    from birdstrike.data.files import write_json
+    from birdstrike.solver.plate.build import mesh_of
 
     write_histories(out / "histories.csv", histories)
     write_json(out / "summary.json", histories.summary)
@@ -118,10 +118,10 @@ def write_strike(out: Path, histories: Histories, pictured: Case | None = None) 
 
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:
     """The histories as a record: what the case's sensors would have seen, their noise included and stated."""
-    from data.curves import Measured, write_measured
-    from doe.solvers import solver_for
-    from solver.case_effects import stated
-    from solver.instrument import with_noise
+    from birdstrike.data.curves import Measured, write_measured
+    from birdstrike.doe.solvers import solver_for
+    from birdstrike.solver.case.effects import stated
+    from birdstrike.solver.sensors.instrument import with_noise
 
     noisy = with_noise(histories, case.sensors, seed)
     sigma = {name: np.full(len(noisy.time), sensor.noise) for name, sensor in case.sensors.items() if sensor.noise}
@@ -151,7 +151,7 @@ def _table(case: Case, histories: Histories) -> Table:
 
 
 def _peak(histories: Histories, name: str, values: Any) -> str:
-    from data.units import display
+    from birdstrike.data.units import display
 
     i = int(values.argmax())
     number, unit = display(float(values[i]), histories.units[name])

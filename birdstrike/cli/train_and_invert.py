@@ -13,7 +13,7 @@ from rich.table import Table
 from birdstrike.cli.frame import Json, console, framed, progress_bar, say
 
 if TYPE_CHECKING:
-    from inversion.inversion import Answer, ChannelScore, Estimate, Inversion
+    from birdstrike.inversion.inversion import Answer, ChannelScore, Estimate, Inversion
 
 
 class Trainer(StrEnum):
@@ -74,7 +74,7 @@ def command(
 
     Example: birdstrike train-and-invert campaign --measured table7_group5 --out inversion --refine 5
     """
-    from inversion.train_and_invert import Extras, train_and_invert
+    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
     extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior)
     with progress_bar("train, invert, verify") as progress:
@@ -103,7 +103,7 @@ def command(
 
 def _neurons(text: str) -> int | None:
     """Hidden neurons; None for a search. Raises UserError."""
-    from data.errors import UserError
+    from birdstrike.data.errors import UserError
 
     if text == "search":
         return None
@@ -186,7 +186,7 @@ def _short(key: str) -> str:
 
 def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:
     """A parameter that is not identified is shown as its range, never as a number with digits."""
-    from inversion.words import quantity, span
+    from birdstrike.inversion.formatting import quantity, span
 
     interval = span(*estimate.interval_95, estimate.unit) if estimate.interval_95 else "-"
     if not estimate.identified or estimate.value is None:
@@ -202,7 +202,7 @@ def _errors(answer: Answer) -> str:
 
 def _error(channel: str, score: ChannelScore) -> str:
     """One channel's verified error, and what it is without the time origin."""
-    from inversion.words import quantity
+    from birdstrike.inversion.formatting import quantity
 
     if score.verified_rmse is None or score.verified_relative is None:
         return f"{channel} not verified"
@@ -216,7 +216,7 @@ def _error(channel: str, score: ChannelScore) -> str:
 
 def closing(inversion: Inversion, doe: Path, out: Path) -> str:
     """The verdict, where everything is, and what to do next."""
-    from inversion.verdict import verdict
+    from birdstrike.inversion.estimation.verification import verdict
 
     loop = out.parent if (out.name, doe.name, out.parent) == ("inversion", "doe", doe.parent) else None
     after = f"birdstrike report {loop}" if loop else "birdstrike close-the-loop, which adds the report"

@@ -9,10 +9,10 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.frame import Json, console, framed, progress_bar, say
-from data.errors import RunFailed
+from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
-    from reports.verification.verify import Verification
+    from birdstrike.reports.verification.verify import Verification
 
 
 @framed
@@ -31,8 +31,8 @@ def command(
 
     Example: birdstrike verify --only "plate_*"
     """
-    from reports.verification.registry import chosen
-    from reports.verification.verify import verify
+    from birdstrike.reports.verification.registry import chosen
+    from birdstrike.reports.verification.verify import verify
 
     if listed:
         for problem in chosen(only):
@@ -52,7 +52,7 @@ def command(
 
 def _table(verification: Verification) -> Table:
     """Rows with their verdicts."""
-    from reports.verification.page import error, quantity, tolerance
+    from birdstrike.reports.verification.page import error, quantity, tolerance
 
     table = Table("row", "ours", "error", "tolerance", "")
     for row in verification.rows:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
-from inversion.audit.score import STATED, Score
-from inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
+from birdstrike.inversion.audit.score import STATED, Score
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
 

@@ -11,17 +11,17 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
-from data.curves import read_measured
-from data.errors import UserError
-from doe.worker import process_pool
-from inversion.audit.bench import Bench, digest
-from inversion.audit.circular import emulator_made
-from inversion.audit.experiment import Experiment, experiments
-from inversion.audit.score import Asked, Score, score
-from inversion.audit.stored import load_score, save_score, score_key
-from inversion.audit.table import write_audit
-from inversion.diagnosis.diagnose import Wishes, quiet, uncounted
-from solver.case import load_case
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.inversion.audit.bench import Bench, digest
+from birdstrike.inversion.audit.circular import emulator_made
+from birdstrike.inversion.audit.experiment import Experiment, experiments
+from birdstrike.inversion.audit.score import Asked, Score, score
+from birdstrike.inversion.audit.stored import load_score, save_score, score_key
+from birdstrike.inversion.audit.table import write_audit
+from birdstrike.inversion.diagnosis.diagnose import Wishes, quiet, uncounted
+from birdstrike.solver.case.case import load_case
 
 DRAWS, READ, MADE = 200, 2, 20
 BEFORE_QUEUES = 20  # exit priority; queues close at 10, and a pool can tell its processes nothing after that

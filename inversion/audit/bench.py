@@ -7,15 +7,15 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from doe.campaign import run_campaign
-from doe.case_copy import case_toml
-from doe.designs import make_design
-from doe.space import ParameterSpace
-from inversion.audit.coarse import coarse
-from inversion.diagnosis.diagnose import Study, Wishes
-from inversion.diagnosis.groundwork import Groundwork, prepare
-from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.audit.coarse import coarse
+from birdstrike.inversion.diagnosis.diagnose import Study, Wishes
+from birdstrike.inversion.diagnosis.groundwork import Groundwork, prepare
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.write import case_toml
 
 Key = tuple[str, tuple[str, ...]]
 

@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from data.histories import Array
-from inversion.audit.experiment import Truth
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.judge import MOVED, Judge, Judged
-from inversion.diagnosis.record import Record, averaged
-from inversion.diagnosis.refit import Fit, Problem, again
-from inversion.diagnosis.strikes import Strikes
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.experiment import Truth
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import MOVED, Judge, Judged
+from birdstrike.inversion.diagnosis.record import Record, averaged
+from birdstrike.inversion.diagnosis.refit import Fit, Problem, again
+from birdstrike.inversion.diagnosis.strikes import Strikes
 
 Models = Mapping[str, Judged]
 

@@ -11,21 +11,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from data.histories import Array
-from inversion.audit.carried import covariance_of
-from inversion.audit.coverage import covered
-from inversion.audit.draws import answer
-from inversion.audit.planted import CLEAN, LARGEST, SINGLE, SMALLEST
-from inversion.audit.power import Power, along, shown, signal
-from inversion.audit.score import STATED, Blind, Score, lone
-from inversion.coordinates import Box
-from inversion.diagnosis.choice import Choice
-from inversion.diagnosis.diagnose import Study
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.model import Place
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.responses import Known
-from inversion.diagnosis.verdict import NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.carried import covariance_of
+from birdstrike.inversion.audit.coverage import covered
+from birdstrike.inversion.audit.draws import answer
+from birdstrike.inversion.audit.planted import CLEAN, LARGEST, SINGLE, SMALLEST
+from birdstrike.inversion.audit.power import Power, along, shown, signal
+from birdstrike.inversion.audit.score import STATED, Blind, Score, lone
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.diagnose import Study
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.model import Place
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.responses import Known
+from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.estimation.coordinates import Box
 
 EVERY = 4  # one curve in so many is clean
 DRAWS = 20

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from inversion.audit.carried import Models, struck
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.refit import again
-from surrogate.emulator import fit_emulator
+from birdstrike.inversion.audit.carried import Models, struck
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.refit import again
+from birdstrike.surrogate.emulator import fit_emulator
 
 FEW = 12
 

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from data.histories import Array
-from inversion.audit.draws import Draws
-from inversion.diagnosis.evidence import magnitude_interval
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.refit import bounds
-from inversion.identifiability import NEWS
-from inversion.time_origin import NORMAL_95
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.draws import Draws
+from birdstrike.inversion.diagnosis.evidence import magnitude_interval
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.refit import bounds
+from birdstrike.inversion.identifiability.identifiability import NEWS
+from birdstrike.inversion.observations.time_origin import NORMAL_95
 
 
 def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, float], b: float) -> dict[str, Array]:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from data.histories import Array
-from inversion.diagnosis.choice import silent, visible
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.record import Trace, averaged
-from inversion.diagnosis.refit import bounds
-from inversion.diagnosis.verdict import NONE, confidence_set
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.choice import silent, visible
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.record import Trace, averaged
+from birdstrike.inversion.diagnosis.refit import bounds
+from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
 
 OUTLIER = 8.0  # standard deviations
 

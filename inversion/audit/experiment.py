@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from data.curves import Measured
-from data.errors import UserError
-from data.histories import Array
-from inversion.audit.planted import Planted
-from solver.effects import effects
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.planted import Planted
+from birdstrike.solver.effects.registry import effects
 
 TRUTH = ".truth.toml"
 

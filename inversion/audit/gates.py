@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 RESAMPLES = 4000
 

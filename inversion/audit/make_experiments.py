@@ -1,4 +1,4 @@
-"""Make virtual experiments: `python -m inversion.audit.make_experiments --out DIR` (seed from entropy).
+"""Make virtual experiments: `python -m birdstrike.inversion.audit.make_experiments --out DIR` (seed from entropy).
 
 Each truth is struck by the solver at a finer mesh and on another lattice than the declared case, and recorded twice:
 with one channel and with all of the case's, noise drawn anew. Names, order and headers tell nothing. The seed is not
@@ -17,16 +17,16 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from data.curves import Measured, write_measured
-from data.errors import RunFailed, UserError
-from data.files import write_atomically
-from data.histories import Histories
-from doe.worker import prepare
-from inversion.audit.experiment import truth_text
-from inversion.audit.outside import strike_with
-from inversion.audit.planted import SPARE, Planted, draw, redraw
-from solver.case import Case, load_case
-from solver.simulate import simulate
+from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Histories
+from birdstrike.doe.campaign.worker import prepare
+from birdstrike.inversion.audit.experiment import truth_text
+from birdstrike.inversion.audit.outside import strike_with
+from birdstrike.inversion.audit.planted import SPARE, Planted, draw, redraw
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.simulate import simulate
 
 BEFORE = 5.5e-4  # s of record before first contact
 HEADER = (

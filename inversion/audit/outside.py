@@ -9,13 +9,13 @@ from functools import partial
 
 import numpy as np
 
-from data.histories import Histories
-from solver.case import Case
-from solver.plate import Plate
-from solver.plate_edges import ROTATIONS
-from solver.sensors import Recorder
-from solver.simulate import run
-from solver.strike import Strike
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.plate.boundary import ROTATIONS
+from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.sensors.recording import Recorder
+from birdstrike.solver.simulate import run
 
 
 @dataclass(frozen=True)

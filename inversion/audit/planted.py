@@ -9,13 +9,13 @@ from itertools import cycle, islice
 
 from numpy.random import Generator
 
-from data.errors import UserError
-from inversion.audit.outside import Outside, bolted, second_impact, tumbling, yawed
-from solver.build_plate import build_plate
-from solver.case import Case
-from solver.effects import effects
-from solver.plate import Plate
-from solver.plate_modes import natural_frequencies
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.audit.outside import Outside, bolted, second_impact, tumbling, yawed
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.plate.build import build_plate
+from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.plate.shell import Plate
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
 COUNTS = {CLEAN: 12, SINGLE: 19, PAIR: 4, OUTSIDE: 4}

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from data.histories import Array
-from inversion.audit.carried import covariance_of
-from inversion.audit.draws import Noises, answer
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.refit import Fit, again
-from inversion.diagnosis.verdict import NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.carried import covariance_of
+from birdstrike.inversion.audit.draws import Noises, answer
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.refit import Fit, again
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 SIGNALS = (2.0, 3.0, 4.0, 5.0, 6.0)
 FARTHEST = np.log(30.0)  # of the factor on the measurement noise

@@ -7,23 +7,23 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from data.curves import Measured, read_measured
-from data.histories import Array
-from inversion.audit.bench import Bench
-from inversion.audit.carried import Models, confirmed_where_moved, of_part, of_record, struck, without_noise
-from inversion.audit.coarse import FEW, coarse_models
-from inversion.audit.coverage import covered
-from inversion.audit.draws import Draws, Noises, answer
-from inversion.audit.experiment import Experiment, Truth, read_truth
-from inversion.audit.planted import CLEAN, SINGLE
-from inversion.audit.power import Power, power, shown, signal
-from inversion.audit.reading import read_draws
-from inversion.diagnosis.choice import Choice
-from inversion.diagnosis.diagnose import Study
-from inversion.diagnosis.heldout import time_block
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.verdict import ATTRIBUTED, NONE
-from solver.case import load_case
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.bench import Bench
+from birdstrike.inversion.audit.carried import Models, confirmed_where_moved, of_part, of_record, struck, without_noise
+from birdstrike.inversion.audit.coarse import FEW, coarse_models
+from birdstrike.inversion.audit.coverage import covered
+from birdstrike.inversion.audit.draws import Draws, Noises, answer
+from birdstrike.inversion.audit.experiment import Experiment, Truth, read_truth
+from birdstrike.inversion.audit.planted import CLEAN, SINGLE
+from birdstrike.inversion.audit.power import Power, power, shown, signal
+from birdstrike.inversion.audit.reading import read_draws
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.diagnose import Study
+from birdstrike.inversion.diagnosis.heldout import time_block
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
+from birdstrike.solver.case.case import load_case
 
 TWIN = 0.9
 STATED = "as stated"

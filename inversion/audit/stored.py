@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-import inversion
-import surrogate
-from data.files import write_json
-from inversion.audit.draws import Draws
-from inversion.audit.power import Power
-from inversion.audit.score import Blind, Score
-from solver.version import SOLVER_VERSION
+import birdstrike.inversion
+import birdstrike.surrogate
+from birdstrike.data.files import write_json
+from birdstrike.inversion.audit.draws import Draws
+from birdstrike.inversion.audit.power import Power
+from birdstrike.inversion.audit.score import Blind, Score
+from birdstrike.solver.version import SOLVER_VERSION
 
 NOT_IN_A_SCORE = ("audit.py", "answers.py", "gates.py", "make_experiments.py", "planted.py", "stored.py", "table.py")
 """Files of the audit that count and show scores, or make experiments: what they do changes no score."""
@@ -27,7 +27,7 @@ NOT_IN_A_SCORE = ("audit.py", "answers.py", "gates.py", "make_experiments.py", "
 def code_digest() -> str:
     """First 16 hex digits of SHA-256 of the sources by which a score is made, beside the solver's own version."""
     found = hashlib.sha256(SOLVER_VERSION.encode())
-    for package in (inversion, surrogate):
+    for package in (birdstrike.inversion, birdstrike.surrogate):
         folder = Path(package.__path__[0])
         for path in sorted(folder.rglob("*.py"), key=lambda p: p.relative_to(folder).as_posix()):
             if path.parent.name == "audit" and path.name in NOT_IN_A_SCORE:

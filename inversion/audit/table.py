@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from data.files import write_json
-from data.histories import Array
-from inversion.audit.answers import confusion, lines, of_kind, power_curve
-from inversion.audit.gates import Gate, at_least, at_most, below, between, contains, figures_of, rate, shown
-from inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
-from inversion.audit.score import STATED, Asked, Score
-from inversion.diagnosis.verdict import NONE
-from solver.version import SOLVER_VERSION
+from birdstrike.data.files import write_json
+from birdstrike.data.histories import Array
+from birdstrike.inversion.audit.answers import confusion, lines, of_kind, power_curve
+from birdstrike.inversion.audit.gates import Gate, at_least, at_most, below, between, contains, figures_of, rate, shown
+from birdstrike.inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
+from birdstrike.inversion.audit.score import STATED, Asked, Score
+from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.solver.version import SOLVER_VERSION
 
 
 def gates(scores: Sequence[Score], alpha: float) -> list[Gate]:

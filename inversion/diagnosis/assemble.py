@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.detectable import absorbed, minimum_detectable
-from inversion.diagnosis.diagnosis import EffectFigures, State
-from inversion.diagnosis.evidence import biases, log_evidence, magnitude, parameter_intervals, twins
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import by_channel, errors, rms
-from inversion.diagnosis.model import NUISANCE_EFFECT
-from inversion.diagnosis.restrike import Struck
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.detectable import absorbed, minimum_detectable
+from birdstrike.inversion.diagnosis.diagnosis import EffectFigures, State
+from birdstrike.inversion.diagnosis.evidence import biases, log_evidence, magnitude, parameter_intervals, twins
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.miss import by_channel, errors, rms
+from birdstrike.inversion.diagnosis.model import NUISANCE_EFFECT
+from birdstrike.inversion.diagnosis.restrike import Struck
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 
 def effect_figures(judge: Judge, models: dict[str, Judged], allowed: Collection[str]) -> tuple[EffectFigures, ...]:

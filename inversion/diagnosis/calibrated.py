@@ -14,8 +14,8 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import brentq
 
-from data.histories import Array
-from inversion.diagnosis.point_error import PointError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.point_error import PointError
 
 FEWEST = 5  # draws that tell how they scatter
 LARGEST = 1e3  # times; draws that scatter by more are no draws of one error

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from inversion.diagnosis.evidence import log_evidence, stands_out, without_own
-from inversion.diagnosis.judge import Judged
-from inversion.diagnosis.verdict import AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
+from birdstrike.inversion.diagnosis.evidence import log_evidence, stands_out, without_own
+from birdstrike.inversion.diagnosis.judge import Judged
+from birdstrike.inversion.diagnosis.verdict import AT_LIMIT, NONE, UNSEEN, confidence_set, verdict
 
 
 @dataclass(frozen=True)

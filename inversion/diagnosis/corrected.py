@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.model import Place
-from inversion.diagnosis.model_error import doubted
-from inversion.diagnosis.refit import Fit
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.model import Place
+from birdstrike.inversion.diagnosis.model_error import doubted
+from birdstrike.inversion.diagnosis.refit import Fit
 
 SMALLEST, SHOWS = 1.0, 1.5  # plausible sizes: a smaller fitted effect is struck at the second instead
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from data.files import write_atomically
-from inversion.diagnosis.diagnosis import Diagnosis
+from birdstrike.data.files import write_atomically
+from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
 
 COLUMNS = ("measured", "sigma", "error", "before", "after", "before_fitted", "after_fitted")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from data.histories import Array
-from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.statistics import Reference, squared
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.linear import Linear
+from birdstrike.inversion.diagnosis.statistics import Reference, squared
 
 POWER = 0.8
 DRAWS = 4000

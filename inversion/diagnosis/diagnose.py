@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from data.curves import Measured, read_measured
-from data.dataset import Dataset
-from data.errors import MeasuredError, UserError
-from data.paths import resolve_measured
-from doe.campaign import load_dataset, run_campaign
-from doe.designs import make_design
-from doe.space import ParameterSpace
-from inversion.diagnosis.diagnosis import Diagnosis
-from inversion.diagnosis.groundwork import prepare
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.study import Study
-from inversion.diagnosis.wishes import Wishes, quiet, uncounted
-from inversion.diagnosis.write import write
-from inversion.train_and_invert import campaign_case
-from solver.case import Case, load_case
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.paths import resolve_measured
+from birdstrike.doe.campaign.campaign import load_dataset, run_campaign
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
+from birdstrike.inversion.diagnosis.groundwork import prepare
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.study import Study
+from birdstrike.inversion.diagnosis.wishes import Wishes, quiet, uncounted
+from birdstrike.inversion.diagnosis.write import write
+from birdstrike.inversion.train_and_invert import campaign_case
+from birdstrike.solver.case.case import Case, load_case
 
 
 def diagnose(

@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from data.files import write_json
-from inversion.diagnosis.heldout import HeldOut
-from inversion.diagnosis.remainder import Remainder
-from inversion.diagnosis.separate import Proposal
-from solver.case import Case
+from birdstrike.data.files import write_json
+from birdstrike.inversion.diagnosis.heldout import HeldOut
+from birdstrike.inversion.diagnosis.remainder import Remainder
+from birdstrike.inversion.diagnosis.separate import Proposal
+from birdstrike.solver.case.case import Case
 
 OWN_FILES = ("curves", "case", "held_out")  # fields that are not written to diagnosis.json as they stand
 

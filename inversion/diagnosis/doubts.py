@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.evidence import SILENT
-from inversion.diagnosis.heldout import NOT_REPEATED, HeldOut
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.restrike import Struck
-from inversion.diagnosis.verdict import ATTRIBUTED, NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.evidence import SILENT
+from birdstrike.inversion.diagnosis.heldout import NOT_REPEATED, HeldOut
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.restrike import Struck
+from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
 
 INFLATED = 10.0
 WHITE = 4.0

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.judge import Judged
-from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.refit import Fit
-from inversion.time_origin import NORMAL_95
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.judge import Judged
+from birdstrike.inversion.diagnosis.linear import Linear
+from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.observations.time_origin import NORMAL_95
 
 SILENT = 1e-3
 """Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from data.errors import CaseError
-from data.histories import Array
-from doe.deck import no_place
-from inversion.coordinates import Box, Coordinates
-from solver.case import Case
-from solver.case_overlay import Raw, overlay
+from birdstrike.data.errors import CaseError
+from birdstrike.data.histories import Array
+from birdstrike.doe.external.deck import no_place
+from birdstrike.inversion.estimation.coordinates import Box, Coordinates
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import Raw, overlay
 
 DRAWS = 10
 PARTICLES = (1.5, 2.5)  # times the declared ones
@@ -119,7 +119,7 @@ def unrefined(case: Case, seen: Collection[str]) -> list[str]:
 
 def _changed(case: Case, changes: Raw) -> Case | None:
     """The case with keys changed; None where it cannot be built, or where an external solver's deck would not tell."""
-    from solver.case import case_from_table
+    from birdstrike.solver.case.case import case_from_table
 
     try:
         changed = case_from_table(overlay(case._raw, changes), case.name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 REFUTED = 4.0  # times the expected square: a difference that the errors stated do not allow
 

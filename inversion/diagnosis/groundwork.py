@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.dataset import Dataset
-from data.errors import RunFailed, UserError
-from data.histories import Array, Histories
-from inversion.coordinates import Box, Coordinates, parameter_coordinates
-from inversion.diagnosis.finer import CHOICES, choices, elsewhere, pairs
-from inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model, Place
-from inversion.diagnosis.numerical import Numerical
-from inversion.diagnosis.point_error import PointError
-from inversion.diagnosis.probes import with_probes
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.responses import Known, Response, cases_of, learn, library, pooled
-from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
-from surrogate.emulator import Emulator, fit_emulator
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.finer import CHOICES, choices, elsewhere, pairs
+from birdstrike.inversion.diagnosis.model import NUISANCE_EFFECT, Clock, Model, Place
+from birdstrike.inversion.diagnosis.numerical import Numerical
+from birdstrike.inversion.diagnosis.point_error import PointError
+from birdstrike.inversion.diagnosis.probes import with_probes
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.responses import Known, Response, cases_of, learn, library, pooled
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.estimation.coordinates import Box, Coordinates, parameter_coordinates
+from birdstrike.solver.case.case import Case
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
 
 CENTRE, DECLARED = "campaign's centre", "as declared beside "
 

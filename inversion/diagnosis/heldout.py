@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.choice import Choice
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import errors
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.refit import Fit
-from inversion.diagnosis.verdict import NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.miss import errors
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 BLOCK = (0.45, 0.7)  # of the strike's part of the record: before, at and after the peak stay for training
 GUARD = 3.0  # correlation times on either side

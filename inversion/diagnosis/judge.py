@@ -7,21 +7,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.histories import Array
-from inversion.coordinates import Box
-from inversion.diagnosis.calibrated import calibrated
-from inversion.diagnosis.corrected import corrected, places, shift_of, unsettled
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.groundwork import Groundwork, middle, numerical_error
-from inversion.diagnosis.model import Model, Place
-from inversion.diagnosis.model_error import emulator_error, response_error
-from inversion.diagnosis.point_error import PointError
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.refit import Fit, Problem, again, columns_of, fit_effect, fit_none
-from inversion.diagnosis.statistics import Consistency, Reference
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import NONE
-from solver.case import Case
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.calibrated import calibrated
+from birdstrike.inversion.diagnosis.corrected import corrected, places, shift_of, unsettled
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.groundwork import Groundwork, middle, numerical_error
+from birdstrike.inversion.diagnosis.model import Model, Place
+from birdstrike.inversion.diagnosis.model_error import emulator_error, response_error
+from birdstrike.inversion.diagnosis.point_error import PointError
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.refit import Fit, Problem, again, columns_of, fit_effect, fit_none
+from birdstrike.inversion.diagnosis.statistics import Consistency, Reference
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.solver.case.case import Case
 
 NEAR = 5e-3  # p from which a model is confirmed by the solver
 BEST = 5  # so many of the lowest costs are confirmed whatever their p

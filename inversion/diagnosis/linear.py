@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 SEEN = 1e-3  # of |g|: what the model cannot imitate; below it an effect has no signature of its own
 RANK = 1e-9

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.judge import Judge
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge
 
 
 def errors(judge: Judge, miss: Array, covariance: Array, points: np.ndarray | None = None) -> tuple[float, float]:

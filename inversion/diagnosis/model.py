@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from data.histories import Array, Histories
-from inversion.coordinates import Box, Coordinates
-from inversion.diagnosis.record import Record, averaged
-from inversion.diagnosis.responses import Known, Response
-from solver.case import Case
-from solver.effects_instrument import transducers
-from surrogate.emulator import Emulator
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.record import Record, averaged
+from birdstrike.inversion.diagnosis.responses import Known, Response
+from birdstrike.inversion.estimation.coordinates import Box, Coordinates
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.instrument import transducers
+from birdstrike.surrogate.emulator import Emulator
 
 NUISANCE_EFFECT = {
     "time_offset": "time_offset",

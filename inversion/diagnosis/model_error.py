@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import block_diag
 
-from data.histories import Array
-from inversion.diagnosis.following import followed
-from inversion.diagnosis.model import Model
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.following import followed
+from birdstrike.inversion.diagnosis.model import Model
 
 
 def emulator_error(model: Model, theta: Array, b: Array) -> Array:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from data.histories import Array
-from inversion.words import plain, quantity
+from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import plain, quantity
 
 FEWEST_BEFORE = 20  # points before contact that can tell a noise level
 REJECT = 0.05  # level at which a stated noise is given up for the one before contact

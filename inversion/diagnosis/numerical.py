@@ -21,9 +21,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import block_diag
 
-from data.histories import Array
-from inversion.diagnosis.point_error import PointError
-from inversion.diagnosis.widened import Draws
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.point_error import PointError
+from birdstrike.inversion.diagnosis.widened import Draws
 
 FEWEST = 3  # draws that can predict one another
 

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.widened import about, process
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.widened import about, process
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from inversion.diagnosis.noise import Noise
-from inversion.diagnosis.record import Record, Trace
-from solver.case import Case, case_from_table
-from solver.case_overlay import overlay
-from solver.case_sensors import PLACED, Sensor
+from birdstrike.inversion.diagnosis.noise import Noise
+from birdstrike.inversion.diagnosis.record import Record, Trace
+from birdstrike.solver.case.case import Case, case_from_table
+from birdstrike.solver.case.overlay import overlay
+from birdstrike.solver.case.sensors import PLACED, Sensor
 
 PREFIX = "probe_"
 PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from data.curves import Measured
-from data.errors import MeasuredError
-from data.histories import Array
-from inversion.diagnosis.noise import Noise, noise_of
-from inversion.words import quantity
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.noise import Noise, noise_of
+from birdstrike.inversion.formatting import quantity
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3

@@ -11,12 +11,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from data.histories import Array
-from inversion.coordinates import Box
-from inversion.diagnosis.calibrated import Columns
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.model import Model, Place
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.calibrated import Columns
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.linear import Linear
+from birdstrike.inversion.diagnosis.model import Model, Place
+from birdstrike.inversion.estimation.coordinates import Box
 
 CANDIDATES = 64
 STARTS = 3

@@ -12,10 +12,10 @@ from scipy.signal import periodogram
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-from data.histories import Array
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.refit import fit_effect
-from inversion.diagnosis.verdict import NONE
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.refit import fit_effect
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 PAIRS = 12  # most promising pairs that are refitted
 

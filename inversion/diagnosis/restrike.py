@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.errors import CaseError
-from data.histories import Array, Histories
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import by_channel, errors, rms
-from inversion.diagnosis.record import Record, averaged
-from inversion.diagnosis.refit import Fit
-from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
+from birdstrike.data.errors import CaseError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.miss import by_channel, errors, rms
+from birdstrike.inversion.diagnosis.record import Record, averaged
+from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.solver.case.case import Case
 
 
 @dataclass(frozen=True)

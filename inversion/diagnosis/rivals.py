@@ -9,11 +9,11 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.stats import norm
 
-from data.histories import Array
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.linear import RANK, Linear
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.sensitivities import Sensitivities, sampled
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.linear import RANK, Linear
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.sensitivities import Sensitivities, sampled
 
 SHARED = ("plate_thickness",)
 """Nuisances that shots have in common; every other is drawn anew in each."""

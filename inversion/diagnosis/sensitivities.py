@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data.errors import CaseError
-from data.histories import Array, Histories
-from inversion.diagnosis.groundwork import CENTRE, Groundwork
-from inversion.diagnosis.record import Record, averaged
-from inversion.diagnosis.responses import Known, label
-from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
-from solver.effects_instrument import transducers
+from birdstrike.data.errors import CaseError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.groundwork import CENTRE, Groundwork
+from birdstrike.inversion.diagnosis.record import Record, averaged
+from birdstrike.inversion.diagnosis.responses import Known, label
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.instrument import transducers
 
 STEP = 0.2  # of a parameter's range, to either side of the centre
 SPEED = "impact.speed"

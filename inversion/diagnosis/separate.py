@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.groundwork import CENTRE, Groundwork
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.probes import described, planned
-from inversion.diagnosis.record import Record
-from inversion.diagnosis.rivals import Shot, chance
-from inversion.diagnosis.sensitivities import SPEED, Sensitivities, sampled, sensitivities
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import ALPHA
-from solver.case_sensors import Sensor
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.groundwork import CENTRE, Groundwork
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.probes import described, planned
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.rivals import Shot, chance
+from birdstrike.inversion.diagnosis.sensitivities import SPEED, Sensitivities, sampled, sensitivities
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import ALPHA
+from birdstrike.solver.case.sensors import Sensor
 
 SPEEDS = (0.8, 1.2)
 RIVALS = 6

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.linear import Linear
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.linear import Linear
 
 DRAWS = 20_000
 

@@ -9,14 +9,14 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from data.histories import Histories
-from data.store import RunStore
-from doe.runner import Progress, Runner
-from doe.solvers import solver_for
-from doe.strike import Finished, Strike
-from doe.worker import process_pool
-from solver.case import Case
-from solver.simulate import simulate
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.run import Finished, Strike
+from birdstrike.doe.campaign.runner import Progress, Runner
+from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.solvers import solver_for
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.simulate import simulate
 
 Shown = Callable[[Progress], None]
 

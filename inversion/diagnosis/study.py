@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from data.curves import Measured
-from inversion.diagnosis.assemble import (
+from birdstrike.data.curves import Measured
+from birdstrike.inversion.diagnosis.assemble import (
     curves,
     detectable,
     effect_figures,
@@ -16,22 +16,31 @@ from inversion.diagnosis.assemble import (
     state,
     strike_figures,
 )
-from inversion.diagnosis.choice import Choice, effect_order, level
-from inversion.diagnosis.diagnosis import Diagnosis
-from inversion.diagnosis.doubts import changed_minds, doubts, strayed, unheard
-from inversion.diagnosis.finer import unrefined
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.heldout import SHOT, TIME_BLOCK, HeldOut, channels, hold_out, in_short, other_shot, time_block
-from inversion.diagnosis.judge import Judge, Judged, near
-from inversion.diagnosis.record import Record, Window, read_record
-from inversion.diagnosis.remainder import Remainder, pairs, remainder
-from inversion.diagnosis.restrike import case_at, restrike
-from inversion.diagnosis.separate import Proposal, propose
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.tolerances import TOLERANCES, tolerance_figures
-from inversion.diagnosis.verdict import AMBIGUOUS, NONE, UNEXPLAINED
-from inversion.diagnosis.wishes import Wishes
-from inversion.diagnosis.words import sentence
+from birdstrike.inversion.diagnosis.choice import Choice, effect_order, level
+from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
+from birdstrike.inversion.diagnosis.doubts import changed_minds, doubts, strayed, unheard
+from birdstrike.inversion.diagnosis.finer import unrefined
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.heldout import (
+    SHOT,
+    TIME_BLOCK,
+    HeldOut,
+    channels,
+    hold_out,
+    in_short,
+    other_shot,
+    time_block,
+)
+from birdstrike.inversion.diagnosis.judge import Judge, Judged, near
+from birdstrike.inversion.diagnosis.record import Record, Window, read_record
+from birdstrike.inversion.diagnosis.remainder import Remainder, pairs, remainder
+from birdstrike.inversion.diagnosis.restrike import case_at, restrike
+from birdstrike.inversion.diagnosis.separate import Proposal, propose
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.tolerances import TOLERANCES, tolerance_figures
+from birdstrike.inversion.diagnosis.verdict import AMBIGUOUS, NONE, UNEXPLAINED
+from birdstrike.inversion.diagnosis.wishes import Wishes
+from birdstrike.inversion.diagnosis.words import sentence
 
 LATEST_SHIFT = 3.0  # plausible sizes of the time offset that the record's end leaves free
 FEWEST_HELD, FEWEST_TRAINED = 5, 10  # points

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from inversion.diagnosis.assemble import state
-from inversion.diagnosis.choice import Choice, effect_order
-from inversion.diagnosis.evidence import log_evidence, magnitude
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.diagnosis.assemble import state
+from birdstrike.inversion.diagnosis.choice import Choice, effect_order
+from birdstrike.inversion.diagnosis.evidence import log_evidence, magnitude
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 TOLERANCES = (0.01, 0.005, 0.03)  # of the peak; the first gives the verdict
 

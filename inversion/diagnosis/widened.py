@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 from scipy.ndimage import uniform_filter1d
 
-from data.histories import Array
+from birdstrike.data.histories import Array
 
 LENGTHS = tuple(2.0**-k for k in range(2, 9))  # of the record: correlation lengths that are tried
 SHARES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # of the rest's variance: shares of the process that are tried

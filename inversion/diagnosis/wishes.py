@@ -7,8 +7,8 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
-from doe.runner import Progress as Counts
-from inversion.diagnosis.verdict import ALPHA
+from birdstrike.doe.campaign.runner import Progress as Counts
+from birdstrike.inversion.diagnosis.verdict import ALPHA
 
 RUNS = 25
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]

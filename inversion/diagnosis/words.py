@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from inversion.diagnosis.verdict import (
+from birdstrike.inversion.diagnosis.verdict import (
     AMBIGUOUS,
     AT_LIMIT,
     ATTRIBUTED,
@@ -14,11 +14,11 @@ from inversion.diagnosis.verdict import (
     UNEXPLAINED,
     UNSEEN,
 )
-from solver.case_effects import SHOWN, shown
-from solver.effects import effects
+from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.solver.effects.registry import effects
 
 if TYPE_CHECKING:
-    from inversion.diagnosis.diagnosis import EffectFigures, State
+    from birdstrike.inversion.diagnosis.diagnosis import EffectFigures, State
 
 MOST_SPELT = 3  # effects of an ambiguous verdict that are told with their magnitudes
 

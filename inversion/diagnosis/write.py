@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from data.files import write_atomically
-from doe.case_copy import case_toml
-from inversion.diagnosis.curves_file import write_curves
-from inversion.diagnosis.diagnosis import Diagnosis
-from inversion.diagnosis.verdict import ATTRIBUTED
-from solver.case import Case
+from birdstrike.data.files import write_atomically
+from birdstrike.inversion.diagnosis.curves_file import write_curves
+from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
+from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.write import case_toml
 
 
 def write(found: Diagnosis, folder: Path) -> Diagnosis:

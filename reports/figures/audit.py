@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from data.units import from_si
-from reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
-from solver.case_effects import SHOWN
-from solver.effects import effects
+from birdstrike.data.units import from_si
+from birdstrike.reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
+from birdstrike.solver.case.effects import SHOWN
+from birdstrike.solver.effects.registry import effects
 
 COLUMNS = 4
 LAST = ("none needed", "ambiguous, truth among them", "ambiguous, truth not among them", "unexplained")

@@ -13,10 +13,10 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from data.histories import Array, Snapshot
-from reports.figures.quantities import milliseconds, shown
-from reports.figures.style import GREY, styled
-from reports.figures.views import mid_line
+from birdstrike.data.histories import Array, Snapshot
+from birdstrike.reports.figures.quantities import milliseconds, shown
+from birdstrike.reports.figures.style import GREY, styled
+from birdstrike.reports.figures.views import mid_line
 
 SPEED_COLOURS = LinearSegmentedColormap.from_list("speed", colormaps["magma"](np.linspace(0.15, 0.97, 256)))
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]])

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from data.histories import Array
-from reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
-from reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
-from reports.figures.switches import MARK, RECORD, look
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, shown_span, significant
+from birdstrike.reports.figures.style import BLACK, METHOD_MARKERS, WIDE, legend_above, styled
+from birdstrike.reports.figures.switches import MARK, RECORD, look
 
 
 @dataclass(frozen=True)

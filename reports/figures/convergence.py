@@ -6,11 +6,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from inversion.convergence import MeshConvergence
-from inversion.grid_convergence import GridConvergence
-from inversion.scalars import Scalar
-from reports.figures.quantities import labelled, milliseconds, shown, significant, words
-from reports.figures.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
+from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
+from birdstrike.inversion.mesh_convergence.grid_convergence import GridConvergence
+from birdstrike.inversion.mesh_convergence.scalars import Scalar
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, significant, words
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WIDE,
+    legend_above,
+    styled,
+)
 
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, BLACK)
 

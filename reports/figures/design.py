@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from data.histories import Array
-from reports.figures.quantities import labelled, shown
-from reports.figures.style import BLUE, GREY, VERMILION, styled
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.quantities import labelled, shown
+from birdstrike.reports.figures.style import BLUE, GREY, VERMILION, styled
 
 
 @styled

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from data.units import display, to_display
-from reports.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, WIDE, legend_above, styled
+from birdstrike.data.units import display, to_display
+from birdstrike.reports.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, WIDE, legend_above, styled
 
 LEAST_P = 1e-4
 

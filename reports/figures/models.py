@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter1d
 
-from data.histories import Array
-from reports.figures.comparison import draw_record, is_dense, noise_band
-from reports.figures.quantities import labelled, milliseconds, shown
-from reports.figures.style import BLACK, WIDE, legend_above, styled
-from reports.figures.switches import look
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.comparison import draw_record, is_dense, noise_band
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
+from birdstrike.reports.figures.style import BLACK, WIDE, legend_above, styled
+from birdstrike.reports.figures.switches import look
 
 RUNNING = 1e-4  # s: forces of a bird of particles are rough, the plate answers to their mean
 

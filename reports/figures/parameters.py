@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from reports.figures.quantities import bound, parameter_label
-from reports.figures.style import METHOD_MARKERS, WIDE, legend_above, styled
-from reports.figures.switches import COLOURS
+from birdstrike.reports.figures.quantities import bound, parameter_label
+from birdstrike.reports.figures.style import METHOD_MARKERS, WIDE, legend_above, styled
+from birdstrike.reports.figures.switches import COLOURS
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from data.histories import Array
-from reports.figures.quantities import labelled, milliseconds, shown, symbol
-from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, symbol
+from birdstrike.reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
 
 BINS = 30
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from data.units import display
+from birdstrike.data.histories import Array
+from birdstrike.data.units import display
 
 _SYMBOLS = {"pressure_cutoff": "PC", "viscosity": "MU", "tension_erosion": "TEROD", "compression_erosion": "CEROD"}
 

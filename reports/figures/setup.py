@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
-from data.histories import Array
-from reports.figures.quantities import quantity, words
-from reports.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, styled
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, styled
 
 _WIDTH = 6.4  # in: a sketch, not a drawing
 

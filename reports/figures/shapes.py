@@ -10,10 +10,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
-from data.histories import Snapshot
-from reports.figures.quantities import milliseconds, shown
-from reports.figures.style import WIDE, styled
-from reports.figures.views import Scene, dot_area, draw_bird, draw_section, nearest, window
+from birdstrike.data.histories import Snapshot
+from birdstrike.reports.figures.quantities import milliseconds, shown
+from birdstrike.reports.figures.style import WIDE, styled
+from birdstrike.reports.figures.views import Scene, dot_area, draw_bird, draw_section, nearest, window
 
 # Even steps of lightness, dark is high: safe for all kinds of colour vision and in a black-and-white print.
 PRESSURE_COLOURS = LinearSegmentedColormap.from_list("pressure", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))

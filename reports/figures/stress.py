@@ -14,10 +14,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from data.histories import Array, Snapshot
-from reports.figures.quantities import shown
-from reports.figures.style import WIDE, styled
-from reports.figures.views import Scene, dot_area, draw_bird, mid_line, window
+from birdstrike.data.histories import Array, Snapshot
+from birdstrike.reports.figures.quantities import shown
+from birdstrike.reports.figures.style import WIDE, styled
+from birdstrike.reports.figures.views import Scene, dot_area, draw_bird, mid_line, window
 
 BIRD_COLOURS = LinearSegmentedColormap.from_list("bird", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
 PLATE_COLOURS = colormaps["cividis"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from data.histories import Array
-from reports.figures.style import BLACK, BLUE, VERMILION, legend_above, styled
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.style import BLACK, BLUE, VERMILION, legend_above, styled
 
 
 @styled

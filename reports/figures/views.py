@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from data.histories import Array, Snapshot
-from reports.figures.quantities import shown
-from reports.figures.style import GREY
+from birdstrike.data.histories import Array, Snapshot
+from birdstrike.reports.figures.quantities import shown
+from birdstrike.reports.figures.style import GREY
 
 PLATE_FACE, PLATE_EDGE = "#9FB4C4", "#4A5A66"
 

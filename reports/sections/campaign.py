@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from reports.blocks import Picture, Section, Table, drawing
-from reports.figures.design import design_figure
-from reports.figures.quantities import symbol
-from reports.results import Results
-from surrogate.features import FEATURES, LIMIT
+from birdstrike.reports.blocks import Picture, Section, Table, drawing
+from birdstrike.reports.figures.design import design_figure
+from birdstrike.reports.figures.quantities import symbol
+from birdstrike.reports.results import Results
+from birdstrike.surrogate.features import FEATURES, LIMIT
 
 
 def section(results: Results) -> Section:

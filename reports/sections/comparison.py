@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from reports.blocks import Paragraph, Section, Table
-from reports.figures.quantities import symbol
-from reports.results import Results
+from birdstrike.reports.blocks import Paragraph, Section, Table
+from birdstrike.reports.figures.quantities import symbol
+from birdstrike.reports.results import Results
 
 FILE = "comparison/comparison.json"
 

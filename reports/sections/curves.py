@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from reports.blocks import Picture, Section, drawing
-from reports.figures.cloud import cloud_figure
-from reports.figures.comparison import VerifiedCurve, comparison_figure
-from reports.figures.quantities import quantity, words
-from reports.findings import channel_error, cloud_text, offset_text, worst_text
-from reports.record import cloud, origin, peak
-from reports.results import Results
+from birdstrike.data.histories import Array
+from birdstrike.reports.blocks import Picture, Section, drawing
+from birdstrike.reports.figures.comparison import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.prior_predictive import cloud_figure
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.findings import channel_error, cloud_text, offset_text, worst_text
+from birdstrike.reports.record import cloud, origin, peak
+from birdstrike.reports.results import Results
 
 
 def section(results: Results) -> Section:

@@ -8,12 +8,12 @@ from typing import Any
 
 import pandas as pd
 
-from data.units import from_si
-from inversion.diagnosis.words import HEADS
-from inversion.words import quantity as in_words
-from reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
-from reports.figures.diagnosis import before_after_figure, consistency_figure
-from solver.case_effects import SHOWN
+from birdstrike.data.units import from_si
+from birdstrike.inversion.diagnosis.words import HEADS
+from birdstrike.inversion.formatting import quantity as in_words
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
+from birdstrike.reports.figures.diagnosis import before_after_figure, consistency_figure
+from birdstrike.solver.case.effects import SHOWN
 
 
 @dataclass(frozen=True)

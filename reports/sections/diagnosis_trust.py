@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from inversion.diagnosis.words import HEADS
-from inversion.words import quantity as in_words
-from reports.blocks import Block, Paragraph, Section, Table
-from reports.sections.diagnosis import DiagnosisResults, magnitude, two
+from birdstrike.inversion.diagnosis.words import HEADS
+from birdstrike.inversion.formatting import quantity as in_words
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table
+from birdstrike.reports.sections.diagnosis import DiagnosisResults, magnitude, two
 
 
 def trust_section(results: DiagnosisResults) -> Section:

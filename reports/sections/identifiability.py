@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from inversion.inversion import IdentifiabilityFigures, PosteriorFigures
-from reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
-from reports.figures.posterior import corner_figure, sobol_figure
-from reports.figures.quantities import symbol, words
-from reports.results import Results
+from birdstrike.inversion.inversion import IdentifiabilityFigures, PosteriorFigures
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
+from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
+from birdstrike.reports.figures.quantities import symbol, words
+from birdstrike.reports.results import Results
 
 
 def section(results: Results) -> Section:

@@ -6,18 +6,18 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from data.histories import Histories
-from reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
-from reports.clock import on_clock
-from reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
-from reports.figures.quantities import quantity, shown_span, significant, words
-from reports.findings import percent
-from reports.models import STANDARD, Model
-from reports.outcome import impulse
-from reports.record import origin, peak
-from reports.results import Results
-from reports.sections.curves import noise
-from reports.sections.models_tables import constants_table, errors_table, outcomes_table, scores
+from birdstrike.data.histories import Histories
+from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
+from birdstrike.reports.comparison.clock import on_clock
+from birdstrike.reports.comparison.models import STANDARD, Model
+from birdstrike.reports.comparison.outcome import impulse
+from birdstrike.reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
+from birdstrike.reports.figures.quantities import quantity, shown_span, significant, words
+from birdstrike.reports.findings import percent
+from birdstrike.reports.record import origin, peak
+from birdstrike.reports.results import Results
+from birdstrike.reports.sections.curves import noise
+from birdstrike.reports.sections.models_tables import constants_table, errors_table, outcomes_table, scores
 
 
 def section(results: Results) -> Section:

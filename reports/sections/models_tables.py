@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from reports.blocks import Table
-from reports.figures.quantities import bound, quantity, significant, words
-from reports.findings import percent
-from reports.iso18571 import SAMPLES
-from reports.models import Model
-from reports.outcome import impulse, penetration, residual_deflection, sensor_of_kind
-from reports.record import origin
-from reports.results import Results
-from reports.scores import Score, score
-from solver.case_sections import quantity_at
+from birdstrike.reports.blocks import Table
+from birdstrike.reports.comparison.iso18571 import SAMPLES
+from birdstrike.reports.comparison.models import Model
+from birdstrike.reports.comparison.outcome import impulse, penetration, residual_deflection, sensor_of_kind
+from birdstrike.reports.comparison.scores import Score, score
+from birdstrike.reports.figures.quantities import bound, quantity, significant, words
+from birdstrike.reports.findings import percent
+from birdstrike.reports.record import origin
+from birdstrike.reports.results import Results
+from birdstrike.solver.case.sections import quantity_at
 
 NONE = "–"
 

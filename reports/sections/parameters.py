@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from inversion.inversion import Estimate
-from reports.blocks import Block, Paragraph, Section, Table, drawing
-from reports.figures.parameters import Mark, ParameterRow, parameters_figure
-from reports.figures.quantities import bound, parameter_label, quantity, symbol
-from reports.results import Results
+from birdstrike.inversion.inversion import Estimate
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
+from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
+from birdstrike.reports.figures.quantities import bound, parameter_label, quantity, symbol
+from birdstrike.reports.results import Results
 
 WORDS = (
     "A value is given only where the record tells it; otherwise the parameter may lie anywhere in its range, and the "

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from data.histories import Snapshot
-from reports.animation import animation
-from reports.blocks import Block, Paragraph, Picture, Section, photograph
-from reports.figures.quantities import milliseconds, quantity, shown
-from reports.figures.shapes import shapes_figure
-from reports.figures.stress import stress_figure
-from reports.figures.views import Scene, nearest, push_direction
-from reports.models import PICTURE_TIME
-from reports.results import Results
-from solver.build_plate import mesh_of
+from birdstrike.data.histories import Snapshot
+from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, photograph
+from birdstrike.reports.comparison.models import PICTURE_TIME
+from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
+from birdstrike.reports.figures.shapes import shapes_figure
+from birdstrike.reports.figures.stress import stress_figure
+from birdstrike.reports.figures.views import Scene, nearest, push_direction
+from birdstrike.reports.page.animation import animation
+from birdstrike.reports.results import Results
+from birdstrike.solver.plate.build import mesh_of
 
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
 

@@ -8,9 +8,9 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from reports.blocks import Paragraph, Section, Table
-from reports.results import Results
-from solver.case import case_hash
+from birdstrike.reports.blocks import Paragraph, Section, Table
+from birdstrike.reports.results import Results
+from birdstrike.solver.case.case import case_hash
 
 LIBRARIES = ("numpy", "scipy", "numba", "torch", "scikit-learn", "h5py", "matplotlib")
 

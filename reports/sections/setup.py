@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from data.units import display
-from reports.blocks import Section, Table, drawing
-from reports.figures.quantities import quantity, words
-from reports.figures.setup import SetUp, setup_figure
-from reports.record import origin, short_name
-from reports.results import Results
-from solver.case import Case
-from solver.case_bird import Bird
-from solver.case_material import BirdMaterial
-from solver.case_sensors import PLACED
+from birdstrike.data.units import display
+from birdstrike.reports.blocks import Section, Table, drawing
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.setup import SetUp, setup_figure
+from birdstrike.reports.record import origin, short_name
+from birdstrike.reports.results import Results
+from birdstrike.solver.case.bird import Bird
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.materials import BirdMaterial
+from birdstrike.solver.case.sensors import PLACED
 
 
 def section(results: Results) -> Section:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
-from reports.figures.quantities import quantity, words
-from reports.findings import findings, percent
-from reports.record import origin, peak
-from reports.results import Results
-from reports.sections.models import nearest
+from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.findings import findings, percent
+from birdstrike.reports.record import origin, peak
+from birdstrike.reports.results import Results
+from birdstrike.reports.sections.models import nearest
 
 
 def section(results: Results) -> Section:

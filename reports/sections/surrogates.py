@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from inversion.inversion import TrainingFigures
-from reports.blocks import Block, Paragraph, Section, Table, drawing
-from reports.figures.quantities import quantity, words
-from reports.figures.training import training_figure
-from reports.results import Results
+from birdstrike.inversion.inversion import TrainingFigures
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.training import training_figure
+from birdstrike.reports.results import Results
 
 
 def section(results: Results) -> Section:

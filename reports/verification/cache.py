@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data.files import whole_file, write_json
-from data.paths import CASES, REFERENCE
-from data.store import RunStore
-from reports.figures.style import png
-from reports.verification.problem import Outcome, Problem, Reason
-from reports.verification.rows import Row
-from solver.version import SOLVER_VERSION
+from birdstrike.data.files import whole_file, write_json
+from birdstrike.data.paths import CASES, REFERENCE
+from birdstrike.data.store import RunStore
+from birdstrike.reports.figures.style import png
+from birdstrike.reports.verification.problem import Outcome, Problem, Reason
+from birdstrike.reports.verification.rows import Row
+from birdstrike.solver.version import SOLVER_VERSION
 
 HERE = Path(__file__).resolve().parent
-UNUSED = ("page.py", "cache.py", "verify.py", "registry.py", "version.py", "work.py")
+UNUSED = ("page.py", "cache.py", "verify.py", "registry.py")
 """Files that change no problem's rows or pictures."""
 DOTS_PER_INCH = 130
 

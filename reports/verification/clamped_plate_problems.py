@@ -5,13 +5,28 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
-from reports.verification.clamped_plate import reference, rms_of_peak
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.plate_problems import MESHES, central_load, respond, shells
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import Row, below, matches, near
-from solver.plate_modes import natural_frequencies
+from birdstrike.data.histories import Array
+from birdstrike.data.paths import REFERENCE
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.plate_problems import MESHES, central_load, respond, shells
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import Row, below, matches, near
+from birdstrike.solver.plate.modes import natural_frequencies
+
+
+def reference(column: str) -> tuple[Array, Array]:
+    """Time [s] and displacement [m] of one independent solution."""
+    table = pd.read_csv(REFERENCE / "plate_step_response.csv", comment="#")
+    return table["t_ms"].to_numpy() * 1e-3, table[column].to_numpy() * 1e-3
+
+
+def rms_of_peak(time: Array, w: Array, column: str) -> float:
+    """RMS difference from an independent solution, in % of its peak."""
+    t, expected = reference(column)
+    return 100.0 * float(np.sqrt(np.mean((np.interp(t, time, w) - expected) ** 2)) / expected.max())
+
 
 MINDLIN, KIRCHHOFF = (397.7, 708.2, 897.6), (399.9, 714.3, 907.0)  # Hz
 RITZ = "Mindlin plate, Ritz series (computed): data/reference/plate_step_response.csv"

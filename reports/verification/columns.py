@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from solver.bird import Bird, Images, NullMaterial
-from solver.eos import grueneisen
-from solver.geometry import LATTICES, slope_gain
+from birdstrike.data.histories import Array
+from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.shape import LATTICES, slope_gain
+from birdstrike.solver.bird.sph import Bird, Images, NullMaterial
 
 SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 SMOOTHING = 1.2

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.openradioss import SOURCE, VARIANTS, compare, reference
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import below, shown
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.openradioss import SOURCE, VARIANTS, compare, reference
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import below, shown
 
 SPH = VARIANTS["viscous"]
 LAGRANGIAN = SPH.with_(bird__method="hexahedra")

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import quad
 
-from reports.verification.columns import SEED, SMOOTHING, advance, periodic_bird
-from reports.verification.draw import Curve, Panel, draw, slope_line
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import Row, below, matches, near
-from solver.geometry import lattice, slope_gain
-from solver.kernels.smoothing import slope, slope_constant, wendland
+from birdstrike.reports.verification.columns import SEED, SMOOTHING, advance, periodic_bird
+from birdstrike.reports.verification.draw import Curve, Panel, draw, slope_line
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import Row, below, matches, near
+from birdstrike.solver.bird.shape import lattice, slope_gain
+from birdstrike.solver.kernels.smoothing import slope, slope_constant, wendland
 
 DEFINITION = "definition of a smoothing kernel"
 SPACING = 5e-3

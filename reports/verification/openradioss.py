@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from data.histories import Array, Histories
-from data.paths import REFERENCE
-from reports.verification.shots import Shot, momentum_given
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.paths import REFERENCE
+from birdstrike.reports.verification.shots import Shot, momentum_given
 
 SOURCE = "OpenRadioss, one run, no convergence study (simulated): data/reference/openradioss_reference_strike.csv"
 END = 3e-3

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.openradioss import SOURCE, VARIANTS, Misfit, Reference, compare, reference
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import Row, below, matches
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.openradioss import SOURCE, VARIANTS, Misfit, Reference, compare, reference
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import Row, below, matches
 
 W_TOLERANCE, J_TOLERANCE = 3.0, 2.0  # %
 ROW_W, ROW_J, ROW_J_MAX = "displacement, RMS of peak", "momentum J(t), RMS of final", "momentum J(t), largest miss"

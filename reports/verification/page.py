@@ -3,18 +3,52 @@
 from __future__ import annotations
 
 import math
+import os
+import platform
 import shutil
+import subprocess
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
 
-from data.files import whole_file, write_atomically
-from reports.verification.cache import Drawn, Result
-from reports.verification.problem import Reason
-from reports.verification.registry import problems
-from reports.verification.rows import Row
-from reports.verification.version import code, machine
+from birdstrike.data.files import whole_file, write_atomically
+from birdstrike.reports.verification.cache import Drawn, Result
+from birdstrike.reports.verification.problem import Reason
+from birdstrike.reports.verification.registry import problems
+from birdstrike.reports.verification.rows import Row
+from birdstrike.solver.version import SOLVER_VERSION
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def commit() -> str | None:
+    """Commit of the checkout that the code lies in, with a remark where files differ from it; None outside of one."""
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        return None
+    head = _git(git, "rev-parse", "--short=12", "HEAD")
+    changed = _git(git, "status", "--porcelain", "--untracked-files=no", "--", "*.py", "*.toml", "*.csv")
+    return head + (" and uncommitted changes" if changed else "") if head else None
+
+
+def _git(git: str, *arguments: str) -> str:
+    ended = subprocess.run([git, *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
+    return ended.stdout.strip() if ended.returncode == 0 else ""
+
+
+def code() -> str:
+    """Solver version and commit."""
+    at = commit()
+    return f"solver {SOLVER_VERSION}" + (f", commit {at}" if at else "")
+
+
+def machine() -> str:
+    """Its class: cores, processor family, and the libraries that decide the bits."""
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
+    return f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, {libraries}"
+
 
 FIGURES = Path("docs/verification")
 most_reasons = 3

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from reports.verification.draw import Curve, Panel, draw, slope_line
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import below, matches, near
-from reports.verification.shell_problems import spinning_shell
-from solver.kernels.plasticity import return_to_yield
-from solver.plate import ShellMaterial
+from birdstrike.data.histories import Array
+from birdstrike.reports.verification.draw import Curve, Panel, draw, slope_line
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import below, matches, near
+from birdstrike.reports.verification.shell_problems import spinning_shell
+from birdstrike.solver.kernels.plasticity import return_to_yield
+from birdstrike.solver.plate.shell import ShellMaterial
 
 CLOSED = "closed form, linear hardening"
 TIGHT = 1e-8  # %, that is 1e-10

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from data.histories import Histories
-from reports.verification.rows import Row
-from reports.verification.shots import Shot
+from birdstrike.data.histories import Histories
+from birdstrike.reports.verification.rows import Row
+from birdstrike.reports.verification.shots import Shot
 
 
 @dataclass(frozen=True)

@@ -6,23 +6,23 @@ import fnmatch
 from collections.abc import Iterable
 from importlib import import_module
 
-from data.errors import UserError
-from reports.verification.problem import Problem
+from birdstrike.data.errors import UserError
+from birdstrike.reports.verification.problem import Problem
 
 MODULES = (
     "planar_problems",
     "lattice_problems",
     "shear_problems",
     "clamped_plate_problems",
-    "plate_rows",
-    "shell_rows",
+    "plate_problems",
+    "shell_problems",
     "plasticity_problems",
-    "ductile_rows",
+    "ductile_problems",
     "stagnation_problems",
-    "target_rows",
-    "book_problems",
+    "target_problems",
+    "energy_balance_problems",
     "openradioss_problems",
-    "knob_problems",
+    "parameter_sensitivity",
     "lagrangian_problems",
     "table7_problems",
     "trend_problems",
@@ -31,7 +31,7 @@ MODULES = (
 
 def problems() -> dict[str, Problem]:
     """All, by name."""
-    listed = [p for module in MODULES for p in import_module(f"reports.verification.{module}").PROBLEMS]
+    listed = [p for module in MODULES for p in import_module(f"birdstrike.reports.verification.{module}").PROBLEMS]
     return {problem.name: problem for problem in listed}
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from data.histories import Histories
-from reports.verification.shots import Shot
-from solver.build_bird import bird_material
-from solver.eos import EquationOfState
-from solver.wilbeck import duration, peak, stagnation_pressure, steady_mean
+from birdstrike.data.histories import Histories
+from birdstrike.reports.verification.shots import Shot
+from birdstrike.solver.bird.build import bird_material
+from birdstrike.solver.bird.eos import EquationOfState
+from birdstrike.solver.reference.wilbeck import duration, peak, stagnation_pressure, steady_mean
 
 DENSITY, C, S1 = 938.0, 1670.0, 2.48
 DIAMETER = 0.1  # m

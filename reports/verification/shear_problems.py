@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from data.histories import Array
-from reports.verification.columns import SEED, SMOOTHING, advance, images_of
-from reports.verification.draw import Curve, Panel, draw, slope_line
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import matches, near
-from solver.bird import Bird
-from solver.geometry import slope_gain
+from birdstrike.data.histories import Array
+from birdstrike.reports.verification.columns import SEED, SMOOTHING, advance, images_of
+from birdstrike.reports.verification.draw import Curve, Panel, draw, slope_line
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import matches, near
+from birdstrike.solver.bird.shape import slope_gain
+from birdstrike.solver.bird.sph import Bird
 
 SPACING, MU = 5e-3, 641.0
 CELLS = (8, 16, 32)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data.histories import Array, Histories
-from data.store import RunStore, run_key
-from solver.build_bird import bird_lattice, in_flight
-from solver.case import Case, load_case
-from solver.sensors import Recorder
-from solver.simulate import run, silent, simulate, summarise
-from solver.strike import Strike
-from solver.version import SOLVER_VERSION
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.store import RunStore, run_key
+from birdstrike.solver.bird.build import bird_lattice, in_flight
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.sensors.recording import Recorder
+from birdstrike.solver.simulate import run, silent, simulate, summarise
+from birdstrike.solver.version import SOLVER_VERSION
 
 
 @dataclass(frozen=True)

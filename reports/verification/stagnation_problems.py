@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 from scipy.ndimage import uniform_filter1d
 
-from data.histories import Array, Histories
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rigid_target import DIAMETER, GAUGE, Wilbeck, pressures, rigid_shot
-from reports.verification.rows import Row, matches
-from reports.verification.shots import Shot
-from solver.eos import porous_density
-from solver.wilbeck import duration
+from birdstrike.data.histories import Array, Histories
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rigid_target import DIAMETER, GAUGE, Wilbeck, pressures, rigid_shot
+from birdstrike.reports.verification.rows import Row, matches
+from birdstrike.reports.verification.shots import Shot
+from birdstrike.solver.bird.eos import porous_density
+from birdstrike.solver.reference.wilbeck import duration
 
 SPEED, LENGTH = 200.0, 3.0 * DIAMETER  # m/s, m
 TENSION = "-500 MPa"  # beyond Hugoniot's 406 MPa, which the release can at most turn into tension

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from data.curves import read_measured
-from data.histories import Array, Histories
-from data.paths import MEASURED
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import below
-from reports.verification.shots import Shot
+from birdstrike.data.curves import read_measured
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.paths import MEASURED
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import below
+from birdstrike.reports.verification.shots import Shot
 
 SOURCE = "LS-DYNA (simulated), Table 7 of the paper: data/measured/table7_group*.csv; inputs of Table 6"
 READINGS = {"262 mm, 1.80 kg": "reference_strike", "156 mm, 1.00 kg": "reference_strike_156mm"}

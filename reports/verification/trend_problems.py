@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from reports.verification.draw import Curve, Panel, draw
-from reports.verification.problem import Outcome, Picture, Problem, Strikes
-from reports.verification.rows import shown
-from reports.verification.shots import Shot
+from birdstrike.reports.verification.draw import Curve, Panel, draw
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
+from birdstrike.reports.verification.rows import shown
+from birdstrike.reports.verification.shots import Shot
 
 SOURCE = "measured on steel plates, 70 to 170 m/s: linear (J. Vib. Shock 32(4) 2013, 15; abstract)"
 SPEEDS = (70.0, 95.0, 120.0, 145.0, 170.0)

@@ -10,16 +10,33 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from data.errors import RunFailed
-from doe.worker import process_pool
-from reports.verification.cache import Cache, Result
-from reports.verification.page import most_reasons, write_page
-from reports.verification.problem import Problem, Reason
-from reports.verification.registry import chosen
-from reports.verification.rows import Row
-from reports.verification.shots import Shot
-from reports.verification.work import fire_one, solve_one
-from solver.version import SOLVER_VERSION
+from birdstrike.data.errors import RunFailed
+from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.reports.verification.cache import Cache, Result
+from birdstrike.reports.verification.page import most_reasons, write_page
+from birdstrike.reports.verification.problem import Problem, Reason
+from birdstrike.reports.verification.registry import chosen, problems
+from birdstrike.reports.verification.rows import Row
+from birdstrike.reports.verification.shots import Shot, strike
+from birdstrike.solver.version import SOLVER_VERSION
+
+
+def fire_one(folder: Path, shot: Shot) -> float:
+    """Leave the shot's histories in the store; CPU time [s]. Raises RunFailed."""
+    started = time.process_time()
+    strike(shot, Cache(folder).strikes)
+    return time.process_time() - started
+
+
+def solve_one(folder: Path, name: str) -> float:
+    """Leave the problem's rows and pictures in the cache; CPU time [s]."""
+    cache, problem = Cache(folder), problems()[name]
+    started = time.process_time()
+    outcome = problem.solve({shot: strike(shot, cache.strikes) for shot in problem.shots})
+    spent = time.process_time() - started
+    cache.keep(problem, outcome, spent)
+    return spent
+
 
 CACHE = ".verification"
 Progress = Callable[[float], None]

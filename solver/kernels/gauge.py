@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from solver.kernels.contact import bilinear
+from birdstrike.solver.kernels.contact import bilinear
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.hexahedra_stress import squared_size
+from birdstrike.solver.kernels.hexahedra_stress import squared_size
 
 
 @njit(cache=True, parallel=True)

@@ -11,8 +11,8 @@ import math
 
 from numba import njit, prange
 
-from solver.kernels.eos import eos_update
-from solver.kernels.strength import update_deviator
+from birdstrike.solver.kernels.eos import eos_update
+from birdstrike.solver.kernels.strength import update_deviator
 
 
 @njit(cache=True, inline="always")

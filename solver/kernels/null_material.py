@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.eos import GRUNEISEN, eos_update, grueneisen_update
+from birdstrike.solver.kernels.eos import GRUNEISEN, eos_update, grueneisen_update
 
 
 @njit(cache=True, parallel=True)

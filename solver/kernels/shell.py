@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.shell_geometry import gradient_and_hourglass, local
+from birdstrike.solver.kernels.shell_geometry import gradient_and_hourglass, local
 
 SHEAR_FACTOR = 5.0 / 6.0
 

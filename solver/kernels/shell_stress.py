@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.plasticity import return_to_yield
-from solver.kernels.shell import SHEAR_FACTOR
+from birdstrike.solver.kernels.plasticity import return_to_yield
+from birdstrike.solver.kernels.shell import SHEAR_FACTOR
 
 
 @njit(cache=True, parallel=True)

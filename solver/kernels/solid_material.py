@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from solver.kernels.eos import eos_update
-from solver.kernels.strength import contraction, update_deviator
+from birdstrike.solver.kernels.eos import eos_update
+from birdstrike.solver.kernels.strength import contraction, update_deviator
 
 
 @njit(cache=True, parallel=True)

@@ -13,7 +13,7 @@ import math
 
 from numba import njit, prange
 
-from solver.kernels.smoothing import slope
+from birdstrike.solver.kernels.smoothing import slope
 
 
 @njit(cache=True, parallel=True)

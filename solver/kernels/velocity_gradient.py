@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit, prange
 from numba.np.ufunc import get_thread_id
 
-from solver.kernels.columns import WIDTH, turn_rows
-from solver.kernels.smoothing import slope
+from birdstrike.solver.kernels.columns import WIDTH, turn_rows
+from birdstrike.solver.kernels.smoothing import slope
 
 PAIR_MATH = {"contract", "reassoc", "arcp", "nsz"}
 SMALLEST_MOMENT = 0.02  # det M (1 inside the bird) below which a particle is too lonely for a gradient

@@ -12,9 +12,9 @@ import numba
 import numpy as np
 from numba import njit
 
-from solver.bird import Bird, NullMaterial
-from solver.eos import grueneisen
-from solver.geometry import fill_bird, slope_gain
+from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.shape import fill_bird, slope_gain
+from birdstrike.solver.bird.sph import Bird, NullMaterial
 
 MATERIAL = NullMaterial(grueneisen(900.0, 1670.0, 2.48), -0.37e6, 641.0)
 # Flops and bytes of one pair, counted in its kernels: a square root or a division counts as one flop.

@@ -8,7 +8,7 @@ of state with energy, erosion, and the books.
 import numpy as np
 import taichi as ti  # pyright: ignore[reportMissingImports]
 
-from solver.bird import Bird
+from birdstrike.solver.bird.sph import Bird
 
 ALPHA = 0.1  # Monaghan's linear viscosity
 LONGEST = 128  # neighbours of a particle

@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from doe.campaign import Progress, run_campaign
+from birdstrike.doe.campaign.campaign import Progress, run_campaign
 from tests.doe.stand_in import VERSION, design, reference, strike
 
 RUNS = 10_000

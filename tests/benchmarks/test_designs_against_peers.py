@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from doe.completion import completed
-from doe.orthogonal import orthogonal_design, rao_hamming
-from doe.uniform import cd2, uniform_design
+from birdstrike.doe.designs.completion import completed
+from birdstrike.doe.designs.orthogonal import orthogonal_design, rao_hamming
+from birdstrike.doe.designs.uniform import cd2, uniform_design
 
 RUNS, FACTORS = 25, 4
 Draw = Callable[[int], np.ndarray]

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from solver.case import load_case
-from solver.kernels.sph import pair_forces
-from solver.kernels.velocity_gradient import rate_of_deformation
-from solver.simulate import simulate
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.kernels.sph import pair_forces
+from birdstrike.solver.kernels.velocity_gradient import rate_of_deformation
+from birdstrike.solver.simulate import simulate
 from tests.benchmarks.parts import (
     COLUMNS,
     FLOPS,

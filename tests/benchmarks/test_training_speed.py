@@ -10,13 +10,13 @@ import pytest
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from data.histories import Array
-from surrogate import ensemble, levenberg_marquardt
-from surrogate.inverse_network import sampled
-from surrogate.levenberg_marquardt import Settings
-from surrogate.network import Shape, forward, jacobian, nguyen_widrow
-from surrogate.scaling import Scaling
-from surrogate.training import Samples
+from birdstrike.data.histories import Array
+from birdstrike.surrogate import ensemble, levenberg_marquardt
+from birdstrike.surrogate.inverse_network import sampled
+from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.network import Shape, forward, jacobian, nguyen_widrow
+from birdstrike.surrogate.scaling import Scaling
+from birdstrike.surrogate.training import Samples
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 
 SHAPE = Shape(12, 9, 4)

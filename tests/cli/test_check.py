@@ -60,7 +60,7 @@ def test_the_table_and_the_remarks_are_readable() -> None:
 
 
 def test_the_verb_takes_a_loaded_case_too() -> None:
-    from solver.case import load_case
+    from birdstrike.solver.case.case import load_case
 
     case = load_case("reference_strike", {"bird.particles": "300", "plate.elements": "[12, 10]"})
     assert check(case)["shells"] == 120

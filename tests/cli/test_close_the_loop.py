@@ -12,11 +12,11 @@ from typer.testing import CliRunner, Result
 
 from birdstrike import close_the_loop
 from birdstrike.cli.app import app
-from data.errors import RunFailed, UserError
-from data.histories import Histories
-from data.paths import REFERENCE
-from reports.sections import summary
-from solver.case import Case
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.data.paths import REFERENCE
+from birdstrike.reports.sections import summary
+from birdstrike.solver.case.case import Case
 from tests.reports import synthetic
 from tests.reports.synthetic import write_record
 
@@ -44,18 +44,18 @@ class Solver:
 def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
     """In place of the embedded solver, in the campaign (on threads) and in the verification."""
     stand_in = Solver()
-    monkeypatch.setattr("solver.simulate.simulate", stand_in)
-    monkeypatch.setattr("inversion.forward.simulate", stand_in)
-    monkeypatch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
-    monkeypatch.setattr("reports.models.FRAMES", 8)
+    monkeypatch.setattr("birdstrike.solver.simulate.simulate", stand_in)
+    monkeypatch.setattr("birdstrike.inversion.forward.simulate", stand_in)
+    monkeypatch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
+    monkeypatch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
     return stand_in
 
 
 @pytest.fixture
 def short_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page of one section, where the page itself is not what is tested."""
-    monkeypatch.setattr("reports.page.SECTIONS", (summary.section,))
-    monkeypatch.setattr("reports.page.strike_models", lambda results, _: results)
+    monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section,))
+    monkeypatch.setattr("birdstrike.reports.page.page.strike_models", lambda results, _: results)
 
 
 @pytest.fixture

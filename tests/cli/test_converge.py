@@ -11,8 +11,8 @@ from typer.testing import CliRunner, Result
 
 import birdstrike
 from birdstrike.cli.app import app
-from data.curves import read_histories
-from data.errors import RunFailed
+from birdstrike.data.curves import read_histories
+from birdstrike.data.errors import RunFailed
 
 TINY = [
     *("--set", "bird.particles=350", "--set", "plate.elements=[10, 8]", "--set", "time.end=0.3 ms"),
@@ -71,7 +71,9 @@ def test_the_curves_of_the_meshes_are_those_of_its_runs(study) -> None:
 def test_a_second_study_strikes_no_more_and_says_the_same(study, monkeypatch: pytest.MonkeyPatch) -> None:
     out, _ = study
     before = (out / "convergence.csv").read_bytes()
-    monkeypatch.setattr("inversion.convergence.process_pool", None)  # nothing is left to run
+    monkeypatch.setattr(
+        "birdstrike.inversion.mesh_convergence.convergence.process_pool", None
+    )  # nothing is left to run
     assert invoke(out).exit_code == 0
     assert (out / "convergence.csv").read_bytes() == before
 
@@ -99,13 +101,13 @@ def test_a_failed_or_interrupted_study_writes_no_answer(tmp_path: Path, monkeypa
     def fail(*_args, **_options):
         raise error
 
-    monkeypatch.setattr("inversion.convergence.run_meshes", fail)
+    monkeypatch.setattr("birdstrike.inversion.mesh_convergence.convergence.run_meshes", fail)
     assert invoke(tmp_path).exit_code == code
     assert not list(tmp_path.glob("convergence.*"))
 
 
 def test_the_python_verb_returns_the_study(study) -> None:
-    from solver.case import load_case
+    from birdstrike.solver.case.case import load_case
 
     out, _ = study
     settings = [text for text in TINY[:-2] if text != "--set"]

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from birdstrike.cli import frame
 from birdstrike.cli.frame import Json, framed, overrides, progress_bar
-from data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.errors import CaseError, RunFailed, UserError
 
 
 def ends(action: Callable[[], dict[str, Any] | None], *arguments: str) -> Any:

@@ -10,10 +10,10 @@ from typer.testing import CliRunner, Result
 
 from birdstrike import new
 from birdstrike.cli.app import app
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
 from birdstrike.loop import checked
-from data.curves import read_measured
-from data.errors import UserError
-from solver.case import load_case
+from birdstrike.solver.case.case import load_case
 
 
 def invoke(*arguments: str | Path) -> Result:

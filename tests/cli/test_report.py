@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from data.errors import RunFailed
-from data.histories import Histories
-from reports.sections import models, summary
-from solver.case import Case
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.reports.sections import models, summary
+from birdstrike.solver.case.case import Case
 from tests.reports.synthetic import finished_folder, simulate, write_record
 
 
@@ -27,9 +27,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def _short_page_struck_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("inversion.forward.simulate", simulate)
-    monkeypatch.setattr("reports.models.FRAMES", 8)
-    monkeypatch.setattr("reports.page.SECTIONS", (summary.section, models.section))
+    monkeypatch.setattr("birdstrike.inversion.forward.simulate", simulate)
+    monkeypatch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
+    monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section, models.section))
 
 
 def invoke(*arguments: str) -> Result:
@@ -52,7 +52,7 @@ def test_a_strike_that_is_stored_is_not_paid_again(folder: Path, monkeypatch: py
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("a stored strike was run again")
 
-    monkeypatch.setattr("inversion.forward.simulate", refused)
+    monkeypatch.setattr("birdstrike.inversion.forward.simulate", refused)
     assert invoke(str(folder)).exit_code == 0
 
 
@@ -69,7 +69,7 @@ def test_ctrl_c_keeps_the_strikes_that_are_finished(
             raise KeyboardInterrupt
         return strike(case)
 
-    monkeypatch.setattr("inversion.forward.simulate", interrupted)
+    monkeypatch.setattr("birdstrike.inversion.forward.simulate", interrupted)
     assert invoke(str(tmp_path)).exit_code == 130
     assert len(list((tmp_path / "models" / "runs").glob("*.h5"))) == 2
     assert not (tmp_path / "report.html").exists()
@@ -86,7 +86,7 @@ def test_a_bird_that_fails_is_named_and_the_others_are_shown(
             raise RunFailed("the step collapsed", "lower solver.courant")
         return simulate(case)
 
-    monkeypatch.setattr("inversion.forward.simulate", failing)
+    monkeypatch.setattr("birdstrike.inversion.forward.simulate", failing)
     assert invoke(str(tmp_path)).exit_code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "No strike by the elastic bird: the step collapsed" in text

@@ -13,8 +13,8 @@ from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
 from birdstrike.cli.run_doe import run_doe
-from data.paths import REFERENCE
-from doe.campaign import load_dataset
+from birdstrike.data.paths import REFERENCE
+from birdstrike.doe.campaign.campaign import load_dataset
 from tests.doe.stand_in import strike
 
 FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
@@ -23,8 +23,8 @@ FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """The embedded solver replaced by a formula, its processes by threads (tests/doe has the processes)."""
-    monkeypatch.setattr("solver.simulate.simulate", strike)
-    monkeypatch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
+    monkeypatch.setattr("birdstrike.solver.simulate.simulate", strike)
+    monkeypatch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
     return monkeypatch
 
 
@@ -69,7 +69,7 @@ def test_table_6_is_named_as_rank_1_and_run_all_the_same(tmp_path: Path) -> None
 
 
 def test_failed_strikes_are_named_and_the_exit_code_is_2(tmp_path: Path, stand_in: pytest.MonkeyPatch) -> None:
-    stand_in.setattr("solver.simulate.simulate", partial(strike, breaks_above=1000.0))
+    stand_in.setattr("birdstrike.solver.simulate.simulate", partial(strike, breaks_above=1000.0))
     result = invoke(tmp_path, "--design", "lhs", "--runs", "6", "--json")
     assert result.exit_code == 2
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import birdstrike
 from birdstrike.cli.app import app
-from data.curves import read_histories
-from data.errors import RunFailed
+from birdstrike.data.curves import read_histories
+from birdstrike.data.errors import RunFailed
 
 SMALL = [
     *("--set", "bird.particles=300", "--set", "plate.elements=[12, 10]", "--set", "time.end=0.4 ms"),
@@ -37,7 +37,7 @@ def twice(tmp_path_factory) -> tuple[Path, Path, str]:
 
 def test_the_python_verb_takes_a_cases_name_and_a_loaded_case(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
-    monkeypatch.setattr("solver.simulate.simulate", lambda case, **_: seen.append(case.name))
+    monkeypatch.setattr("birdstrike.solver.simulate.simulate", lambda case, **_: seen.append(case.name))
     birdstrike.simulate("demo")
     birdstrike.simulate(birdstrike.load_case("reference_strike"))
     assert seen == ["demo", "reference_strike"]
@@ -150,12 +150,11 @@ def test_an_output_folder_that_is_a_file_is_the_users_error(tmp_path: Path) -> N
     ("error", "code"), [(RunFailed("the run went unstable", "lower it"), 2), (KeyboardInterrupt(), 130)]
 )
 def test_a_failed_or_interrupted_run_leaves_no_histories(tmp_path: Path, monkeypatch, error, code: int) -> None:
-    import solver.simulate
 
     def fail(*_args, **_options):
         raise error
 
-    monkeypatch.setattr(solver.simulate, "simulate", fail)
+    monkeypatch.setattr(birdstrike.solver.simulate, "simulate", fail)
     result = strike(tmp_path / "out")
     assert result.exit_code == code
     assert list((tmp_path / "out").iterdir()) == []

@@ -6,7 +6,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from data.curves import read_histories, read_measured
+from birdstrike.data.curves import read_histories, read_measured
 
 SETTINGS = {
     "bird.particles": "200",

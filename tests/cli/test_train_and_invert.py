@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import inversion.forward
+import birdstrike.inversion.forward
 from birdstrike.cli.app import app
-from data.errors import RunFailed
+from birdstrike.data.errors import RunFailed
 from tests.inversion import small_campaign
 
 runner = CliRunner()
@@ -18,7 +18,7 @@ runner = CliRunner()
 
 @pytest.fixture(autouse=True)
 def formula_for_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inversion.forward, "simulate", small_campaign.strike)
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,7 @@ def test_failed_verification_exits_2(loop: Path, tmp_path: Path, monkeypatch: py
     def unstable(*_args: object, **_options: object) -> None:
         raise RunFailed("the energy balance is off by 9 %", "lower solver.courant")
 
-    monkeypatch.setattr(inversion.forward, "simulate", unstable)
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", unstable)
     found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path)
     assert found.exit_code == 2
     assert "energy balance is off" in found.output

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import CaseError, RunFailed, UserError
-from data.fields import write_fields
-from data.files import whole_file, write_json
-from data.histories import Snapshot
+from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.fields import write_fields
+from birdstrike.data.files import whole_file, write_json
+from birdstrike.data.histories import Snapshot
 
 NO_CELLS = np.empty((0, 8), np.int64)
 

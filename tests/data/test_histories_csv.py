@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from data.curves import read_histories, split_unit, write_histories
-from data.histories import Histories
+from birdstrike.data.curves import read_histories, split_unit, write_histories
+from birdstrike.data.histories import Histories
 
 
 def curves() -> Histories:

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.curves import Measured, read_measured, write_measured
-from data.errors import UserError
-from data.import_curve import Wanted, import_record
-from data.units import scaled
+from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.import_curve import Wanted, import_record
+from birdstrike.data.units import scaled
 
 CENTRE = {"displacement_centre": ""}
 MM_MS = {"time": "ms", "displacement_centre": "mm"}

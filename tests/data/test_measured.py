@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from data.curves import Measured, read_measured, write_measured
-from data.errors import MeasuredError
+from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.errors import MeasuredError
 
 GOOD = """# Gauge 3 of the door panel, shot 12
 time [ms],displacement_centre [mm],displacement_centre_sigma [mm],contact_force [kN]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.curves import read_measured
-from data.errors import UserError
-from data.paths import CASES, MEASURED, REFERENCE, resolve_case, resolve_measured
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.paths import CASES, MEASURED, REFERENCE, resolve_case, resolve_measured
 
 
 @pytest.mark.parametrize("group", range(1, 6))

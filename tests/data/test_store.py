@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.histories import Histories, Snapshot
-from data.store import RunStore, run_key
+from birdstrike.data.histories import Histories, Snapshot
+from birdstrike.data.store import RunStore, run_key
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from data.units import ACCEPTED, DISPLAY, UnitError, display, from_si, in_unit, quantity_text, scaled, si_unit, to_si
+from birdstrike.data.units import (
+    ACCEPTED,
+    DISPLAY,
+    UnitError,
+    display,
+    from_si,
+    in_unit,
+    quantity_text,
+    scaled,
+    si_unit,
+    to_si,
+)
 
 finite = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e30, max_value=1e30)
 

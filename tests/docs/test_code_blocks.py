@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from solver.case import load_case
+from birdstrike.solver.case.case import load_case
 from tests.docs.pages import PAGES, SHOWN, Block, blocks
 
 GROUP: click.Group = typer.main.get_command(app)  # pyright: ignore[reportAssignmentType] (typer's own group is click's)
@@ -28,7 +28,7 @@ def test_the_blocks_of_a_page_work_one_after_the_other(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("solver.effects._own", {})  # what a page registers is gone with it
+    monkeypatch.setattr("birdstrike.solver.effects.registry._own", {})  # what a page registers is gone with it
     names: dict[str, Any] = {"__name__": "page"}
     for block in blocks(page):
         if block.title:

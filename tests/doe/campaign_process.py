@@ -7,15 +7,17 @@ import sys
 from functools import partial
 from pathlib import Path
 
-import solver.simulate
-import solver.version
+import birdstrike.solver.simulate
+import birdstrike.solver.version
 from birdstrike.cli.app import main
 from tests.doe.stand_in import VERSION, strike
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit a deaf ear to it
     diary, seconds, *arguments = sys.argv[1:]
-    solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
-    solver.version.SOLVER_VERSION = VERSION  # the stand-in's runs are not the solver's, whatever its sources are
+    birdstrike.solver.simulate.simulate = partial(strike, diary=Path(diary), seconds=float(seconds))  # type: ignore[assignment]
+    birdstrike.solver.version.SOLVER_VERSION = (
+        VERSION  # the stand-in's runs are not the solver's, whatever its sources are
+    )
     sys.argv[1:] = arguments
     main()

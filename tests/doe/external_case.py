@@ -6,7 +6,7 @@ import json
 import sys
 from pathlib import Path
 
-from solver.case import Case, load_case
+from birdstrike.solver.case.case import Case, load_case
 
 PROGRAM = Path(__file__).with_name("oscillator_program.py")
 

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from data.errors import RunFailed
-from data.histories import Histories
-from doe.campaign import Progress
-from doe.designs import Design, make_design
-from doe.space import ParameterSpace
-from solver.case import Case, load_case
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.doe.campaign.campaign import Progress
+from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.solver.case.case import Case, load_case
 
 VERSION = "stand-in"
 TIME = np.linspace(0.0, 3e-3, 31)

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from data.dataset import Dataset
-from data.errors import CaseError, RunFailed, UserError
-from data.store import RunStore
-from doe.campaign import Progress, load_dataset, run_campaign
-from doe.designs import Design
-from solver.case import Case, case_hash, load_case
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import Progress, load_dataset, run_campaign
+from birdstrike.doe.designs.registry import Design
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
 
 HIGHEST = 1000.0

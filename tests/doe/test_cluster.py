@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import UserError
-from data.store import RunStore
-from doe.campaign import run_campaign
-from doe.cluster import SameSolver, WrongWorker, cluster
-from doe.designs import make_design
-from doe.space import ParameterSpace
+from birdstrike.data.errors import UserError
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.cluster import SameSolver, WrongWorker, cluster
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.external_case import oscillator
 from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
 from tests.doe.test_campaign import campaign as here_campaign
@@ -72,7 +72,7 @@ def test_an_external_solver_runs_on_the_cluster_as_here(tmp_path: Path, address:
 
 
 def test_a_scheduler_that_does_not_answer_is_the_user_s_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("doe.cluster.ANSWER_S", 0.5)
+    monkeypatch.setattr("birdstrike.doe.campaign.cluster.ANSWER_S", 0.5)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -84,6 +84,6 @@ def test_a_scheduler_that_does_not_answer_is_the_user_s_error(monkeypatch: pytes
 def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
     with pytest.raises(WrongWorker, match="workers with another solver version than 0123"):
         SameSolver(strike, "0123")(reference())
-    monkeypatch.setattr("solver.version.SOLVER_VERSION", "0123")
+    monkeypatch.setattr("birdstrike.solver.version.SOLVER_VERSION", "0123")
     with pytest.raises(UserError, match="workers with another solver version than 0123"), cluster(address):
         pass

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from doe import completion
-from doe.completion import completed
-from doe.uniform import cd2
+from birdstrike.doe.designs import completion
+from birdstrike.doe.designs.completion import completed
+from birdstrike.doe.designs.uniform import cd2
 
 HELD = qmc.LatinHypercube(3, rng=5).random(10)
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
-from doe.deck import no_place, uncarried
-from doe.external import external_solver
-from solver.case import Case, load_case
-from solver.effects import effects
+from birdstrike.data.errors import CaseError
+from birdstrike.doe.external.deck import no_place, uncarried
+from birdstrike.doe.external.external import external_solver
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.effects.registry import effects
 from tests.doe.external_case import DECK, oscillator, written
 
 SPRINGS = '{% if plate.edges is mapping %}{{ plate.edges.rotational | to("kN*m/rad/m") }}{% else %}rigid{% endif %}\n'

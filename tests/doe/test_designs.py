@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import UserError
-from data.paths import REFERENCE
-from doe.designs import Design, make_design
-from doe.folder import design_text
-from doe.space import ParameterSpace
+from birdstrike.data.errors import UserError
+from birdstrike.data.paths import REFERENCE
+from birdstrike.doe.campaign.folder import design_text
+from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import reference
 
 SPACE = ParameterSpace.of(reference().parameters())

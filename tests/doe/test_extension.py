@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import UserError
-from data.files import whole_file
-from data.store import RunStore
-from doe.campaign import load_dataset
-from doe.designs import Design, make_design
-from doe.leftovers import DAY
-from doe.planned import planned_design
-from doe.space import ParameterSpace
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import whole_file
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.doe.campaign.folder import DAY
+from birdstrike.doe.designs.completion import planned_design
+from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import attempts, design, reference
 from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot
 
@@ -26,7 +26,7 @@ from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot
 @pytest.fixture
 def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundredth of the usual search for a uniform design: how good it is does not matter here."""
-    monkeypatch.setattr("doe.uniform.SWAPS", 20_000)
+    monkeypatch.setattr("birdstrike.doe.designs.uniform.SWAPS", 20_000)
 
 
 def file_design(path: Path, values: np.ndarray, numbers: list[int] | None = None) -> Design:

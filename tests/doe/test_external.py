@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from data.curves import Measured
-from data.errors import CaseError, RunFailed, UserError
-from data.histories import Array
-from data.store import RunStore
-from doe.campaign import run_campaign
-from doe.designs import make_design
-from doe.external import external_solver, strike_external
-from doe.space import ParameterSpace
-from inversion.forward import StoredSolver
-from inversion.train_and_invert import train_and_invert
-from solver.case import Case, case_hash, load_case
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.histories import Array
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.doe.external.external import external_solver, strike_external
+from birdstrike.inversion.forward import StoredSolver
+from birdstrike.inversion.train_and_invert import train_and_invert
+from birdstrike.solver.case.case import Case, case_hash, load_case
 from tests.doe.external_case import CSV, DECK, NODOUT, PROGRAM, UNITS, oscillator, written
 from tests.doe.test_interruption import gone, until
 

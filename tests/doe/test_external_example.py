@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from doe.external import external_solver
-from doe.template import rendered
-from solver.case import load_case
+from birdstrike.doe.external.external import external_solver
+from birdstrike.doe.external.template import rendered
+from birdstrike.solver.case.case import load_case
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "external_solver" / "lsdyna.toml"
 

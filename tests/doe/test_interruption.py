@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import RunFailed
-from data.histories import Histories
-from data.store import RunStore
-from doe.campaign import load_dataset, run_campaign
-from solver.case import Case
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import load_dataset, run_campaign
+from birdstrike.solver.case.case import Case
 from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
 
 ROOT = Path(__file__).parents[2]

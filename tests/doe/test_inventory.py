@@ -14,12 +14,12 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from data.errors import RunFailed, UserError
-from data.store import RunStore
-from doe.campaign import run_campaign
-from doe.inventory import inventory
-from doe.strike import Finished
-from solver.version import SOLVER_VERSION
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.inventory import inventory
+from birdstrike.doe.campaign.run import Finished
+from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.stand_in import attempts, design, reference, strike
 from tests.doe.test_campaign import HIGHEST, campaign, snapshot
 

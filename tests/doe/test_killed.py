@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.store import RunStore
-from doe.campaign import run_campaign
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import run_campaign
 from tests.doe.stand_in import VERSION, attempts, design, reference, strike
 
 RUNS, KILLS, IN_FLIGHT = 40, 20, 4

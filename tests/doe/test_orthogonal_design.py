@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from data.errors import UserError
-from doe.galois import prime_power, tables
-from doe.orthogonal import orthogonal_design, rao_hamming, sizes
-from doe.quality import design_quality
+from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.orthogonal import orthogonal_design, prime_power, rao_hamming, sizes, tables
+from birdstrike.doe.designs.quality import design_quality
 
 
 def times_of_pairs(levels: np.ndarray) -> set[int]:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from data.paths import REFERENCE
-from doe.designs import make_design
-from doe.quality import design_quality
-from doe.space import ParameterSpace
+from birdstrike.data.paths import REFERENCE
+from birdstrike.doe.designs.quality import design_quality
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import reference
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import CaseError
-from doe.designs import make_design
-from doe.planned import planned_design
-from doe.space import ParameterSpace
-from solver.case import load_case
+from birdstrike.data.errors import CaseError
+from birdstrike.doe.designs.completion import planned_design
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.solver.case.case import load_case
 from tests.doe.stand_in import reference
 from tests.doe.test_campaign import campaign
 
@@ -42,7 +42,7 @@ def test_a_value_beyond_zero_is_outside_a_logarithmic_range() -> None:
 
 @pytest.mark.parametrize("kind", ["uniform", "orthogonal", "lhs", "sobol"])
 def test_every_kind_spreads_its_runs_over_the_decades(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("doe.uniform.SWAPS", 20_000)
+    monkeypatch.setattr("birdstrike.doe.designs.uniform.SWAPS", 20_000)
     design = make_design(kind, SPACE, 16)
     decades = np.floor(np.log10(design.values[:, 0]))
     np.testing.assert_array_equal(np.unique(decades, return_counts=True)[1], [4, 4, 4, 4])

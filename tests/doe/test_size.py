@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from data.histories import Histories
-from doe.campaign import Progress, run_campaign
-from solver.case import Case
+from birdstrike.data.histories import Histories
+from birdstrike.doe.campaign.campaign import Progress, run_campaign
+from birdstrike.solver.case.case import Case
 from tests.doe.stand_in import TIME, VERSION, design, reference, strike
 
 RUNS = 100

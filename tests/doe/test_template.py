@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError, UnitError
-from doe.external import external_solver
-from doe.template import Quantity, card, rendered
+from birdstrike.data.errors import CaseError, UnitError
+from birdstrike.doe.external.external import external_solver
+from birdstrike.doe.external.template import Quantity, card, rendered
 from tests.doe.external_case import DECK, oscillator
 
 

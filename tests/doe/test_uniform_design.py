@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from data.errors import UserError
-from doe import exchange
-from doe.uniform import LARGEST, _good_lattice, centred, uniform_design
+from birdstrike.data.errors import UserError
+from birdstrike.doe.designs import exchange
+from birdstrike.doe.designs.uniform import LARGEST, _good_lattice, centred, uniform_design
 
 
 def cd2(unit: np.ndarray) -> float:
@@ -24,7 +24,7 @@ def uniform_25() -> np.ndarray:
 @pytest.fixture
 def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundredth of the usual search, for what does not depend on how good the design is."""
-    monkeypatch.setattr("doe.uniform.SWAPS", 20_000)
+    monkeypatch.setattr("birdstrike.doe.designs.uniform.SWAPS", 20_000)
 
 
 @pytest.mark.usefixtures("short_search")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from data.dataset import Dataset
-from surrogate.emulator import Emulator, fit_emulator
+from birdstrike.data.dataset import Dataset
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from tests.inversion.stand_in import CHANNEL, campaign, spread
 
 

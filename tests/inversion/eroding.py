@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import qmc
 
-from data.dataset import Dataset
-from data.histories import Array, Histories
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array, Histories
 from tests.inversion.stand_in import CHANNEL, TIME, pulse
 
 NAMES = ("bird.material.viscosity", "bird.material.tension_erosion", "bird.material.compression_erosion")

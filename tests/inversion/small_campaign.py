@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from data.curves import write_measured
-from data.histories import Histories
-from doe.campaign import run_campaign
-from doe.designs import make_design
-from doe.space import ParameterSpace
-from solver.case import Case, load_case
-from solver.version import SOLVER_VERSION
+from birdstrike.data.curves import write_measured
+from birdstrike.data.histories import Histories
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.version import SOLVER_VERSION
 from tests.inversion.stand_in import CHANNEL, TIMES, pulse, record
 
 RUNS = 25

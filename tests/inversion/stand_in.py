@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.histories import Array, Histories
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array, Histories
 
 NAMES = ("pulse.peak", "pulse.period", "pulse.damping", "pulse.rebound")
 LOWS = np.array([4.0e-3, 2.4e-3, 0.05, 0.0])

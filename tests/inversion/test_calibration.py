@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from data.curves import Measured
-from data.dataset import Dataset
-from inversion.calibration import Calibrator, Mode
-from inversion.coordinates import parameter_coordinates
-from inversion.curve_model import CurveModel
-from inversion.identifiability import intervals
-from inversion.observations import observe
-from inversion.time_origin import time_origin
-from surrogate.emulator import Emulator
-from surrogate.features import Region
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.identifiability.identifiability import intervals
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.time_origin import time_origin
+from birdstrike.surrogate.emulator import Emulator
+from birdstrike.surrogate.features import Region
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, record, spread, truth
 
 

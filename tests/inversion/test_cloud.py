@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.histories import Histories
-from inversion.calibration import Mode
-from inversion.cloud import Cloud, cloud, warning, whose_fault
-from inversion.coordinates import Box
-from inversion.invert import Options, invert
-from inversion.observations import observe
-from surrogate.emulator import Emulator
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.prior_predictive import Cloud, cloud, warning, whose_fault
+from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIME, TIMES, forward, pulse, record, truth
 
 OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 3e-5})

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import RunFailed, UserError
-from data.histories import Histories
-from data.store import RunStore
-from inversion.convergence import MeshConvergence, judge_meshes, run_meshes
-from inversion.convergence_record import as_json, curves_of, warnings_of
-from inversion.meshes import Mesh, choose_meshes
-from inversion.scalars import impulse, peak_time, peak_value
-from solver.case import Case, load_case
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence, judge_meshes, run_meshes
+from birdstrike.inversion.mesh_convergence.files import as_json, curves_of, warnings_of
+from birdstrike.inversion.mesh_convergence.meshes import Mesh, choose_meshes
+from birdstrike.inversion.mesh_convergence.scalars import impulse, peak_time, peak_value
+from birdstrike.solver.case.case import Case, load_case
 
 SMALL = {"bird.particles": "1200", "plate.elements": "[20, 15]", "time.end": "1 ms", "time.snapshots": "[]"}
 CLOCK = np.linspace(0.0, 1e-3, 201)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from inversion.design_gate import DesignError, design_figures
-from inversion.invert import Options, invert
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.identifiability.design_gate import DesignError, design_figures
+from birdstrike.inversion.invert import Options, invert
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, campaign, diagonal, forward, record, spread
 
 OPTIONS = Options(noise={CHANNEL: 2e-5}, allow_rank_deficient=True)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import inversion.forward
-from data.errors import RunFailed
-from data.histories import Histories
-from data.store import RunStore
-from inversion.forward import StoredSolver, watched
-from solver.case import Case, load_case
+import birdstrike.inversion.forward
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.inversion.forward import StoredSolver, watched
+from birdstrike.solver.case.case import Case, load_case
 
 THETA = {"bird.material.viscosity": 400.0}
 
@@ -46,7 +46,7 @@ def case() -> Case:
 
 def solver_with(monkeypatch: pytest.MonkeyPatch, failing: tuple[float, ...] = ()) -> Solver:
     fake = Solver(failing)
-    monkeypatch.setattr(inversion.forward, "simulate", fake)
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", fake)
     return fake
 
 

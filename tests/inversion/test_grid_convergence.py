@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inversion.grid_convergence import curve_convergence, grid_convergence, observed_order
+from birdstrike.inversion.mesh_convergence.grid_convergence import curve_convergence, grid_convergence, observed_order
 
 EVEN, UNEVEN = (1.0, 1.3, 1.69), (1.0, 1.17, 1.71)
 

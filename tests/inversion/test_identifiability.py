@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from inversion.calibration import Mode
-from inversion.coordinates import Box
-from inversion.identifiability import intervals, reported
-from inversion.inversion import Estimate
-from inversion.invert import Options, invert
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.identifiability.identifiability import intervals, reported
+from birdstrike.inversion.inversion import Estimate
+from birdstrike.inversion.invert import Options, invert
 from tests.inversion import eroding, stand_in
 from tests.inversion.stand_in import CHANNEL, TIMES, record, truth
 

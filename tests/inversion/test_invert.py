@@ -10,15 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from data.dataset import Dataset
-from data.errors import RunFailed, UserError
-from data.histories import Histories
-from inversion.inversion import Inversion
-from inversion.invert import Options, Outcome, invert
-from inversion.misfit import rmse
-from inversion.verdict import verdict
-from inversion.verification import write_verification
-from surrogate.emulator import Emulator
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.verification import verdict, write_verification
+from birdstrike.inversion.inversion import Inversion
+from birdstrike.inversion.invert import Options, Outcome, invert
+from birdstrike.inversion.misfit import rmse
+from birdstrike.surrogate.emulator import Emulator
 from tests.inversion import eroding
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, forward, pulse, record, truth
 

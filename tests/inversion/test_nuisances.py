@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from data.errors import UserError
-from data.histories import Histories
-from inversion.calibration import Mode
-from inversion.invert import Options, invert
-from inversion.nuisances import (
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.nuisances import (
     Nuisance,
     case_nuisances,
     discrepancy_columns,
@@ -21,9 +20,10 @@ from inversion.nuisances import (
     nuisance_columns,
     stacked,
 )
-from inversion.observations import Observations, observe
-from solver.case import load_case
-from surrogate.emulator import Emulator
+from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.solver.case.case import load_case
+from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, NAMES, TIME, forward, record, truth
 
 SPEED = Nuisance("speed", "impact.speed", 90.0, 0.9)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from data.errors import MeasuredError
-from inversion.observations import observe
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import MeasuredError
+from birdstrike.inversion.observations.observations import observe
 from tests.inversion.stand_in import CHANNEL, TIMES, record, truth
 
 MIDDLE = truth(0.5)

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from data.dataset import Dataset
-from inversion.calibration import Calibrator
-from inversion.coordinates import parameter_coordinates
-from inversion.curve_model import CurveModel
-from inversion.identifiability import intervals
-from inversion.likelihood import Likelihood
-from inversion.observations import observe
-from inversion.posterior import Sampling, sample
-from inversion.posterior_figures import posterior_figures
-from surrogate.emulator import Emulator
-from surrogate.gaussian_process import GaussianProcess
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.likelihood import Likelihood
+from birdstrike.inversion.estimation.posterior import Sampling, sample
+from birdstrike.inversion.identifiability.identifiability import intervals
+from birdstrike.inversion.identifiability.summary import posterior_figures
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.surrogate.emulator import Emulator
+from birdstrike.surrogate.gaussian_process import GaussianProcess
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, record, truth
 
 NOISE = 5e-5

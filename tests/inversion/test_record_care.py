@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from data.errors import UserError
-from inversion.filters import filtered_dataset, filtered_record, zero_phase
-from inversion.observations import observe
-from inversion.record_care import clipped, outliers
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.observations.filters import filtered_dataset, filtered_record, zero_phase
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.outliers import clipped, outliers
 from tests.inversion.stand_in import CHANNEL, TIME, record, truth
 
 STEP = 5e-6

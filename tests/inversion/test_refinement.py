@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.errors import RunFailed, UserError
-from inversion.inversion import RefinementFigures
-from inversion.invert import Options, invert
-from inversion.posterior import Sampling
-from inversion.refinement import refine
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.inversion.estimation.posterior import Sampling
+from birdstrike.inversion.estimation.refinement import refine
+from birdstrike.inversion.inversion import RefinementFigures
+from birdstrike.inversion.invert import Options, invert
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, campaign, forward, record, spread, truth
 
 SHARE = np.array([0.35, 0.6, 0.45, 0.55])

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from data.dataset import Dataset
-from inversion.clock_drift import clock_drift
-from inversion.identifiability import intervals
-from inversion.invert import Options, invert
-from inversion.residual_correlation import autocorrelation_time, residual_correlation
-from inversion.time_origin import time_origin
-from surrogate.emulator import Emulator
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.clock_drift import clock_drift
+from birdstrike.inversion.estimation.residual_correlation import autocorrelation_time, residual_correlation
+from birdstrike.inversion.identifiability.identifiability import intervals
+from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.observations.time_origin import time_origin
+from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, record, truth
 from tests.inversion.test_calibration import calibrator
 

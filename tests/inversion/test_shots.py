@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.errors import UserError
-from data.histories import Histories
-from inversion.invert import Options, invert
-from inversion.shots import Shot, joined, with_scatter
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.shots import Shot, joined, with_scatter
+from birdstrike.inversion.invert import Options, invert
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, forward, record, spread, truth
 
 OPTIONS = Options(method="emulator", noise={CHANNEL: 4e-5}, time_offset=0.05e-3, sampling=None, analyse=False)

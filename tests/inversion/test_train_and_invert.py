@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import inversion.forward
-from data.curves import read_histories
-from data.errors import MeasuredError, UserError
-from data.store import RunStore
-from inversion.inversion import Inversion
-from inversion.train_and_invert import Extras, train_and_invert
-from solver.case import load_case
-from surrogate.files import load_emulator, load_network
+import birdstrike.inversion.forward
+from birdstrike.data.curves import read_histories
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.store import RunStore
+from birdstrike.inversion.inversion import Inversion
+from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.solver.case.case import load_case
+from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
 from tests.inversion.stand_in import CHANNEL
 
@@ -26,7 +26,7 @@ VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
 
 @pytest.fixture(autouse=True)
 def formula_for_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inversion.forward, "simulate", small_campaign.strike)
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def measured(doe: Path) -> Path:
 def out(doe: Path, measured: Path) -> Path:
     """The folder of a finished inversion."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(inversion.forward, "simulate", small_campaign.strike)
+        patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
         train_and_invert(doe, measured, doe.parent / "inversion")
     return doe.parent / "inversion"
 
@@ -79,7 +79,9 @@ def test_second_call_pays_no_run(
     doe: Path, measured: Path, out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     again = shutil.copytree(out, tmp_path / "again")
-    monkeypatch.setattr(inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice"))
+    monkeypatch.setattr(
+        birdstrike.inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice")
+    )
     assert train_and_invert(doe, measured, again) == Inversion.load(out / "inversion.json")
 
 
@@ -89,7 +91,9 @@ def test_run_that_the_campaign_holds_is_not_paid(
     merged = shutil.copytree(doe, tmp_path / "doe")
     for run in (out / "runs").glob("*.h5"):
         shutil.copy(run, merged / "runs")
-    monkeypatch.setattr(inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice"))
+    monkeypatch.setattr(
+        birdstrike.inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice")
+    )
     assert train_and_invert(merged, measured, tmp_path / "second") == Inversion.load(out / "inversion.json")
 
 

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.dataset import Dataset
-from inversion.calibration import Calibrator
-from inversion.coordinates import parameter_coordinates
-from inversion.curve_model import CurveModel
-from inversion.directions import directions
-from inversion.information import bound
-from inversion.observations import observe
-from inversion.profile import profiles
-from inversion.sobol import sobol_indices
-from surrogate.emulator import Emulator, fit_emulator
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.identifiability.directions import directions
+from birdstrike.inversion.identifiability.information import bound
+from birdstrike.inversion.identifiability.profile import profiles
+from birdstrike.inversion.identifiability.sobol import sobol_indices
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from tests.inversion import eroding
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, record, spread, truth
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from inversion.misfit import relative, rmse, whitened
-from inversion.whitening import Whitening
+from birdstrike.inversion.estimation.whitening import Whitening
+from birdstrike.inversion.misfit import relative, rmse, whitened
 
 
 def test_whitened_square_is_that_of_the_dense_covariance() -> None:

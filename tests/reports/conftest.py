@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from reports.folder import read_results
-from reports.page import report
-from reports.results import Results
+from birdstrike.reports.folder import read_results
+from birdstrike.reports.page.page import report
+from birdstrike.reports.results import Results
 from tests.reports.synthetic import finished_folder, simulate, write_record
 
 
@@ -30,8 +30,8 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page_of(folder: Path) -> Path:
     """The page of a folder with all bird models, few instants in motion."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inversion.forward.simulate", simulate)
-        patch.setattr("reports.models.FRAMES", 8)
+        patch.setattr("birdstrike.inversion.forward.simulate", simulate)
+        patch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
         return report(folder)
 
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.curves import Measured, write_measured
-from data.histories import Array, Histories, Snapshot
-from doe.campaign import run_campaign
-from doe.designs import make_design
-from doe.space import ParameterSpace
-from inversion.train_and_invert import train_and_invert
-from solver.case import Case, case_hash, load_case
+from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.histories import Array, Histories, Snapshot
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.train_and_invert import train_and_invert
+from birdstrike.solver.case.case import Case, case_hash, load_case
 
 END = 3.0e-3
 RECORD_TIMES = np.array([0.34, 0.59, 0.71, 0.98, 1.09, 1.34, 1.53, 1.60, 1.79, 1.91, 2.11, 2.35]) * 1e-3
@@ -145,6 +145,6 @@ def finished_folder(folder: Path, record: Path, patch: pytest.MonkeyPatch, runs:
     design = make_design("uniform", ParameterSpace.of(case.parameters()), runs, seed=0)
     with ThreadPoolExecutor(2) as pool:
         run_campaign(case, design, folder / "doe", simulate=simulate, executor=pool, say=lambda _: None)
-    patch.setattr("inversion.forward.simulate", simulate)
+    patch.setattr("birdstrike.inversion.forward.simulate", simulate)
     train_and_invert(folder / "doe", record, folder / "inversion")
     return folder

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from reports import case_meanings as say
-from reports.case_keys import PAGE, chapters, page
-from solver.case_sections import quantities, quantity_at
+from birdstrike.reports import case_keys as say
+from birdstrike.reports.case_keys import PAGE, chapters, page
+from birdstrike.solver.case.sections import quantities, quantity_at
 
 
 def keys() -> list[str]:
@@ -12,7 +12,7 @@ def keys() -> list[str]:
 
 
 def test_the_page_is_current() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page(), "run: python -m reports.case_keys"
+    assert PAGE.read_text(encoding="utf-8") == page(), "run: python -m birdstrike.reports.case_keys"
 
 
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from data.files import write_json
-from inversion.coverage import Coverage
-from inversion.side_by_side import Row
-from reports.blocks import Table
-from reports.results import Results
-from reports.sections import comparison
+from birdstrike.data.files import write_json
+from birdstrike.inversion.coverage import Coverage
+from birdstrike.inversion.method_comparison import Row
+from birdstrike.reports.blocks import Table
+from birdstrike.reports.results import Results
+from birdstrike.reports.sections import comparison
 
 VISCOSITY = "bird.material.viscosity"
 

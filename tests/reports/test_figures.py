@@ -14,19 +14,19 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reports.figures.cloud import cloud_figure
-from reports.figures.comparison import VerifiedCurve, comparison_figure
-from reports.figures.design import design_figure
-from reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
-from reports.figures.parameters import Mark, ParameterRow, parameters_figure
-from reports.figures.setup import SetUp, bird_outline, setup_figure
-from reports.figures.shapes import shapes_figure
-from reports.figures.stress import stress_figure, stress_scales
-from reports.figures.style import inline_svg, png
-from reports.figures.switches import mark_legends, readings, switches_in, with_switches
-from reports.figures.training import training_figure
-from reports.figures.views import Scene, mid_line, push_direction
-from reports.outcome import impulse
+from birdstrike.reports.comparison.outcome import impulse
+from birdstrike.reports.figures.comparison import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.design import design_figure
+from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
+from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
+from birdstrike.reports.figures.prior_predictive import cloud_figure
+from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
+from birdstrike.reports.figures.shapes import shapes_figure
+from birdstrike.reports.figures.stress import stress_figure, stress_scales
+from birdstrike.reports.figures.style import inline_svg, png
+from birdstrike.reports.figures.switches import mark_legends, readings, switches_in, with_switches
+from birdstrike.reports.figures.training import training_figure
+from birdstrike.reports.figures.views import Scene, mid_line, push_direction
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
 
 RUN = strike()

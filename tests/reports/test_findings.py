@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from data.curves import Measured, write_measured
-from inversion.inversion import Estimate
-from inversion.time_origin import TimeOrigin
-from reports.findings import findings, key_figures, percent
-from reports.folder import read_results
-from reports.page import report
-from reports.record import cloud, origin, residual
-from reports.results import Results
+from birdstrike.data.curves import Measured, write_measured
+from birdstrike.inversion.inversion import Estimate
+from birdstrike.inversion.observations.time_origin import TimeOrigin
+from birdstrike.reports.findings import findings, key_figures, percent
+from birdstrike.reports.folder import read_results
+from birdstrike.reports.page.page import report
+from birdstrike.reports.record import cloud, origin, residual
+from birdstrike.reports.results import Results
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
 CHANNEL = "displacement_centre"

@@ -8,17 +8,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import inversion.forward
+import birdstrike.inversion.forward
 from birdstrike import export
 from birdstrike.cli.app import app
-from data.errors import UserError
-from data.unit_systems import SYSTEMS, unit_system
-from inversion.train_and_invert import train_and_invert
-from reports import lsdyna
-from reports.cards import cards_of
-from reports.exported import read_export
-from reports.lsdyna import lsdyna_deck
-from solver.case import load_case
+from birdstrike.data.errors import UserError
+from birdstrike.data.unit_systems import SYSTEMS, unit_system
+from birdstrike.inversion.train_and_invert import train_and_invert
+from birdstrike.reports.export import lsdyna
+from birdstrike.reports.export.cards import cards_of
+from birdstrike.reports.export.exported import read_export
+from birdstrike.reports.export.lsdyna import lsdyna_deck
+from birdstrike.solver.case.case import load_case
 from tests.inversion import small_campaign
 
 COLUMN = 5e-4
@@ -32,7 +32,7 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     small_campaign.build(folder / "doe")
     small_campaign.write_record(folder / "record.csv")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(inversion.forward, "simulate", small_campaign.strike)
+        patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
         train_and_invert(folder / "doe", folder / "record.csv", folder / "inversion", method="emulator")
     return folder
 

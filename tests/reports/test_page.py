@@ -12,11 +12,11 @@ import matplotlib.image as images
 import numpy as np
 import pytest
 
-from data.curves import read_measured
-from data.errors import UserError
-from data.run_file import read_run
-from inversion.misfit import rmse
-from reports.page import report
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.store import read_run
+from birdstrike.inversion.misfit import rmse
+from birdstrike.reports.page.page import report
 from tests.reports.html import Page
 
 MEGABYTE, CHANNEL = 1_000_000, "displacement_centre"

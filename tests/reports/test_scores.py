@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.curves import Measured
-from reports.clock import best_offset
-from reports.iso18571 import SAMPLES, rate
-from reports.outcome import penetration, residual_deflection
-from reports.results import Results
-from reports.scores import score, sprague_geers
-from solver.estimate import first_period
+from birdstrike.data.curves import Measured
+from birdstrike.reports.comparison.clock import best_offset
+from birdstrike.reports.comparison.iso18571 import SAMPLES, rate
+from birdstrike.reports.comparison.outcome import penetration, residual_deflection
+from birdstrike.reports.comparison.scores import score, sprague_geers
+from birdstrike.reports.results import Results
+from birdstrike.solver.estimate import first_period
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
 
 TIME = np.linspace(0.0, 1.0, SAMPLES)

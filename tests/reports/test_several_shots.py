@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from inversion.train_and_invert import Extras, train_and_invert
-from reports.folder import read_results
+from birdstrike.inversion.train_and_invert import Extras, train_and_invert
+from birdstrike.reports.folder import read_results
 from tests.reports.conftest import page_of
 from tests.reports.synthetic import simulate, write_record
 
@@ -20,7 +20,7 @@ def two_shots(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(finished / "doe", folder / "doe")
     records = [write_record(folder / "shot7.csv"), write_record(folder / "shot8.csv", peak=5.52e-3)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inversion.forward.simulate", simulate)
+        patch.setattr("birdstrike.inversion.forward.simulate", simulate)
         train_and_invert(
             folder / "doe", records, folder / "inversion", method="emulator", extras=Extras(posterior=False)
         )

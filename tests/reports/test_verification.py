@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from data.errors import RunFailed, UserError
-from reports.verification.cache import Cache, Result, fingerprint
-from reports.verification.columns import SEED
-from reports.verification.hugoniot import jump, pressure_of
-from reports.verification.impact import crossing, planar_impact
-from reports.verification.page import page
-from reports.verification.problem import Outcome, Picture, Problem, Reason
-from reports.verification.registry import chosen, problems
-from reports.verification.rigid_target import bernoulli
-from reports.verification.rows import Row, below, matches, near, shown
-from reports.verification.shots import Shot, fire, momentum_given
-from reports.verification.verify import Verification, result_named, verify
-from solver.eos import grueneisen, murnaghan
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.reports.verification.cache import Cache, Result, fingerprint
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.reports.verification.page import page
+from birdstrike.reports.verification.planar_problems import crossing, planar_impact
+from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Reason
+from birdstrike.reports.verification.registry import chosen, problems
+from birdstrike.reports.verification.rigid_target import bernoulli
+from birdstrike.reports.verification.rows import Row, below, matches, near, shown
+from birdstrike.reports.verification.shots import Shot, fire, momentum_given
+from birdstrike.reports.verification.verify import Verification, result_named, verify
+from birdstrike.solver.bird.eos import grueneisen, murnaghan
+from birdstrike.solver.reference.hugoniot import jump, pressure_of
 
 SMALL = Shot(
     "reference_strike_156mm",
@@ -156,7 +156,7 @@ def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.Monkey
     def refuse(_workers: int) -> None:
         raise AssertionError("nothing is due")
 
-    monkeypatch.setattr("reports.verification.verify.process_pool", refuse)
+    monkeypatch.setattr("birdstrike.reports.verification.verify.process_pool", refuse)
     second = verify(None, only=["return_mapping"], workers=1, cache=tmp_path)
     assert second.rows == first.rows
     assert first.spent["return_mapping"] > 0.0

@@ -6,11 +6,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from data.histories import Array
-from reports.verification.columns import SMOOTHING
-from solver.bird import Bird
-from solver.geometry import slope_gain
-from solver.materials import SolidMaterial
+from birdstrike.data.histories import Array
+from birdstrike.reports.verification.columns import SMOOTHING
+from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.shape import slope_gain
+from birdstrike.solver.bird.sph import Bird
 
 SPACING = 5e-3
 Body = TypeVar("Body", bound=Bird)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from solver.eos import grueneisen
-from solver.hex_bird import HexBird
-from solver.hex_mesh import CORNERS, HexMesh
-from solver.materials import NullMaterial
+from birdstrike.data.histories import Array
+from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.hex_mesh import CORNERS, HexMesh
+from birdstrike.solver.bird.hexahedra import HexBird
+from birdstrike.solver.bird.materials import NullMaterial
 
 SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from solver.bird_shape import volume
+from birdstrike.solver.bird.shape import volume
 from tests.solver.random_fields import Strategy, Table, number, off_or, quantity
 
 EOS: list[Strategy[Table]] = [

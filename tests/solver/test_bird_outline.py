@@ -7,13 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from solver.bird_shape import SHAPES, outline, second_moments, volume
-from solver.build_bird import bird_lattice, build_particles
-from solver.case import Case, load_case
-from solver.geometry import inside
-from solver.kernels.smoothing import slope, slope_constant
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.solver.bird.build import bird_lattice, build_particles
+from birdstrike.solver.bird.shape import SHAPES, inside, outline, second_moments, volume
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.kernels.smoothing import slope, slope_constant
+from birdstrike.solver.simulate import simulate
 
 DIAMETER, LENGTH = 0.106, 0.262
 

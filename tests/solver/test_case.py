@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
-from solver.bird_shape import volume
-from solver.case import Case, case_hash, load_case
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.bird.shape import volume
+from birdstrike.solver.case.case import Case, case_hash, load_case
 
 REFERENCE = load_case("reference_strike")
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
-from solver.case import load_case
-from solver.case_fields import Between
-from solver.case_sections import quantities
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.fields import Between
+from birdstrike.solver.case.sections import quantities
 from tests.solver.wrong_cases import errors_with
 
 LATER = "is not available in this version"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Case, load_case
-from solver.case_remarks import example_parameter, remarks
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.remarks import example_parameter, remarks
 from tests.solver.wrong_cases import errors_with, written
 
 OF_HEXAHEDRA = {"bird.method": "hexahedra"}

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import CaseError, UserError
-from solver.bird_shape import volume
-from solver.build_bird import bird_lattice, bird_material
-from solver.case import case_hash, load_case
-from solver.case_eos import LAWS
-from solver.case_sections import entry_at, quantities, quantity_at, quantity_in
-from solver.materials import SolidMaterial
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.bird.build import bird_lattice, bird_material
+from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.shape import volume
+from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.case.eos import LAWS
+from birdstrike.solver.case.sections import entry_at, quantities, quantity_at, quantity_in
 
 PLASTIC = "reference_strike_plastic_kinematic"
 HYDRO = "reference_strike_hydrodynamic"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
-from solver.case import load_case
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.case.case import load_case
 from tests.solver.wrong_cases import errors_with, written
 
 

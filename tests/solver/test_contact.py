@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.errors import UserError
-from reports.verification.columns import SEED
-from solver.bird import Bird
-from solver.contact import Contact
-from solver.kernels.contact import foot_on_facet
-from solver.plate import Plate, ShellMaterial
-from solver.shell_mesh import plate_mesh, shell_mesh
+from birdstrike.data.errors import UserError
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.kernels.contact import foot_on_facet
+from birdstrike.solver.plate.mesh import plate_mesh, shell_mesh
+from birdstrike.solver.plate.shell import Plate, ShellMaterial
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 GAP_PARTICLE = 5e-3

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.errors import CaseError
-from data.units import to_si
-from solver.case import Case, load_case
-from solver.case_effects import shown, stated
-from solver.effects import Effect, effects, register, unregister
-from solver.effects_bird import porous_points
-from solver.effects_plate import PLATE, bending_stiffness
-from solver.instrument import recorded
+from birdstrike.data.errors import CaseError
+from birdstrike.data.units import to_si
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.effects import shown, stated
+from birdstrike.solver.effects.bird import porous_points
+from birdstrike.solver.effects.plate import PLATE, bending_stiffness
+from birdstrike.solver.effects.registry import Effect, effects, register, unregister
+from birdstrike.solver.sensors.instrument import recorded
 
 CASE = load_case("virtual_strike")
 NAMES = [

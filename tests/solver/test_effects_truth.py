@@ -9,17 +9,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from data.histories import Array
-from reports.verification.plate_problems import RITZ
-from reports.verification.plate_ritz import RitzPlate, ritz_frequencies
-from solver.bird import Bird
-from solver.build_bird import build_bird
-from solver.build_plate import build_plate
-from solver.case import load_case
-from solver.effects import effects
-from solver.instrument import recorded
-from solver.plate import Plate
-from solver.plate_modes import natural_frequencies
+from birdstrike.data.histories import Array
+from birdstrike.reports.verification.plate_problems import RITZ
+from birdstrike.solver.bird.build import build_bird
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.plate.build import build_plate
+from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.reference.plate_ritz import RitzPlate, ritz_frequencies
+from birdstrike.solver.sensors.instrument import recorded
 
 CASE = load_case("virtual_strike", {"bird.particles": "3000"})
 CLAMPED_HZ = 397.7  # of the case's plate, 525 x 430 x 10 mm of aluminium (Mindlin, Ritz)

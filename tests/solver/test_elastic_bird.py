@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.errors import RunFailed
-from solver.elastic_bird import ElasticBird
-from solver.materials import elastic
+from birdstrike.data.errors import RunFailed
+from birdstrike.solver.bird.materials import elastic
+from birdstrike.solver.bird.total_lagrangian import ElasticBird
 from tests.solver.bars import SPACING, angular_momentum, cuboid, free_body, steps
 
 SEED = elastic(938.0, 68.9e6, 0.49)

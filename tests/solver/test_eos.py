@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.eos import (
+from birdstrike.solver.bird.eos import (
     EquationOfState,
     grueneisen,
     linear_polynomial,
@@ -19,7 +19,7 @@ from solver.eos import (
     porous_wood,
     table,
 )
-from solver.kernels.eos import eos_terms, eos_update
+from birdstrike.solver.kernels.eos import eos_terms, eos_update
 
 RHO0, C, S1 = 938.0, 1670.0, 2.48
 SEED = grueneisen(RHO0, C, S1)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.verification.columns import SEED
-from reports.verification.target_problems import sliding_layer
-from solver.bird import Bird
-from solver.contact import Contact
-from solver.plate import Plate, ShellMaterial
-from solver.shell_mesh import plate_mesh, shell_mesh
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.reports.verification.target_problems import sliding_layer
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.plate.mesh import plate_mesh, shell_mesh
+from birdstrike.solver.plate.shell import Plate, ShellMaterial
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 SPACING, THICKNESS = 5e-3, 0.004

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.eos import grueneisen, logarithmic
-from solver.hex_bird import HexBird
-from solver.hex_elements import HexSettings
-from solver.materials import NullMaterial, SolidMaterial, elastic
+from birdstrike.solver.bird.eos import grueneisen, logarithmic
+from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
+from birdstrike.solver.bird.materials import NullMaterial, SolidMaterial, elastic
 from tests.solver.bricks import SEED, advance, brick, skewed, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0

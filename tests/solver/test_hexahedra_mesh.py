@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solver.bird_shape import SHAPES, volume
-from solver.hex_mesh import bird_mesh
+from birdstrike.solver.bird.hex_mesh import bird_mesh
+from birdstrike.solver.bird.shape import SHAPES, volume
 
 DIAMETER = 0.106
 CASES = [(shape, elements) for shape in SHAPES for elements in (500, 1000, 4504)]

@@ -6,12 +6,12 @@ import meshio
 import numpy as np
 import pytest
 
-from data.fields import write_fields
-from data.histories import Histories
-from solver.case import Case, load_case
-from solver.estimate import estimate
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.data.fields import write_fields
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.estimate import estimate
+from birdstrike.solver.simulate import simulate
 
 SMALL = {
     "bird.method": "hexahedra",

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.hex_bird import HexBird
-from solver.hex_elements import HexSettings
-from solver.materials import SolidMaterial, elastic
+from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
+from birdstrike.solver.bird.materials import SolidMaterial, elastic
 from tests.solver.bricks import SEED, advance, brick, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0

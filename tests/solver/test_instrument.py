@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.errors import CaseError, UserError
-from data.histories import Histories
-from solver.case import case_hash, load_case
-from solver.case_sensors import Instrument, Sensor
-from solver.instrument import low_pass, recorded, with_noise
-from solver.sensors import sample
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.case.sensors import Instrument, Sensor
+from birdstrike.solver.sensors.instrument import low_pass, recorded, with_noise
+from birdstrike.solver.sensors.recording import sample
 
 TIME = np.linspace(0.0, 20e-3, 40_001)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from solver.kernels.neighbours import WIDTH
-from solver.verlet import NEAR, SKIN, VerletList
+from birdstrike.solver.bird.neighbour_list import NEAR, SKIN, VerletList
+from birdstrike.solver.kernels.neighbours import WIDTH
 
 
 def rows(verlet: VerletList) -> list[list[int]]:

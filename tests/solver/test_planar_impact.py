@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.verification.columns import SEED, periodic_bird
+from birdstrike.reports.verification.columns import SEED, periodic_bird
 
 
 @pytest.mark.parametrize("kind", ["fcc", "cubic"])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.verification.ductile_problems import jones_plate, nurick_plate, shear_stress_at_rate
-from solver.kernels.plasticity import return_to_yield
-from solver.plate import ShellMaterial
+from birdstrike.reports.verification.ductile_problems import jones_plate, nurick_plate, shear_stress_at_rate
+from birdstrike.solver.kernels.plasticity import return_to_yield
+from birdstrike.solver.plate.shell import ShellMaterial
 
 NO_RATE = (0.0, 1.0)
 STEEL = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, beta=1.0)

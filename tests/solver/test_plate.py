@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.verification.plate_problems import (
+from birdstrike.reports.verification.plate_problems import (
     ALUMINIUM,
     RITZ,
     central_load,
@@ -17,10 +17,10 @@ from reports.verification.plate_problems import (
     spring_frequencies,
     step_response,
 )
-from reports.verification.plate_ritz import ritz_frequencies
-from solver.plate import Plate
-from solver.plate_modes import natural_frequencies
-from solver.shell_mesh import plate_mesh
+from birdstrike.solver.plate.mesh import plate_mesh
+from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.reference.plate_ritz import ritz_frequencies
 
 MINDLIN_HZ = (397.7, 708.2, 897.6)
 

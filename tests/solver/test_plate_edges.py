@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.errors import UserError
-from reports.verification.plate_membrane import relaxed_deflection, von_karman_deflection
-from reports.verification.plate_problems import central_load, shells
-from solver.plate_edges import EdgeStiffness
-from solver.plate_modes import natural_frequencies
+from birdstrike.data.errors import UserError
+from birdstrike.reports.verification.plate_problems import central_load, shells
+from birdstrike.solver.plate.boundary import EdgeStiffness
+from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.reference.plate_membrane import relaxed_deflection, von_karman_deflection
 
 SPRINGS = EdgeStiffness(in_plane=2e9, transverse=5e9, rotational=2e5)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.histories import Histories
-from solver.case import load_case
-from solver.plate import Plate, ShellMaterial
-from solver.shell_mesh import plate_mesh
-from solver.simulate import simulate
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.plate.mesh import plate_mesh
+from birdstrike.solver.plate.shell import Plate, ShellMaterial
+from birdstrike.solver.simulate import simulate
 
 FAST = {
     "bird.particles": "500",

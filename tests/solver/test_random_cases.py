@@ -10,12 +10,12 @@ import os
 import numpy as np
 from hypothesis import HealthCheck, event, given, settings
 
-from data.errors import RunFailed, UserError
-from data.histories import Histories
-from solver.case import case_from_table
-from solver.case_sections import quantity_at
-from solver.judgement import BALANCE_LIMIT
-from solver.simulate import simulate
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import case_from_table
+from birdstrike.solver.case.sections import quantity_at
+from birdstrike.solver.checks import BALANCE_LIMIT
+from birdstrike.solver.simulate import simulate
 from tests.solver.random_cases import tables
 from tests.solver.random_fields import Table
 

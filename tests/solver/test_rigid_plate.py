@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.errors import CaseError
-from data.histories import Histories
-from solver.case import Case, case_hash, load_case
-from solver.estimate import estimate
-from solver.simulate import simulate
-from solver.wilbeck import duration, hugoniot_pressure, peak, stagnation_pressure, steady_mean
+from birdstrike.data.errors import CaseError
+from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.estimate import estimate
+from birdstrike.solver.reference.wilbeck import duration, hugoniot_pressure, peak, stagnation_pressure, steady_mean
+from birdstrike.solver.simulate import simulate
 
 FLAT = {
     "plate.rigid": "true",

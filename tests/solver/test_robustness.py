@@ -7,12 +7,11 @@ import re
 import numpy as np
 import pytest
 
-from data.errors import CaseError, RunFailed
-from solver.case import Case, load_case
-from solver.judgement import BALANCE_LIMIT, judge
-from solver.plate_state import PlateState
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.checks import BALANCE_LIMIT, judge
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.simulate import PlateState, simulate
 
 TINY = {
     "bird.particles": "120",
@@ -85,7 +84,7 @@ def test_a_force_that_appears_at_depth_is_energy_out_of_nothing():
 
 def test_energy_out_of_contact_is_not_believed(monkeypatch: pytest.MonkeyPatch):
     """Springs that give back 3 % of the normal kinetic energy too much, and no other book that shows it."""
-    monkeypatch.setattr("solver.balance.Balance.contact_created", lambda *_: 0.03)
+    monkeypatch.setattr("birdstrike.solver.energy_balance.Balance.contact_created", lambda *_: 0.03)
     with pytest.raises(RunFailed, match=r"contact made 3\.0% .*refine plate\.elements or bird\.particles"):
         simulate(tiny())
 

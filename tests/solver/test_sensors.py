@@ -8,17 +8,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from reports.verification.columns import SEED
-from reports.verification.target_problems import gauge_under_a_layer
-from solver.bird import Bird
-from solver.case_sensors import Sensor
-from solver.contact import Contact
-from solver.gauges import gauges
-from solver.places import blend, place_on, point_at
-from solver.plate import Plate, ShellMaterial
-from solver.rigid_plate import RigidPlate, Target
-from solver.sensors import sample
-from solver.shell_mesh import PlateMesh, plate_mesh, shell_mesh
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.reports.verification.target_problems import gauge_under_a_layer
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.case.sensors import Sensor
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.plate.mesh import PlateMesh, plate_mesh, shell_mesh
+from birdstrike.solver.plate.rigid import RigidPlate, Target
+from birdstrike.solver.plate.shell import Plate, ShellMaterial
+from birdstrike.solver.sensors.gauges import gauges
+from birdstrike.solver.sensors.places import blend, place_on, point_at
+from birdstrike.solver.sensors.recording import sample
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
 THICKNESS = 0.01

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.verification.shell_problems import (
+from birdstrike.reports.verification.shell_problems import (
     pinched_hemisphere,
     scordelis_lo,
     scordelis_lo_plate,
     spinning_shell,
 )
-from solver.case import load_case
-from solver.first_touch import flight_to_panel
-from solver.shell_mesh import cylindrical_panel
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.solver.bird.build import flight_to_panel
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.plate.mesh import cylindrical_panel
+from birdstrike.solver.simulate import simulate
 
 
 def test_scordelis_lo_roof():

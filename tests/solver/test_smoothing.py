@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.geometry import lattice
-from solver.kernels.smoothing import slope, slope_constant, wendland
+from birdstrike.solver.bird.shape import lattice
+from birdstrike.solver.kernels.smoothing import slope, slope_constant, wendland
 
 
 def test_kernel_integrates_to_one():

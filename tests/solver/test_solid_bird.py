@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.verification.columns import SMOOTHING, block, images_of
-from solver.case import load_case
-from solver.eos import linear_polynomial
-from solver.geometry import slope_gain
-from solver.kernels.strength import contraction
-from solver.materials import SolidMaterial
-from solver.simulate import simulate
-from solver.solid_bird import SolidBird
+from birdstrike.reports.verification.columns import SMOOTHING, block, images_of
+from birdstrike.solver.bird.eos import linear_polynomial
+from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.shape import slope_gain
+from birdstrike.solver.bird.sph_strength import SolidBird
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.kernels.strength import contraction
+from birdstrike.solver.simulate import simulate
 from tests.solver.bars import SPACING, cuboid, free_body, steps
 
 LAW = linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0])

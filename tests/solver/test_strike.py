@@ -10,15 +10,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from data.errors import RunFailed
-from data.histories import Histories
-from data.paths import REFERENCE
-from reports.verification.columns import SEED, block
-from solver.bird import Bird
-from solver.case import Case, load_case
-from solver.estimate import estimate, first_period
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.data.paths import REFERENCE
+from birdstrike.reports.verification.columns import SEED, block
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.estimate import estimate, first_period
+from birdstrike.solver.simulate import simulate
 
 SMALL = {
     "bird.particles": "500",

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solver.case import Case, load_case
-from solver.judgement import untouched
-from solver.simulate import simulate
-from solver.strike import Strike
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.checks import untouched
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.simulate import simulate
 
 SMALL = {
     "bird.particles": "500",

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from data.errors import CaseError
-from solver.case import load_case
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.case.case import load_case
 
 
 def errors_with(settings: dict[str, str]) -> list[str]:

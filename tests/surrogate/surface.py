@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from surrogate.network import Shape
-from surrogate.training import Samples
+from birdstrike.surrogate.network import Shape
+from birdstrike.surrogate.training import Samples
 
 SHAPE = Shape(2, 6, 1)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from surrogate.adam import Settings, torch_forward, train
-from surrogate.network import forward, nguyen_widrow
+from birdstrike.surrogate.adam import Settings, torch_forward, train
+from birdstrike.surrogate.network import forward, nguyen_widrow
 from tests.surrogate.surface import SHAPE, smooth_surface
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from sklearn.gaussian_process import GaussianProcessRegressor
 
-from data.dataset import Dataset
-from data.errors import UserError
-from surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator
-from surrogate.files import load_emulator, save_emulator
-from surrogate.gaussian_process import GaussianProcess, kernel_of
-from surrogate.validation import leave_one_out, q2, rmse
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator
+from birdstrike.surrogate.files import load_emulator, save_emulator
+from birdstrike.surrogate.gaussian_process import GaussianProcess, kernel_of
+from birdstrike.surrogate.validation import leave_one_out, q2, rmse
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIME, TIMES, campaign, pulse, spread
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import torch
 
-from surrogate import bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
-from surrogate.inverse_network import fit_network
-from surrogate.levenberg_marquardt import Settings
-from surrogate.network import Shape, jacobian, nguyen_widrow
-from surrogate.training import Samples
+from birdstrike.surrogate import bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from birdstrike.surrogate.inverse_network import fit_network
+from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.network import Shape, jacobian, nguyen_widrow
+from birdstrike.surrogate.training import Samples
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 from tests.surrogate.surface import SHAPE, smooth_surface
 

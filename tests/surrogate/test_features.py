@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from surrogate.features import covered, features, regions
+from birdstrike.surrogate.features import covered, features, regions
 
 NAMES = ("bird.material.viscosity", "bird.material.tension_erosion", "bird.material.compression_erosion")
 LOWS, HIGHS = np.array([0.0, 0.05, 0.05]), np.array([1500.0, 1.25, 1.25])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from surrogate.holdout import describe, describe_times, held_out, input_times
+from birdstrike.surrogate.holdout import describe, describe_times, held_out, input_times
 from tests.inversion.stand_in import CHANNEL, START, campaign, spread
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.errors import UserError
-from surrogate.files import load_network, save_network
-from surrogate.inverse_network import fit_network, sampled
+from birdstrike.data.errors import UserError
+from birdstrike.surrogate.files import load_network, save_network
+from birdstrike.surrogate.inverse_network import fit_network, sampled
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from surrogate.levenberg_marquardt import Linearised, Settings, _lower, train
-from surrogate.network import nguyen_widrow
-from surrogate.training import Samples
+from birdstrike.surrogate.levenberg_marquardt import Linearised, Settings, _lower, train
+from birdstrike.surrogate.network import nguyen_widrow
+from birdstrike.surrogate.training import Samples
 from tests.surrogate.surface import SHAPE, smooth_surface
 
 

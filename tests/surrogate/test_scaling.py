@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from surrogate.scaling import Scaling
+from birdstrike.surrogate.scaling import Scaling
 
 
 def test_columns_span_zero_to_one_and_come_back() -> None:

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.curves import read_measured
-from data.errors import UserError
-from data.paths import MEASURED
-from inversion.audit.experiment import experiments, read_truth, truth_text
-from inversion.audit.make_experiments import noise_free
-from inversion.audit.outside import bolted, strike_with, yawed
-from inversion.audit.planted import COUNTS, OF_BUCKLING, SINGLE, bears, draw, redraw
-from solver.case import load_case
-from solver.effects import effects
-from solver.effects_plate import bending_stiffness
-from solver.simulate import simulate
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.paths import MEASURED
+from birdstrike.inversion.audit.experiment import experiments, read_truth, truth_text
+from birdstrike.inversion.audit.make_experiments import noise_free
+from birdstrike.inversion.audit.outside import bolted, strike_with, yawed
+from birdstrike.inversion.audit.planted import COUNTS, OF_BUCKLING, SINGLE, bears, draw, redraw
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.effects.plate import bending_stiffness
+from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.simulate import simulate
 
 CASE = load_case("virtual_strike")
 VIRTUAL = MEASURED / "virtual"

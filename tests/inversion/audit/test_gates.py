@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from inversion.audit.gates import at_least, clopper_pearson, contains, figures_of, rate
+from birdstrike.inversion.audit.gates import at_least, clopper_pearson, contains, figures_of, rate
 
 
 def test_rates_are_bootstrapped_over_whole_curves() -> None:

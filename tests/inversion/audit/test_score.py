@@ -9,28 +9,27 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from data.curves import Measured
-from inversion.audit.answers import confusion
-from inversion.audit.carried import covariance_of, of_part, part, without_noise
-from inversion.audit.circular import emulator_made
-from inversion.audit.coarse import coarse, coarse_models
-from inversion.audit.draws import Noises, answer
-from inversion.audit.experiment import Truth
-from inversion.audit.planted import CLEAN
-from inversion.audit.power import Rescaled, shown, signal
-from inversion.audit.reading import read_draws
-from inversion.audit.score import COARSE, KINDS, STATED, Asked, Score
-from inversion.audit.stored import load_score, save_score
-from inversion.audit.table import write_audit
-from inversion.diagnosis.choice import Choice
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.diagnose import Study, Wishes
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.model import low_pass
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import NONE
-from reports.audit import write_audit_page
-from reports.audit_markdown import audit_markdown
+from birdstrike.data.curves import Measured
+from birdstrike.inversion.audit.answers import confusion
+from birdstrike.inversion.audit.carried import covariance_of, of_part, part, without_noise
+from birdstrike.inversion.audit.circular import emulator_made
+from birdstrike.inversion.audit.coarse import coarse, coarse_models
+from birdstrike.inversion.audit.draws import Noises, answer
+from birdstrike.inversion.audit.experiment import Truth
+from birdstrike.inversion.audit.planted import CLEAN
+from birdstrike.inversion.audit.power import Rescaled, shown, signal
+from birdstrike.inversion.audit.reading import read_draws
+from birdstrike.inversion.audit.score import COARSE, KINDS, STATED, Asked, Score
+from birdstrike.inversion.audit.stored import load_score, save_score
+from birdstrike.inversion.audit.table import write_audit
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.diagnose import Study, Wishes
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.model import low_pass
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 from tests.inversion.diagnosis.toy_study import TIME, curves, groundwork
 
 NOISE = 1e-4

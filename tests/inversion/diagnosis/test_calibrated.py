@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data.histories import Array
-from inversion.diagnosis.calibrated import LARGEST, Columns, calibrated, mean_square
-from inversion.diagnosis.point_error import PointError
-from inversion.diagnosis.widened import matern
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.calibrated import LARGEST, Columns, calibrated, mean_square
+from birdstrike.inversion.diagnosis.point_error import PointError
+from birdstrike.inversion.diagnosis.widened import matern
 
 N, KNOWN = 120, 10
 TIME = np.linspace(0.0, 1e-3, N)

@@ -7,14 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inversion.diagnosis.choice import Choice, level, why_unnamed
-from inversion.diagnosis.diagnosis import EffectFigures, State
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.judge import Judged
-from inversion.diagnosis.responses import Response, library
-from inversion.diagnosis.tolerances import TOLERANCES, tolerance_figures
-from inversion.diagnosis.verdict import AMBIGUOUS, AT_LIMIT, ATTRIBUTED, NO_RESIDUAL, NONE, UNEXPLAINED, UNSEEN
-from inversion.diagnosis.words import sentence
+from birdstrike.inversion.diagnosis.choice import Choice, level, why_unnamed
+from birdstrike.inversion.diagnosis.diagnosis import EffectFigures, State
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.judge import Judged
+from birdstrike.inversion.diagnosis.responses import Response, library
+from birdstrike.inversion.diagnosis.tolerances import TOLERANCES, tolerance_figures
+from birdstrike.inversion.diagnosis.verdict import (
+    AMBIGUOUS,
+    AT_LIMIT,
+    ATTRIBUTED,
+    NO_RESIDUAL,
+    NONE,
+    UNEXPLAINED,
+    UNSEEN,
+)
+from birdstrike.inversion.diagnosis.words import sentence
 from tests.inversion.diagnosis.toy_study import TIME, curves, groundwork, judge
 
 NOISE = 2e-5

@@ -14,18 +14,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from data.curves import Measured, read_measured, write_measured
-from data.errors import MeasuredError
-from doe.campaign import load_dataset
-from inversion.diagnosis.choice import Choice
-from inversion.diagnosis.diagnose import Study, Wishes, diagnose
-from inversion.diagnosis.groundwork import prepare
-from inversion.diagnosis.responses import library
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.write import write
-from reports.diagnosis import write_diagnosis_page
-from solver.case import load_case
-from solver.simulate import simulate
+from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.errors import MeasuredError
+from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.diagnose import Study, Wishes, diagnose
+from birdstrike.inversion.diagnosis.groundwork import prepare
+from birdstrike.inversion.diagnosis.responses import library
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.write import write
+from birdstrike.reports.page.diagnosis import write_diagnosis_page
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.simulate import simulate
 
 CASE = """
 [plate]
@@ -102,8 +102,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def on_threads() -> Iterator[None]:
     """Strikes on threads: processes would compile anew."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
-        patch.setattr("inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
         yield
 
 

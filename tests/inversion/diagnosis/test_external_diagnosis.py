@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.curves import Measured
-from doe.external import strike_external
-from inversion.diagnosis.diagnose import Wishes, diagnose
-from inversion.diagnosis.diagnosis import Diagnosis
-from solver.case import load_case
-from solver.effects import effects
+from birdstrike.data.curves import Measured
+from birdstrike.doe.external.external import strike_external
+from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
+from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.effects.registry import effects
 from tests.doe.external_case import DECK, written
 from tests.doe.test_external import exact
 
@@ -39,8 +39,8 @@ def diagnosed(folder: Path, shot: Measured) -> Diagnosis:
     text = re.sub(r'\[inversion\.parameters\."impact\.speed"\]\n.*\n', "", path.read_text(encoding="utf-8"))
     path.write_text(text, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("doe.campaign.process_pool", ThreadPoolExecutor)
-        patch.setattr("inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.inversion.diagnosis.strikes.process_pool", ThreadPoolExecutor)
         return diagnose(path, shot, folder / "out", wishes=Wishes(workers=2, runs=6))
 
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.heldout import HeldOut, channels, expected, hold_out, in_short, other_shot
-from inversion.diagnosis.judge import Judge, Judged
-from inversion.diagnosis.miss import errors
-from inversion.diagnosis.refit import Fit
-from inversion.diagnosis.responses import Response, library
-from inversion.diagnosis.verdict import NONE
-from solver.case import load_case
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.heldout import HeldOut, channels, expected, hold_out, in_short, other_shot
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.miss import errors
+from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.responses import Response, library
+from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.toy_study import SIZE, TIME, curves, groundwork, judge
 
 NOISE, LATE = 1e-4, 2e-5

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.histories import Histories
-from inversion.diagnosis.diagnose import Study, Wishes
-from inversion.diagnosis.following import followed
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.model_error import emulator_error
-from inversion.diagnosis.strikes import Strikes
-from inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
-from solver.case import Case
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.diagnosis.diagnose import Study, Wishes
+from birdstrike.inversion.diagnosis.following import followed
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.model_error import emulator_error
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import NO_RESIDUAL, NONE, UNEXPLAINED, verdict
+from birdstrike.solver.case.case import Case
 from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, SCATTER, SIZE, TIME, curves, groundwork, judge
 
 MIDDLE = np.full((1, 2), 0.5)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data.histories import Array
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.numerical import Numerical
-from inversion.diagnosis.widened import matern
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.numerical import Numerical
+from birdstrike.inversion.diagnosis.widened import matern
 
 TIME = np.linspace(0.0, 2e-3, 201)
 STEP = float(TIME[1] - TIME[0])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from data.curves import Measured
-from data.errors import MeasuredError
-from inversion.diagnosis.noise import Noise
-from inversion.diagnosis.record import Record, Window, read_record
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError
+from birdstrike.inversion.diagnosis.noise import Noise
+from birdstrike.inversion.diagnosis.record import Record, Window, read_record
 
 STEP = 5e-6
 TIME = STEP * np.arange(-120, 400)

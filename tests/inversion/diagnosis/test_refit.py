@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inversion.audit.coverage import covered
-from inversion.audit.draws import Draws
-from inversion.diagnosis.covariance import Whitener
-from inversion.diagnosis.evidence import log_evidence, magnitude, parameter_intervals
-from inversion.diagnosis.judge import Judge
-from inversion.diagnosis.refit import Fit, fit_effect
-from inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.audit.coverage import covered
+from birdstrike.inversion.audit.draws import Draws
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.evidence import log_evidence, magnitude, parameter_intervals
+from birdstrike.inversion.diagnosis.judge import Judge
+from birdstrike.inversion.diagnosis.refit import Fit, fit_effect
+from birdstrike.inversion.diagnosis.verdict import NONE
 from tests.inversion.diagnosis.toy_study import HIGHS, LOWS, NAMES, TIME, curves, groundwork, judge
 
 NOISE = 1e-4

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data.histories import Array, Histories
-from inversion.diagnosis.finer import choices, elsewhere, pairs
-from inversion.diagnosis.responses import Known, Response, label, learn, library, pooled
-from solver.case import load_case
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.finer import choices, elsewhere, pairs
+from birdstrike.inversion.diagnosis.responses import Known, Response, label, learn, library, pooled
+from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.toy_study import TIME, groundwork
 
 SHAPE = np.sin(np.pi * TIME / TIME[-1])

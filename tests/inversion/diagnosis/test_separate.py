@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
-from data.histories import Array, Histories
-from inversion.diagnosis.groundwork import CENTRE, Groundwork
-from inversion.diagnosis.noise import Noise
-from inversion.diagnosis.record import Record, Trace
-from inversion.diagnosis.rivals import Shot, chance
-from inversion.diagnosis.sensitivities import Sensitivities, sensitivities
-from inversion.diagnosis.separate import Bench, propose, rank
-from inversion.diagnosis.strikes import Strikes
-from solver.case import Case
-from solver.case_sensors import Sensor
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.groundwork import CENTRE, Groundwork
+from birdstrike.inversion.diagnosis.noise import Noise
+from birdstrike.inversion.diagnosis.record import Record, Trace
+from birdstrike.inversion.diagnosis.rivals import Shot, chance
+from birdstrike.inversion.diagnosis.sensitivities import Sensitivities, sensitivities
+from birdstrike.inversion.diagnosis.separate import Bench, propose, rank
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.sensors import Sensor
 from tests.inversion.diagnosis import toy_study
 
 CLOCK = np.linspace(0.0, 1.0, 801)

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from inversion.diagnosis.detectable import minimum_detectable, power
-from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.statistics import Reference
-from inversion.diagnosis.verdict import AMBIGUOUS, ATTRIBUTED, NO_RESIDUAL, NONE, UNEXPLAINED, confidence_set, verdict
+from birdstrike.inversion.diagnosis.detectable import minimum_detectable, power
+from birdstrike.inversion.diagnosis.linear import Linear
+from birdstrike.inversion.diagnosis.statistics import Reference
+from birdstrike.inversion.diagnosis.verdict import (
+    AMBIGUOUS,
+    ATTRIBUTED,
+    NO_RESIDUAL,
+    NONE,
+    UNEXPLAINED,
+    confidence_set,
+    verdict,
+)
 from tests.inversion.diagnosis.toys import PARAMETERS, SIGNATURES, T, linear, records
 
 NAMES = ("ringing", "late", "step")

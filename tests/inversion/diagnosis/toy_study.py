@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from data.curves import Measured
-from data.dataset import Dataset
-from data.histories import Array
-from inversion.coordinates import parameter_coordinates
-from inversion.diagnosis.groundwork import Groundwork
-from inversion.diagnosis.judge import Judge
-from inversion.diagnosis.model import Clock
-from inversion.diagnosis.numerical import Numerical
-from inversion.diagnosis.record import Window, read_record
-from inversion.diagnosis.responses import library
-from solver.case import load_case
-from surrogate.emulator import fit_emulator
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.groundwork import Groundwork
+from birdstrike.inversion.diagnosis.judge import Judge
+from birdstrike.inversion.diagnosis.model import Clock
+from birdstrike.inversion.diagnosis.numerical import Numerical
+from birdstrike.inversion.diagnosis.record import Window, read_record
+from birdstrike.inversion.diagnosis.responses import library
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.solver.case.case import load_case
+from birdstrike.surrogate.emulator import fit_emulator
 from tests.inversion.diagnosis.test_diagnose import CASE
 
 TIME = np.linspace(0.0, 1e-3, 101)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from data.histories import Array
-from inversion.diagnosis.linear import Linear
-from inversion.diagnosis.statistics import Reference
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.linear import Linear
+from birdstrike.inversion.diagnosis.statistics import Reference
 
 T = np.linspace(0.0, 1.0, 120)
 PARAMETERS = np.stack([np.sin(np.pi * T), T * np.exp(-2.0 * T)], axis=1) * 30.0

@@ -1,0 +1,204 @@
+"""A campaign's folder: whose it is, and what stands in it while the campaign runs.
+
+case.toml (the resolved case, with deck/ where an external solver needs it),
+case.json (its SI values and hash), design.csv, runs/, summary.json, curves.csv.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_atomically, write_json
+from birdstrike.data.histories import Array
+from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.solver.case.case import Case, case_hash
+from birdstrike.solver.case.write import copy_case
+
+
+def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], same_ranges: bool) -> bool:
+    """Whether the held rows are the first of `text`, bit for bit, in a design of the same kind, seed and ranges.
+
+    text, held_text: design.csv as asked and as held; held: the folder's summary.json, which is written after it: rows
+    beyond those it counts were planned by a call that was stopped there. Where it is missing nothing vouches for the
+    ranges, and the answer is no.
+    """
+    if not held or not _same_family(design, held["design"]) or not same_ranges or len(text) <= len(held_text):
+        return False
+    vouched = "".join(held_text.splitlines(keepends=True)[: held["design"]["runs"] + 1])
+    return text.startswith(vouched)
+
+
+def remedy(design: Design, held_runs: int, held: Mapping[str, Any], same_ranges: bool) -> str:
+    """What to do about a design that neither resumes nor extends the held one of `held_runs` runs."""
+    again = "choose another --out, or repeat the first options to resume"
+    if not held or not _same_family(design, held["design"]):
+        return again
+    if len(design.numbers) < held_runs:
+        return f"a campaign cannot be shortened: {again}"
+    if not same_ranges:
+        return f"the parameters or their ranges (inversion.parameters) differ: {again}"
+    return f"rows may only be appended to the first {held_runs}, which differ: {again}"
+
+
+def _same_family(design: Design, held: Mapping[str, Any]) -> bool:
+    return (design.kind, design.seed) == (held["kind"], held["seed"])
+
+
+DAY = 86400.0
+"""[s] No save takes that long: a younger file may belong to a campaign that runs beside this one."""
+
+_TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
+"""Names that data.files.whole_file gives to the files of data.store.RunStore while they are written."""
+
+
+def remove_leftovers(runs: Path) -> None:
+    """Delete the store's own temporary files older than a day; what cannot be deleted stays."""
+    oldest = time.time() - DAY
+    for path in runs.iterdir():
+        if _TEMPORARY.fullmatch(path.name):
+            with suppress(OSError):
+                if path.lstat().st_mtime < oldest:
+                    path.unlink()
+
+
+@dataclass(frozen=True)
+class CampaignFolder:
+    """Paths of a campaign."""
+
+    path: Path
+
+    @property
+    def runs(self) -> Path:
+        """The run store."""
+        return self.path / "runs"
+
+    @property
+    def summary(self) -> Path:
+        """State, design quality and the fate of every run."""
+        return self.path / "summary.json"
+
+    @property
+    def design(self) -> Path:
+        """`run`, then the parameters in SI."""
+        return self.path / "design.csv"
+
+    @property
+    def curves(self) -> Path:
+        """`run`, `time_s`, then the channels in SI; only when the campaign, or the one it extends, has finished."""
+        return self.path / "curves.csv"
+
+    def claim(self, case: Case, design: Design) -> None:
+        """Make the folder this campaign's, or extend the one in it to a longer design that begins with the same rows.
+
+        UserError when it holds another, of which nothing is then touched.
+        """
+        self._refuse_other_case(case)
+        self._refuse_other_design(design)
+        self.runs.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(self.runs)
+        copy_case(case, self.path)
+        identity = {"name": case.name, "case_hash": case_hash(case), "case": case.canonical()}
+        write_json(self.path / "case.json", identity)
+        write_atomically(self.design, design_text(design))
+
+    def read_summary(self) -> dict[str, Any]:
+        """Content of summary.json, empty where there is none."""
+        return read_json(self.summary)
+
+    def _refuse_other_case(self, case: Case) -> None:
+        held = read_json(self.path / "case.json")
+        if not held or held["case_hash"] == case_hash(case):
+            return
+        raise UserError(
+            f"{self.path} holds a campaign of the case {held['name']} (hash {held['case_hash']}), not of {case.name} "
+            f"(hash {case_hash(case)}): {_differences(held['case'], case.canonical())}; choose another --out, or "
+            "repeat the first case to resume"
+        )
+
+    def _refuse_other_design(self, design: Design) -> None:
+        if not self.design.exists():
+            return
+        held_text, text, held = self.design.read_text(encoding="utf-8"), design_text(design), self.read_summary()
+        same_ranges = held.get("space") == space_json(design.space)
+        if text == held_text or extends(design, text, held_text, held, same_ranges):
+            return
+        runs, old = len(held_text.splitlines()) - 1, held.get("design")
+        words = _words(old["kind"], runs, old["seed"], old["source"]) if old else "another design"
+        asked = _words(design.kind, len(design.numbers), design.seed, design.source)
+        raise UserError(
+            f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
+            f"{remedy(design, runs, held, same_ranges)}"
+        )
+
+
+def design_text(design: Design) -> str:
+    """`design.csv`: run numbers and SI values, every bit of them."""
+    rows = ([str(n), *(repr(float(v)) for v in row)] for n, row in zip(design.numbers, design.values, strict=True))
+    return "\n".join(",".join(row) for row in [["run", *design.names], *rows]) + "\n"
+
+
+def design_rows(rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+    """Run numbers (n,) and SI values (n, k) from the lines of `design.csv`, its header the first."""
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
+    return table[:, 0].astype(np.int64), table[:, 1:]
+
+
+def rows_digest(rows: Sequence[str]) -> str:
+    """What vouches for the rows of `design.csv`, its header the first: SHA-256 of their text."""
+    return hashlib.sha256("\n".join(rows).encode()).hexdigest()
+
+
+def space_json(space: ParameterSpace) -> dict[str, list[Any]]:
+    """The ranges as summary.json has them."""
+    return {
+        "names": list(space.names),
+        "units": list(space.units),
+        "lows": space.lows.tolist(),
+        "highs": space.highs.tolist(),
+        "scales": ["logarithmic" if logarithmic else "linear" for logarithmic in space.logarithmic],
+    }
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON object, {} where the file does not exist; UserError when it is damaged."""
+    if not path.exists():
+        return {}
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{path} is damaged ({error}); delete it to resume its campaign, or choose another") from error
+
+
+def _words(kind: str, runs: int, seed: int | None, source: str | None) -> str:
+    if kind == "file":
+        return f"the design of {source} ({runs} runs)"
+    return f"the {kind} design of {runs} runs and seed {seed}"
+
+
+def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 3) -> str:
+    """The first few dotted keys in which two canonical cases differ."""
+    old, new = _flat(there), _flat(here)
+    keys = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
+    shown = [f"{key} is {old.get(key)} there and {new.get(key)} here (SI)" for key in keys[:most]]
+    more = [f"{len(keys) - most} more"] if len(keys) > most else []
+    return ", ".join(shown + more)
+
+
+def _flat(tree: Mapping[str, Any], place: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in json.loads(json.dumps(tree)).items():
+        flat |= _flat(value, f"{place}{key}.") if isinstance(value, dict) else {f"{place}{key}": value}
+    return flat

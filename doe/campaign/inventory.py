@@ -1,0 +1,104 @@
+"""What a campaign's folder holds: its own runs, damaged files, and runs of other solver versions or designs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.folder import CampaignFolder, design_rows
+from birdstrike.doe.campaign.run import Strike, plan
+from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.doe.solvers import solver_for
+from birdstrike.solver.case.case import load_case
+
+UNKNOWN, DUE = "unknown", ""
+
+
+@dataclass(frozen=True)
+class Inventory:
+    """Run numbers finished, failed (with the reason) and due under the present solver version; and, by file name:
+
+    damaged: runs that cannot be read, those set aside included; other_versions: solver version -> runs that are kept
+    but not used; elsewhere: runs of the present version that belong to another case or design. own: key of each run of
+    this campaign -> why it failed, None where it finished.
+    """
+
+    state: str
+    version: str
+    finished: list[int] = field(default_factory=list)
+    failed: dict[int, str] = field(default_factory=dict)
+    due: list[int] = field(default_factory=list)
+    damaged: list[str] = field(default_factory=list)
+    other_versions: dict[str, list[str]] = field(default_factory=dict)
+    elsewhere: list[str] = field(default_factory=list)
+    own: dict[str, str | None] = field(default_factory=dict)
+
+
+def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: None) -> Inventory:
+    """Read every file of the campaign in `path`, changing none; raises UserError where there is no campaign."""
+    folder = CampaignFolder(Path(path))
+    if not folder.design.exists() or not (folder.path / "case.toml").exists():
+        raise UserError(f"{path} holds no campaign (case.toml, design.csv); make one with: birdstrike run-doe")
+    strikes, version = _planned(folder)
+    found = Inventory(str(folder.read_summary().get("state", "unknown")), version)
+    store, own = RunStore(folder.runs), {key for strike in strikes for key in strike.keys.values()}
+    found.damaged.extend(sorted(file.name for file in folder.runs.glob("*.corrupt")))
+    finished, failed = store.keys(), store.failed_keys()
+    keys = [*((key, True) for key in finished), *((key, False) for key in failed)]
+    for i, (key, whole) in enumerate(keys):
+        progress(i / len(keys))
+        _file(found, store, key, whole, own)
+    for strike in strikes:
+        _count(found, strike)
+    return found
+
+
+def _planned(folder: CampaignFolder) -> tuple[list[Strike], str]:
+    """The folder's strikes under the present version of the solver, and that version."""
+    case = load_case(folder.path / "case.toml")
+    solver, space = solver_for(case), ParameterSpace.of(case.parameters())
+    numbers, values = design_rows(folder.design.read_text(encoding="utf-8").splitlines())
+    return plan(case, Design("file", None, space, numbers, values, space.to_unit(values)), solver), solver.version
+
+
+def _file(found: Inventory, store: RunStore, key: str, finished: bool, own: set[str]) -> None:
+    """Judge one file of the store."""
+    name = (store.path(key) if finished else store.failure_path(key)).name
+    meta = _meta(store, key, finished)
+    if meta is None:
+        found.damaged.append(name)
+    elif key in own:
+        found.own[key] = None if finished else str(meta["reason"])
+    else:
+        version = str(meta.get("solver_version", UNKNOWN))
+        kept = found.elsewhere if version == found.version else found.other_versions.setdefault(version, [])
+        kept.append(name)
+
+
+def _meta(store: RunStore, key: str, finished: bool) -> Mapping[str, Any] | None:
+    """What was saved beside a run or a failure; None for a damaged file."""
+    if not finished:
+        with suppress(ValueError, KeyError, TypeError):
+            return store.failure_record(key)
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # the inventory itself says which are damaged
+        return None if store.look_up(key) is None else store.meta(key)
+
+
+def _count(found: Inventory, strike: Strike) -> None:
+    """Enter a strike under finished, failed or due; what is damaged counts as not there."""
+    reasons = [found.own.get(key, DUE) for key in strike.keys.values()]
+    if None in reasons:
+        found.finished.append(strike.number)
+    elif DUE in reasons:
+        found.due.append(strike.number)
+    else:
+        found.failed[strike.number] = str(reasons[-1])

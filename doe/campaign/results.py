@@ -1,0 +1,196 @@
+"""A campaign's record: `summary.json` while it runs and when it is done, and the Dataset read back from the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain, islice
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from birdstrike.data.curves import split_unit
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.files import whole_file, write_json
+from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.campaign.folder import CampaignFolder, design_text, rows_digest, space_json
+from birdstrike.doe.campaign.run import Failed, Finished
+from birdstrike.doe.designs.registry import Design
+from birdstrike.solver.case.case import Case, case_hash
+
+Test = Callable[[Array], NDArray[np.bool_]]
+
+INACTIVE: Mapping[str, tuple[Test, str]] = MappingProxyType(
+    {
+        "bird.material.tension_erosion": (lambda v: v <= 1.0, "V/V0 <= 1 (or 0, off)"),
+        "bird.material.compression_erosion": (lambda v: (v <= 0.0) | (v >= 1.0), "V/V0 >= 1 (or 0, off)"),
+    }
+)
+"""Dotted key -> which values (n,) of V/V0 never erode, and the same in words."""
+
+
+def inactive_runs(design: Design) -> dict[str, int]:
+    """Number of runs of the design in which an erosion limit does not act, by dotted key."""
+    varied = {name: design.values[:, j] for j, name in enumerate(design.names) if name in INACTIVE}
+    return {name: int(np.sum(INACTIVE[name][0](values))) for name, values in varied.items()}
+
+
+def activity_sentences(design: Design) -> list[str]:
+    """One line for every erosion limit that is inactive in part of the design."""
+    return [
+        f"{name} is inactive in {count} of {len(design.numbers)} runs ({INACTIVE[name][1]}): there it changes nothing"
+        for name, count in inactive_runs(design).items()
+        if count
+    ]
+
+
+Numbered = tuple[int, Histories]
+
+AT_A_TIME = 200
+"""Runs that are held in memory while the file is written."""
+
+
+def write_curves(path: Path, histories: Iterable[Numbered]) -> None:
+    """`run`, `time_s`, each channel with its unit; every bit of the doubles, same curves same bytes (-0.0 is 0.0).
+
+    histories: run number and histories, at least one, all on one clock; raises RunFailed when they are not.
+    """
+    runs = iter(histories)
+    first = next(runs)
+    with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        for i, some in enumerate(_chunks(chain([first], runs))):
+            _table(some, first[1]).to_csv(file, index=False, header=i == 0, lineterminator="\n")
+
+
+def _chunks(runs: Iterator[Numbered]) -> Iterator[list[Numbered]]:
+    while some := list(islice(runs, AT_A_TIME)):
+        yield some
+
+
+def _table(runs: list[Numbered], first: Histories) -> pd.DataFrame:
+    for number, run in runs:
+        _check_clock(number, run, first)
+    columns: dict[str, Array | NDArray[np.int64]] = {
+        "run": np.repeat(np.array([number for number, _ in runs]), len(first.time)),
+        "time_s": np.concatenate([run.time for _, run in runs]),
+    }
+    for name, unit in first.units.items():
+        columns[f"{name}_{unit}".rstrip("_")] = np.concatenate([run.channels[name] + 0.0 for _, run in runs])
+    return pd.DataFrame(columns)
+
+
+def _check_clock(number: int, run: Histories, first: Histories) -> None:
+    same = run.time.shape == first.time.shape and np.allclose(run.time, first.time, rtol=1e-9, atol=0.0)
+    if not same or run.units != first.units:
+        raise RunFailed(
+            f"run {number} does not share the other runs' clock or channels: their curves cannot be compared",
+            "keep time.* and sensors.* out of inversion.parameters",
+        )
+
+
+def read_curves(path: Path) -> tuple[NDArray[np.int64], Array, dict[str, Array], dict[str, str]]:
+    """Run numbers (n,), time (m,), channels {sensor: (n, m)} and their SI units."""
+    with path.open(encoding="utf-8") as lines:
+        named = dict(split_unit(column) for column in lines.readline().strip().split(",")[2:])
+    table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
+    first = np.flatnonzero(np.diff(table[:, 0], prepend=np.nan))
+    numbers = table[first, 0].astype(np.int64)
+    by_run = table.reshape(len(numbers), -1, table.shape[1])
+    curves: dict[str, Array] = {name: by_run[:, :, column].copy() for column, name in enumerate(named, start=2)}
+    return numbers, by_run[0, :, 1].copy(), curves, named
+
+
+SMOOTH_LIMIT = 0.05
+"""Largest eroded share of the bird's mass for which a run still belongs to the smooth regime."""
+
+
+def running(folder: CampaignFolder, case: Case, design: Design, version: str) -> dict[str, Any]:
+    """Write the summary of a campaign that has not finished, and return it."""
+    summary: dict[str, Any] = {
+        "state": "running",
+        "case_name": case.name,
+        "case_hash": case_hash(case),
+        "solver_version": version,
+        "design": {
+            "kind": design.kind,
+            "seed": design.seed,
+            "source": design.source,
+            "runs": len(design.numbers),
+            "digest": rows_digest(design_text(design).splitlines()),
+            **design.quality().as_json(),
+        },
+        "space": space_json(design.space),
+        "inactive_runs": inactive_runs(design),
+        "runs": [{"run": int(number), "status": "pending"} for number in design.numbers],
+        "failed": [],
+    }
+    write_json(folder.summary, summary)
+    return summary
+
+
+def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mapping[int, Finished | Failed]) -> None:
+    """Write the summary of a campaign whose strikes have all ended, one way or the other."""
+    failed = [{"run": n, "reason": outcome.reason} for n, outcome in outcomes.items() if isinstance(outcome, Failed)]
+    runs = [{"run": number, **_fate(outcome)} for number, outcome in outcomes.items()]
+    write_json(folder.summary, {**summary, "state": "finished", "runs": runs, "failed": failed})
+
+
+def _fate(outcome: Finished | Failed) -> dict[str, Any]:
+    if isinstance(outcome, Failed):
+        return {"status": "failed", "reason": outcome.reason}
+    return {
+        "status": "finished",
+        "key": outcome.key,
+        "step_factor": outcome.step_factor,
+        "smooth": is_smooth(outcome.books),
+        **outcome.books,
+    }
+
+
+def is_smooth(books: Mapping[str, Any]) -> bool:
+    """Whether the bird kept its mass but for SMOOTH_LIMIT; a solver that reports no erosion has none."""
+    lost = books.get("eroded_mass_fraction")
+    return not (isinstance(lost, int | float) and lost > SMOOTH_LIMIT)
+
+
+def load_dataset(out: str | Path) -> Dataset:
+    """The Dataset of a finished campaign's folder; raises UserError where there is none."""
+    folder = CampaignFolder(Path(out))
+    summary = folder.read_summary()
+    if summary.get("state") != "finished" or not folder.curves.exists():
+        raise UserError(f"{out} holds no finished campaign; {_remedy(summary)}")
+    numbers, time, curves, units = read_curves(folder.curves)
+    smooth = {entry["run"]: entry.get("smooth", True) for entry in summary["runs"]}
+    space = summary["space"]
+    return Dataset(
+        names=tuple(space["names"]),
+        units=tuple(space["units"]),
+        lows=np.array(space["lows"], dtype=float),
+        highs=np.array(space["highs"], dtype=float),
+        runs=numbers,
+        parameters=_parameters(folder, numbers),
+        time=time,
+        curves=curves,
+        channel_units=units,
+        smooth=np.array([smooth[int(number)] for number in numbers], dtype=bool),
+        case_hash=summary["case_hash"],
+    )
+
+
+def _parameters(folder: CampaignFolder, numbers: np.ndarray) -> Array:
+    """SI values (n, k) of the given runs from `design.csv`."""
+    table = np.loadtxt(folder.design, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
+    row_of = {int(number): row for row, number in enumerate(table[:, 0])}
+    return table[[row_of[int(number)] for number in numbers], 1:]
+
+
+def _remedy(summary: Mapping[str, Any]) -> str:
+    if not summary:
+        return "make one with: birdstrike run-doe CASE --out DIR"
+    if summary.get("state") == "finished":
+        return "none of its strikes finished: see its summary.json"
+    return "it was stopped midway: run the same birdstrike run-doe again to resume"

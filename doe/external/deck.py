@@ -1,0 +1,101 @@
+"""What an external solver's deck has a place for: changes of a case that change what its template fills in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from birdstrike.data.errors import CaseError
+from birdstrike.doe.external.template import NAMED, filled, strike_values
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import at
+from birdstrike.solver.effects.registry import effects
+
+
+def no_place(case: Case, changed: Case) -> tuple[str, ...]:
+    """Dotted keys by which two cases strike differently and for which the deck has no place; none: all have one.
+
+    Our own solver has a place for every key. A key has one where another value of it alone changes the filled template:
+    through whatever arithmetic, condition or component of the velocity.
+    """
+    if case.solver.name != "external":
+        return ()
+    before, after = strike_values(case), strike_values(changed)
+    deck = filled(case, before)
+    return tuple(
+        name
+        for key in _differing(_kept(case), _kept(changed))
+        if _text(case, _with(before, after, key)) == deck
+        for name in _spelt(after, key)
+    )
+
+
+def uncarried(case: Case, name: str) -> str:
+    """Why the deck cannot carry an effect of a plausible size; empty where it can, and for our own solver."""
+    if case.solver.name != "external":
+        return ""
+    bare = case.with_effects({other: size for other, size in case.effects.items() if other != name})
+    size = case.effects.get(name, effects()[name].size(bare))
+    try:
+        changed = bare.with_effects({**bare.effects, name: size})
+        missing = no_place(bare, changed)
+        if not missing:
+            filled(changed, strike_values(changed))
+    except CaseError as error:
+        return "; ".join(error.errors)
+    return f"the deck has no place for {', '.join(missing)}" if missing else ""
+
+
+def _kept(case: Case) -> dict[str, Any]:
+    """What says how the strike goes; instruments act on what the solver has written."""
+    return {name: table for name, table in case.canonical().items() if name in NAMED}
+
+
+def _differing(before: Mapping[str, Any], after: Mapping[str, Any], place: str = "") -> Iterator[str]:
+    """Dotted keys of `after` under which something else stands than in `before`."""
+    for name, value in after.items():
+        other = before.get(name)
+        if isinstance(value, Mapping) and isinstance(other, Mapping):
+            yield from _differing(other, value, f"{place}{name}.")
+        elif not _same(other, value) and not (other is None and value == []):
+            yield f"{place}{name}"
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Equal but for the rounding of a conversion."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=1e-12)
+    return one == other
+
+
+def _with(before: Mapping[str, Any], after: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """The values before with those after under one key; another density is also another mass of the same bird."""
+    changed = _replaced(before, key.split("."), at(after, key))
+    if key != "bird.density":
+        return changed
+    mass = before["bird"]["mass"] * after["bird"]["density"] / before["bird"]["density"]
+    return _replaced(changed, ["bird", "mass"], mass)
+
+
+def _replaced(table: Mapping[str, Any], parts: Sequence[str], value: Any) -> dict[str, Any]:
+    """The table with a value under a key given in parts."""
+    first, *rest = parts
+    return {**table, first: _replaced(table.get(first, {}), rest, value) if rest else value}
+
+
+def _text(case: Case, values: Mapping[str, Any]) -> str | None:
+    """The filled template; None where the values do not fit each other in it, so that it does name the key."""
+    try:
+        return filled(case, values)
+    except CaseError:
+        return None
+
+
+def _spelt(after: Mapping[str, Any], key: str) -> Iterator[str]:
+    """The key, or where a table stands under it the keys of what that states."""
+    value = at(after, key)
+    if not isinstance(value, Mapping):
+        yield key
+        return
+    yield from (f"{key}.{name}" for name, entry in value.items() if entry is not None)

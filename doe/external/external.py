@@ -1,0 +1,157 @@
+"""Somebody else's solver: its deck filled in, its command run in a folder of its own, its sensors read back."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.external import guard
+from birdstrike.doe.external.deck import uncarried
+from birdstrike.doe.external.output import read_sensor
+from birdstrike.doe.external.template import rendered
+from birdstrike.doe.solvers import STEP_FACTORS, Solver
+from birdstrike.solver.case.case import Case, case_hash
+from birdstrike.solver.case.external import External
+
+LOG = "solver.log"
+TAIL = 300
+"""Characters of the log's end that stand in a failure's reason."""
+
+
+def external_solver(case: Case) -> Solver:
+    """The case's external solver; raises CaseError where the template cannot be filled or leaves out what is asked.
+
+    A strike gets its second chance only where the template holds `step_factor`: nothing else would be safer.
+    """
+    assert case.external is not None
+    deck = rendered(case)
+    template = Path(case.external.template).name
+    errors = [
+        f"inversion.parameters.{p.name}: no placeholder of {template} changes with it; "
+        f'write {{{{ {p.name} | to("{p.unit or "..."}") }}}} where it belongs, or leave the parameter out'
+        for p in case.parameters()
+        if rendered(case.with_values({p.name: p.low})) == rendered(case.with_values({p.name: p.high}))
+    ]
+    errors += [f"effects.{name}: {reason}" for name in case.effects if (reason := uncarried(case, name))]
+    if errors:
+        raise CaseError(errors, f"case {case.name} does not fit its template")
+    safer = rendered(case, STEP_FACTORS[-1]) != deck
+    return Solver(strike_external, f"external: {case.external.version}", STEP_FACTORS if safer else STEP_FACTORS[:1])
+
+
+def strike_external(
+    case: Case,
+    *,
+    step_factor: float = 1.0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Histories:
+    """Run the external command over the filled template and return the sensors' histories on the case's clock.
+
+    threads: for the command's `{threads}`. Raises RunFailed (exit code, time limit, output that is missing, unreadable
+    or ends early) and FileNotFoundError when there is no such command.
+    """
+    external, started = case.external, time.perf_counter()
+    assert external is not None
+    folder = Path(tempfile.mkdtemp(prefix="strike-", dir=external.scratch))
+    stays = external.keep == "all"
+    try:
+        deck = _lay_out(folder, external, rendered(case, step_factor))
+        _run(folder, external, _words(external, deck, threads))
+        clock, channels = _read(folder, case, external)
+    except RunFailed as failure:
+        stays = external.keep != "none"
+        where = f"; its folder is kept: {folder}" if stays else ""
+        raise RunFailed(f"{failure.reason}{where}") from failure
+    finally:
+        if not stays:
+            shutil.rmtree(folder, ignore_errors=True)
+    if progress is not None:
+        progress(1.0)
+    return _histories(case, external, clock, channels, time.perf_counter() - started)
+
+
+def _lay_out(folder: Path, external: External, deck: str) -> str:
+    """Put deck and files into the folder; the deck's name."""
+    name = Path(external.template).name.removesuffix(".j2")
+    (folder / name).write_text(deck, encoding="utf-8")
+    for file in external.files:
+        shutil.copy(file, folder)
+    return name
+
+
+def _words(external: External, deck: str, threads: int | None) -> list[str]:
+    program, *words = (
+        word.replace("{input}", deck).replace("{threads}", str(threads or os.cpu_count() or 1))
+        for word in external.command
+    )
+    found = shutil.which(program)
+    if found is None:
+        raise FileNotFoundError(errno.ENOENT, "external.command names no program that can be run here", program)
+    return [str(Path(found).absolute()), *words]
+
+
+def _run(folder: Path, external: External, command: list[str]) -> None:
+    """Run the command to its end; raises RunFailed. It ends with us: the guard sees its standard input closed."""
+    guarded = [sys.executable, "-I", "-S", str(Path(guard.__file__)), repr(external.time_limit), *command]
+    begun = time.perf_counter()
+    with (folder / LOG).open("wb") as log:
+        process = subprocess.Popen(guarded, cwd=folder, stdin=subprocess.PIPE, stdout=log, stderr=log)
+        try:
+            code = process.wait()
+        finally:
+            assert process.stdin is not None
+            process.stdin.close()
+            process.wait()
+    text = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip()
+    name, tail = Path(command[0]).name, f": {' / '.join(text[-TAIL:].splitlines()[-3:])}" if text else ""
+    if code == guard.TIME_IS_UP and time.perf_counter() - begun >= external.time_limit:
+        raise RunFailed(f"{name} was stopped at external.time_limit = {external.time_limit:g} s{tail}")
+    if code != 0:
+        raise RunFailed(f"{name} ended with exit code {code}{tail}")
+    if external.success is not None and external.success not in text:
+        raise RunFailed(f'{name} has not written "{external.success}"{tail}')
+
+
+def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str, Array]]:
+    """The case's clock and every sensor on it, as its instrument gives it."""
+    from birdstrike.solver.sensors.instrument import recorded  # late: they bring the compiled kernels
+    from birdstrike.solver.sensors.recording import sample
+
+    interval, end = case.time.output_interval, case.time.end
+    clock = interval * np.arange(int(end / interval * (1.0 + 1e-12)) + 1)
+    channels = {}
+    for name, sensor in case.sensors.items():
+        time_read, values = read_sensor(folder, external.sensors[name])
+        slack = max(interval, float(time_read[-1] - time_read[-2]))
+        if time_read[-1] < end - slack:
+            file = external.sensors[name].file
+            raise RunFailed(f"{file} ends at {1e3 * time_read[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms")
+        channels[name] = sample(sensor.kind, clock, time_read, recorded(case.instrument.get(name), time_read, values))
+    return clock, channels
+
+
+def _histories(case: Case, external: External, clock: Array, channels: dict[str, Array], wall: float) -> Histories:
+    from birdstrike.solver.simulate import peak
+
+    summary = {
+        "schema_version": 1,
+        "solver_version": f"external: {external.version}",
+        "case_hash": case_hash(case),
+        "command": list(external.command),
+        "peak": {name: peak(clock, values) for name, values in channels.items()},
+        "wall_s": wall,
+    }
+    units = {name: sensor.unit for name, sensor in case.sensors.items()}
+    return Histories(clock, channels, units, summary)

@@ -1,0 +1,86 @@
+"""The coordinates in which an answer is sought: the parameters, or the combinations that a design carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import truncnorm
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
+from birdstrike.surrogate.features import Region
+
+UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where an answer is sought: z in lows..highs (r,), and the parameters in theta_lows..theta_highs (k,) SI.
+
+    flat: (r,) True where the parameter is off, so that no value changes a curve.
+    """
+
+    lows: Array
+    highs: Array
+    flat: NDArray[np.bool_]
+    theta_lows: Array
+    theta_highs: Array
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """theta = base + z basis, with z (r,) about 0..1 in boxes, and a normal prior on z truncated to the boxes.
+
+    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; mean, sd: (r,) of the prior.
+    """
+
+    names: tuple[str, ...]
+    base: Array
+    basis: Array
+    boxes: tuple[Box, ...]
+    mean: Array
+    sd: Array
+
+    def theta(self, z: Array, box: Box) -> Array:
+        """Parameters (..., k) SI at z (..., r) of a box, to the last bit inside it: rounding may not cross a limit."""
+        return np.clip(self.base + z @ self.basis, box.theta_lows, box.theta_highs)
+
+    def prior_sd(self) -> Array:
+        """(r,) standard deviation of the prior, the ends of 0..1 cut off."""
+        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
+        return np.asarray(truncnorm.std(low, high)) * self.sd
+
+    def prior_width(self) -> Array:
+        """(r,) width of the prior's central 95 % interval on 0..1."""
+        low, high = (0.0 - self.mean) / self.sd, (1.0 - self.mean) / self.sd
+        return np.asarray(truncnorm.ppf(0.975, low, high) - truncnorm.ppf(0.025, low, high)) * self.sd
+
+
+def parameter_coordinates(dataset: Dataset, regions: tuple[Region, ...]) -> Coordinates:
+    """One coordinate a parameter, 0..1 over its range; prior: midpoint and range/sqrt(12)."""
+    span = dataset.highs - dataset.lows
+    boxes = tuple(
+        Box((r.lows - dataset.lows) / span, (r.highs - dataset.lows) / span, r.flat, r.lows, r.highs) for r in regions
+    )
+    k = len(dataset.names)
+    return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, np.full(k, 0.5), np.full(k, UNIFORM_SD))
+
+
+def carried_coordinates(dataset: Dataset, rank: int) -> Coordinates:
+    """The `rank` combinations that a rank-deficient design varies, each 0..1 over the smooth runs.
+
+    The singular directions of the centred, scaled design; every z in the box is a blend of runs, so no range is left.
+    """
+    unit = dataset.scaled()[dataset.smooth]
+    centre = unit.mean(axis=0)
+    directions = np.linalg.svd(unit - centre, full_matrices=False)[2][:rank]
+    directions *= np.sign(directions[np.arange(rank), np.abs(directions).argmax(axis=1)])[:, None]
+    place = (unit - centre) @ directions.T
+    low, high = place.min(axis=0), place.max(axis=0)
+    span = dataset.highs - dataset.lows
+    base = dataset.lows + (centre + low @ directions) * span
+    box = Box(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool), dataset.lows, dataset.highs)
+    basis = (high - low)[:, None] * directions * span
+    return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD))

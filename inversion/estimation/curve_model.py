@@ -1,0 +1,60 @@
+"""The emulator on the measured instants: stacked curves and their error for parameters and a time origin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.surrogate.emulator import Emulator
+
+
+@dataclass(frozen=True)
+class CurveModel:
+    """f(theta, t0): the model at (measured instant - t0), all channels one after the other.
+
+    known: (n, s) SI further errors common to many points, a column for one standard deviation of each: uncertain speed
+    or thickness, mesh error, a stated discrepancy; none by default.
+    """
+
+    emulator: Emulator
+    observations: Observations
+    known: Array | None = None
+
+    @property
+    def end(self) -> float:
+        """End of the simulated record [s]."""
+        return float(next(iter(self.emulator.channels.values())).time[-1])
+
+    @property
+    def noise(self) -> Array:
+        """(n,) standard deviations of the points by themselves: measurement noise, and jitter beyond the components."""
+        parts = (self.emulator.channels[c.name].outside_at(c.times) for c in self.observations.channels)
+        return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
+
+    def scores(self, theta: Array) -> list[Array]:
+        """Component scores of every channel at theta (q, k) SI; the costly part, the same for every time origin."""
+        u = self.emulator.inputs(theta)
+        return [self.emulator.channels[c.name].scores(u) for c in self.observations.channels]
+
+    def curves(self, scores: list[Array], t0: float) -> Array:
+        """Stacked curves (q, n) SI for time origin t0 [s]."""
+        parts: list[Array] = []
+        for channel, score in zip(self.observations.channels, scores, strict=True):
+            mean, basis = self.emulator.channels[channel.name].at(channel.times - t0)
+            parts.append(mean + score @ basis[: score.shape[1]])
+        return np.concatenate(parts, axis=1)
+
+    def error_factor(self, theta: Array, t0: float) -> Array:
+        """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known
+        besides.
+
+        Channels err independently but for the known columns.
+        """
+        u = self.emulator.inputs(theta[None])[0]
+        factors = (self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
+        blocks = np.asarray(block_diag(*factors), dtype=np.float64)
+        return blocks if self.known is None else np.hstack([blocks, self.known])

@@ -1,0 +1,111 @@
+"""Inversion by the network: measured values in, parameters out, as the bird-strike literature does it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.coordinates import Coordinates
+from birdstrike.inversion.estimation.emulator_inversion import OUTSIDE
+from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.identifiability.identifiability import NEWS, reported
+from birdstrike.inversion.inversion import Estimate
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.surrogate.inverse_network import NetworkFit
+
+FEWEST_HELD_OUT = 3
+NOISE_DRAWS = 200
+
+
+@dataclass(frozen=True)
+class NetworkAnswer:
+    """What the network says of the measured values.
+
+    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that the
+    measurement's noise and the time origin's uncertainty give to raw; clock_known: there is no such uncertainty;
+    warnings: sentences for the user.
+    """
+
+    raw: Array
+    theta: Array
+    noise_error: Array
+    clock_known: bool
+    warnings: tuple[str, ...]
+
+
+def network_answer(
+    dataset: Dataset,
+    fit: NetworkFit,
+    observations: Observations,
+    read: Mapping[str, Array],
+    drift: Array,
+    seed: int = 0,
+) -> NetworkAnswer:
+    """The network's parameters for the measured values, clipped to the ranges.
+
+    read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s),
+    change of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
+    """
+    chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
+    values, noise = observations.values[chosen], observations.noise[chosen]
+    raw = fit.network.predict(values[None])[0]
+    rng = np.random.default_rng(seed)
+    moved = drift[chosen].reshape(len(values), -1)
+    draws = (
+        values
+        + noise * rng.normal(size=(NOISE_DRAWS, len(values)))
+        + rng.normal(size=(NOISE_DRAWS, moved.shape[1])) @ moved.T
+    )
+    noise_error = np.sqrt(np.mean((fit.network.predict(draws) - raw) ** 2, axis=0))
+    theta = np.clip(raw, dataset.lows, dataset.highs)
+    warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
+    scaled = fit.network.inputs.to_unit(values)
+    if strange := int(((scaled < 0.0) | (scaled > 1.0)).sum()):
+        warnings.append(f"{strange} of the network's {len(values)} inputs lie outside what it was trained on")
+    return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
+
+
+def network_estimates(
+    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside_cloud: bool
+) -> dict[str, Estimate]:
+    """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
+
+    A parameter that is not identified has its whole range, as with the emulator.
+    """
+    prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
+    estimates: dict[str, Estimate] = {}
+    for i, name in enumerate(dataset.names):
+        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside_cloud else (None, OUTSIDE)
+        identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
+        value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
+        given = reported(value, interval, limits, identified) if interval is not None else None
+        estimates[name] = Estimate(value, given, dataset.units[i], identified, why)
+    return estimates
+
+
+def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) -> tuple[tuple[float, float] | None, str]:
+    """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
+    if len(errors) < FEWEST_HELD_OUT:
+        return None, f"only {len(errors)} held-out samples: too few for an interval"
+    low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
+    error, noise, raw = float(np.sqrt(np.mean(errors**2))), float(answer.noise_error[i]), float(answer.raw[i])
+    spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
+    if raw + spread < low or raw - spread > high:
+        return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
+    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
+    why = (
+        f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
+        f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"
+    )
+    return (max(raw - spread, low), min(raw + spread, high)), why
+
+
+def _clipped(dataset: Dataset, i: int, raw: float) -> str:
+    limit = float(np.clip(raw, dataset.lows[i], dataset.highs[i]))
+    said, kept = (quantity(value, dataset.units[i], 4) for value in (raw, limit))
+    return f"the network gives {plain(dataset.names[i])} {said}, outside its range; {kept} is used"

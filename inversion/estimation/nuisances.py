@@ -1,0 +1,113 @@
+"""What every model carries besides its parameters: uncertain speed, mass, thickness; mesh error; a stated discrepancy.
+
+Each is a column of the model's error: the change of the stacked curve for one standard deviation. A Gaussian nuisance
+whose effect is linear is marginalised exactly by adding column column^T to the covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.forward import Forward
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.solver.case.case import Case
+
+Columns = Callable[[Observations, Mode], Array]
+"""columns(observations, best fit) -> (n, s) SI: errors common to many points, one standard deviation each."""
+
+DISCREPANCY_LENGTH = 0.25  # of the record: correlation time of a stated discrepancy
+WORTH_A_COLUMN = 1e-4  # share of a discrepancy's variance
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """An uncertain quantity of the strike: its name in the case, dotted key, value and standard deviation, SI."""
+
+    name: str
+    key: str
+    value: float
+    sigma: float
+
+
+def case_nuisances(case: Case) -> tuple[Nuisance, ...]:
+    """Those of `inversion.nuisance` that are quantities of the strike and are not themselves sought."""
+    sigmas = {name: sigma for name, sigma in case.inversion.nuisance.items() if name != "time_offset" and sigma > 0.0}
+    found = (_nuisance(case, name, sigma) for name, sigma in sigmas.items())
+    return tuple(nuisance for nuisance in found if nuisance.key not in case.inversion.parameters)
+
+
+def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
+    if name == "mass" and case.bird.mass is None:  # a bird given by its density
+        density = case.bird.actual_density
+        return Nuisance(name, "bird.density", density, sigma * density / case.bird.actual_mass)
+    places = {
+        "speed": ("impact.speed", case.impact.speed),
+        "mass": ("bird.mass", case.bird.mass),
+        "thickness": ("plate.thickness", case.plate.thickness),
+        "angle": ("impact.angle", case.impact.angle),
+    }
+    key, value = places[name]
+    return Nuisance(name, key, float(value or 0.0), sigma)
+
+
+def nuisance_columns(
+    forward: Forward, nuisances: Sequence[Nuisance], theta: Mapping[str, float], observations: Observations, t0: float
+) -> Array:
+    """(n, s) change of the stacked curve for one sigma of each, by central differences: two runs each."""
+    columns = []
+    for own in nuisances:
+        up, down = (stacked(forward({**theta, own.key: own.value + s * own.sigma}), observations, t0) for s in (1, -1))
+        columns.append((up - down) / 2.0)
+    return np.stack(columns, axis=1) if columns else np.zeros((len(observations.values), 0))
+
+
+def stacked(histories: Histories, observations: Observations, t0: float) -> Array:
+    """(n,) the histories at the measured instants of every channel; at rest before them."""
+    first, end = histories.time[0], histories.time[-1]
+    return np.concatenate([histories.at(c.name, np.clip(c.times - t0, first, end)) for c in observations.channels])
+
+
+def mesh_columns(bands: Histories, observations: Observations, t0: float) -> Array:
+    """(n, channels) the mesh's uncertainty, from the curves that `birdstrike converge` writes.
+
+    A band of a grid convergence index is meant to hold with 95 %, so that half of it is one standard deviation; along a
+    channel it hangs together. Raises UserError for a channel without a band.
+    """
+    columns = np.zeros((len(observations.values), len(observations.channels)))
+    begin = 0
+    for j, c in enumerate(observations.channels):
+        name = f"{c.name}_uncertainty"
+        if name not in bands.channels:
+            raise UserError(f'the mesh study has no column "{name}"; run birdstrike converge with this sensor')
+        times = np.clip(c.times - t0, bands.time[0], bands.time[-1])
+        columns[begin : begin + len(times), j] = bands.at(name, times) / 2.0
+        begin += len(times)
+    return columns
+
+
+def discrepancy_columns(share: float, observations: Observations) -> Array:
+    """(n, s) a slow error of the model, `share` of each channel's peak (1 sigma), Gaussian in time.
+
+    Squared-exponential correlation over a quarter of the record; what of it the parameters can imitate widens their
+    intervals, which no residual could tell.
+    """
+    blocks: list[Array] = []
+    for c in observations.channels:
+        length = DISCREPANCY_LENGTH * max(float(np.ptp(c.times)), 1e-300)
+        correlation = np.exp(-0.5 * ((c.times[:, None] - c.times) / length) ** 2)
+        values, vectors = np.linalg.eigh(correlation)
+        kept = values > WORTH_A_COLUMN * values.sum()
+        blocks.append(share * c.peak * vectors[:, kept] * np.sqrt(values[kept]))
+    begins = np.cumsum([0, *(len(block) for block in blocks)])
+    columns = np.zeros((begins[-1], sum(block.shape[1] for block in blocks)))
+    at = 0
+    for begin, block in zip(begins, blocks, strict=False):
+        columns[begin : begin + len(block), at : at + block.shape[1]] = block
+        at += block.shape[1]
+    return columns

@@ -1,0 +1,107 @@
+"""A method's parameters before they are verified: by network or emulator, or what a deficient design carries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.coordinates import Coordinates
+from birdstrike.inversion.estimation.emulator_inversion import COARSE, emulator_estimates, no_separate_values
+from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
+from birdstrike.inversion.estimation.posterior import Posterior
+from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.identifiability.design_gate import DesignFigures
+from birdstrike.inversion.identifiability.identifiability import intervals
+from birdstrike.inversion.inversion import Combination, Estimate
+from birdstrike.surrogate.inverse_network import NetworkFit
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """theta: (k,) SI, where the verification runs; combination: of a deficient design, whose estimates are empty."""
+
+    theta: Array
+    estimates: Mapping[str, Estimate]
+    combination: Combination | None
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve.
+
+    posterior: drawn about the modes, None where the design is deficient or it was not asked for.
+    """
+
+    dataset: Dataset
+    design: DesignFigures
+    calibrator: Calibrator
+    modes: tuple[Mode, ...]
+    inside_cloud: bool
+    posterior: Posterior | None = None
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Parameters, or the combinations that the design carries."""
+        return self.calibrator.coordinates
+
+
+def by_emulator(ground: Ground) -> Proposal:
+    """The best fit of the emulator."""
+    if ground.design.deficient:
+        return _carried(ground, ground.modes[0].z, intervals(ground.modes))
+    estimates = emulator_estimates(
+        ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud, ground.posterior
+    )
+    return Proposal(ground.modes[0].theta, estimates, None)
+
+
+def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Proposal:
+    """The network's answer; on a rank-deficient design its nearest point on what the design carries."""
+    if ground.design.deficient:
+        away = answer.theta - ground.coordinates.base
+        scale = ground.dataset.highs - ground.dataset.lows
+        z = np.linalg.lstsq((ground.coordinates.basis / scale).T, away / scale, rcond=None)[0]
+        return _carried(ground, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
+    estimates = network_estimates(ground.dataset, fit, answer, ground.coordinates, ground.inside_cloud)
+    return Proposal(answer.theta, estimates, None)
+
+
+def too_coarse(proposal: Proposal, dataset: Dataset) -> Proposal:
+    """The same where it is the emulator that cannot follow the record, not the model: nothing is identified."""
+    if proposal.combination is not None:
+        return proposal
+    limits = {n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)}
+    known = {
+        name: replace(estimate, interval_95=limits[name], identified=False, reason=COARSE)
+        for name, estimate in proposal.estimates.items()
+    }
+    return replace(proposal, estimates=known)
+
+
+def _carried(ground: Ground, z: Array, span: Array | None) -> Proposal:
+    """No separate values, and the carried combination in their place."""
+    dataset, coordinates = ground.dataset, ground.coordinates
+    theta = coordinates.theta(z, coordinates.boxes[0])
+    point = {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
+    directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.basis)
+    known = tuple((float(low), float(high)) for low, high in span) if span is not None else (None,) * len(z)
+    combination = Combination(directions, tuple(map(float, z)), known, point, _sentence(ground, theta, z, known))
+    return Proposal(theta, no_separate_values(dataset, ground.design), combination)
+
+
+def _sentence(ground: Ground, theta: Array, z: Array, span: tuple[tuple[float, float] | None, ...]) -> str:
+    """The combination in words: where on each direction, and which values of the parameters that means together."""
+    places = ", ".join(
+        f"{place:.2f}" + (f" (95 %: {known[0]:.2f} .. {known[1]:.2f})" if known else "")
+        for place, known in zip(z, span, strict=True)
+    )
+    values = ", ".join(
+        f"{plain(name)} {quantity(value, unit)}"
+        for name, unit, value in zip(ground.dataset.names, ground.dataset.units, theta, strict=True)
+    )
+    return f"{ground.design.sentence}; at {places} of the way through the runs, that is together {values}"

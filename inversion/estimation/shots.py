@@ -1,0 +1,264 @@
+"""Several shots, one bird: their campaigns, records and forward models as one, the parameters shared.
+
+A channel of the second shot is called `displacement_centre@2`, and so on, so that emulator, network and posterior see
+one strike with more sensors. What is each shot's own stays its own: its clock, its noise, its nuisances. Later shots
+are laid on the first one's clock by their own fits, and what is uncertain in that is a column of their error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.nuisances import Columns
+from birdstrike.inversion.forward import Forward, watched
+from birdstrike.inversion.inversion import ShotFigures
+from birdstrike.inversion.invert import Options, locate
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.surrogate.emulator import fit_emulator
+
+SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One record with the campaign and forward model of its case.
+
+    options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
+    known_errors: those in words; campaign: folder of the runs, if they come from one.
+    """
+
+    dataset: Dataset
+    measured: Measured
+    forward: Forward
+    options: Options
+    columns: Columns | None = None
+    known_errors: tuple[str, ...] = ()
+    campaign: Path | None = None
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Several shots as one: what `invert` takes, and what to say of each."""
+
+    dataset: Dataset
+    measured: Measured
+    forward: Forward
+    options: Options
+    columns: Columns | None
+    figures: tuple[ShotFigures, ...] = ()
+    known_errors: tuple[str, ...] = ()
+
+    @classmethod
+    def alone(cls, shot: Shot) -> Joint:
+        """A single shot."""
+        return cls(shot.dataset, shot.measured, shot.forward, shot.options, shot.columns, (), shot.known_errors)
+
+
+@dataclass(frozen=True)
+class JointForward:
+    """Every shot's forward model at the same parameters, one after the other; equal ones run once."""
+
+    parts: tuple[Forward, ...]
+    time: Array
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """All channels on the common clock; the first shot's summary. Raises RunFailed."""
+        runs: list[tuple[Forward, Histories]] = []
+        for part in self.parts:
+            known = [run for other, run in runs if other == part]
+            runs.append((part, known[0] if known else part(theta)))
+        channels: dict[str, Array] = {}
+        units: dict[str, str] = {}
+        for number, (_, run) in enumerate(runs):
+            for name, values in run.channels.items():
+                channels[name + suffix(number)] = np.interp(self.time, run.time, values)
+                units[name + suffix(number)] = run.units[name]
+        return Histories(self.time, channels, units, runs[0][1].summary)
+
+    def watched(self, progress: Callable[[float], None]) -> JointForward:
+        """With the progress of each part reported."""
+        many = len(self.parts)
+        parts = (watched(part, lambda f, i=i: progress((i + f) / many)) for i, part in enumerate(self.parts))
+        return replace(self, parts=tuple(parts))
+
+
+def suffix(number: int) -> str:
+    """What a shot's channels have after their names: nothing for the first, "@2" for the second."""
+    return f"@{number + 1}" if number else ""
+
+
+def joined(shots: Sequence[Shot]) -> Joint:
+    """The shots as one; raises UserError where their campaigns vary other parameters or other points."""
+    dataset = _dataset(shots)
+    offsets, inside = zip(*(_located(shot) for shot in shots), strict=True)
+    moved = [0.0, *offsets[1:]]
+    measured = _measured([shot.measured for shot in shots], moved)
+    first = shots[0]
+    noise = {n + suffix(i): sigma for i, shot in enumerate(shots) for n, sigma in shot.options.noise.items()}
+    figures = tuple(
+        ShotFigures(shot.measured.path, suffix(i), shot.dataset.case_hash, t0, ok)
+        for i, (shot, t0, ok) in enumerate(zip(shots, offsets, inside, strict=True))
+    )
+    return Joint(
+        dataset,
+        measured,
+        JointForward(tuple(shot.forward for shot in shots), dataset.time),
+        replace(first.options, noise=noise),
+        _columns(shots, dataset),
+        figures,
+        tuple(dict.fromkeys(said for shot in shots for said in shot.known_errors)),
+    )
+
+
+def with_scatter(joint: Joint) -> tuple[Joint, float]:
+    """The joint record with the shot-to-shot scatter that makes it most likely, and that scatter (1 sigma, relative).
+
+    Each shot's curves may be larger or smaller by a factor of its own, normal about 1; the scatter is the one of
+    SCATTERS at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried). It is
+    low on average and often 0, because the parameters are fitted to the same curves and take up part of the difference
+    (no degree of freedom is given back for them); two or three shots hardly tell a scatter at all. State a known one
+    as a discrepancy of the model, or as an uncertain mass or speed.
+    """
+    alone = replace(joint.options, method="emulator", sampling=None, analyse=False)
+    names = list(joint.measured.channels)
+    emulator = fit_emulator(joint.dataset, names, alone.seed)
+    costs = []
+    for share in SCATTERS:
+        columns = _amplitudes(joint.columns, share)
+        found = locate(joint.dataset, joint.measured, alone, emulator, lambda _: None, columns)
+        costs.append(found.ground.modes[0].cost)
+    share = SCATTERS[int(np.argmin(costs))]
+    return replace(joint, columns=_amplitudes(joint.columns, share)), share
+
+
+def _amplitudes(columns: Columns | None, share: float) -> Columns:
+    """The columns, and one a shot: `share` of its record."""
+
+    def more(observations: Observations, mode: Mode) -> Array:
+        numbers = np.concatenate([np.full(len(c.times), _number(c.name)) for c in observations.channels])
+        own = [np.where(numbers == i, share * observations.values, 0.0) for i in np.unique(numbers)] if share else []
+        known = [columns(observations, mode)] if columns is not None else []
+        return np.hstack([np.zeros((len(numbers), 0)), *known, *(column[:, None] for column in own)])
+
+    return more
+
+
+def _located(shot: Shot) -> tuple[float, bool]:
+    """A shot's own time origin [s], and whether its own model can make it."""
+    alone = replace(shot.options, method="emulator", sampling=None, analyse=False)
+    found = locate(shot.dataset, shot.measured, alone, None, lambda _: None, shot.columns)
+    return found.origin.value, found.cloud.inside
+
+
+def _dataset(shots: Sequence[Shot]) -> Dataset:
+    """One data set: the runs that every campaign finished, the channels of all."""
+    first = shots[0].dataset
+    for shot in shots[1:]:
+        if shot.dataset.names != first.names:
+            raise UserError(
+                f"the shots' campaigns vary different parameters: {', '.join(first.names)} and "
+                f"{', '.join(shot.dataset.names)}; run run-doe with the same design for both cases"
+            )
+    rows = [_rows(shot.dataset, first.parameters) for shot in shots]
+    common = np.all([row >= 0 for row in rows], axis=0)
+    if common.sum() < len(first.names) + 2:
+        raise UserError(
+            f"the shots' campaigns have {common.sum()} points in common; run the other case on the first one's points: "
+            "birdstrike run-doe CASE --out DIR --design FIRST/design.csv"
+        )
+    end = min(shot.dataset.time[-1] for shot in shots)
+    time = first.time[first.time <= end * (1.0 + 1e-9)]
+    curves: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    smooth = np.ones(int(common.sum()), dtype=bool)
+    for i, (shot, row) in enumerate(zip(shots, rows, strict=True)):
+        chosen = row[common]
+        smooth &= shot.dataset.smooth[chosen]
+        for name, values in shot.dataset.curves.items():
+            curves[name + suffix(i)] = np.stack([np.interp(time, shot.dataset.time, values[j]) for j in chosen])
+            units[name + suffix(i)] = shot.dataset.channel_units[name]
+    return replace(
+        first,
+        runs=first.runs[common],
+        parameters=first.parameters[common],
+        time=time,
+        curves=curves,
+        channel_units=units,
+        smooth=smooth,
+    )
+
+
+def _rows(dataset: Dataset, points: Array) -> NDArray[np.int64]:
+    """Row of the data set at each point (n, k), -1 where it has none."""
+    scale = dataset.highs - dataset.lows
+    apart = np.abs((dataset.parameters[None] - points[:, None]) / scale).max(axis=2)
+    nearest = apart.argmin(axis=1)
+    return np.where(apart[np.arange(len(points)), nearest] < 1e-9, nearest, -1)
+
+
+def _measured(records: Sequence[Measured], offsets: Sequence[float]) -> Measured:
+    """All records on one clock, gaps where a record has no sample; record i is `offsets[i]` [s] late."""
+    clocks = [record.time - t0 for record, t0 in zip(records, offsets, strict=True)]
+    time = np.unique(np.concatenate(clocks))
+    channels: dict[str, Array] = {}
+    sigma: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    for i, (record, clock) in enumerate(zip(records, clocks, strict=True)):
+        at = np.searchsorted(time, clock)
+        for source, target in ((record.channels, channels), (record.sigma, sigma)):
+            for name, values in source.items():
+                target[name + suffix(i)] = np.full(len(time), np.nan)
+                target[name + suffix(i)][at] = values
+        units |= {name + suffix(i): unit for name, unit in record.units.items()}
+    notes = tuple(line for record in records for line in record.provenance)
+    return Measured(time, channels, sigma, units, notes, ", ".join(record.path for record in records))
+
+
+def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
+    """Every shot's own columns on its own channels, and the clocks of all but the first."""
+
+    def columns(observations: Observations, mode: Mode) -> Array:
+        blocks = [_own(shot, i, observations, mode, dataset) for i, shot in enumerate(shots)]
+        return np.asarray(block_diag(*blocks), dtype=np.float64)
+
+    return columns
+
+
+def _own(shot: Shot, number: int, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
+    """One shot's columns (points of its channels, s)."""
+    mine = tuple(
+        replace(c, name=c.name.removesuffix(suffix(number))) for c in observations.channels if _number(c.name) == number
+    )
+    own = replace(observations, channels=mine)
+    t0 = mode.t0 if number == 0 else 0.0
+    parts: list[Array] = [np.zeros((len(own.values), 0))]
+    if shot.columns is not None:
+        parts.append(shot.columns(own, replace(mode, t0=t0)))
+    if number and shot.options.time_offset:
+        nearest = int(
+            np.argmin((((dataset.parameters - mode.theta) / (dataset.highs - dataset.lows)) ** 2).sum(axis=1))
+        )
+        slopes = [_slope(dataset, nearest, c.name + suffix(number), c.times) for c in mine]
+        parts.append(shot.options.time_offset * np.concatenate(slopes)[:, None])
+    return np.hstack(parts)
+
+
+def _number(name: str) -> int:
+    _, sign, number = name.rpartition("@")
+    return int(number) - 1 if sign else 0
+
+
+def _slope(dataset: Dataset, run: int, channel: str, times: Array) -> Array:
+    """Rate of a run's curve [SI/s] at `times`."""
+    return np.interp(times, dataset.time, np.gradient(dataset.curves[channel][run], dataset.time), left=0.0)

@@ -1,0 +1,31 @@
+"""Numbers and names in the user's words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from birdstrike.data.units import display
+
+
+def quantity(value: float, si_unit: str, digits: int = 3) -> str:
+    """An SI value in the engineers' unit: quantity(5e-5, "m") is "0.05 mm"."""
+    number, unit = display(value, si_unit)
+    return f"{rounded(number, digits)} {unit}".rstrip()
+
+
+def span(low: float, high: float, si_unit: str, digits: int = 3) -> str:
+    """Two SI values with their unit once: "555 .. 643 Pa s"."""
+    return f"{rounded(display(low, si_unit)[0], digits)} .. {quantity(high, si_unit, digits)}"
+
+
+def rounded(number: float, digits: int) -> str:
+    """A number to so many digits, without an exponent where a reader can do without one: "1230", not "1.23e+03"."""
+    text = f"{number:.{digits}g}"
+    if "e" not in text or not 1e-6 <= abs(number) < 1e7:
+        return text
+    return np.format_float_positional(float(text), trim="-")
+
+
+def plain(name: str) -> str:
+    """A dotted key or a sensor's name as words: "bird.material.viscosity" is "viscosity"."""
+    return name.rsplit(".", 1)[-1].replace("_", " ")

@@ -1,0 +1,67 @@
+"""How much the data tell along each direction of the parameters, in units of what was known before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.formatting import plain
+
+PART = 0.3  # of a direction: parameters with less in it are not named
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A singular direction of the whitened Jacobian whose columns are scaled by the prior's standard deviations.
+
+    strength: the singular value; the data narrow the prior along it by 1/sqrt(1 + strength^2), so that below 1 they say
+    less than the prior. parts: dotted key -> share, of norm 1. words: the direction in the parameters' names.
+    """
+
+    strength: float
+    parts: dict[str, float]
+    words: str
+
+    @property
+    def null(self) -> bool:
+        """Whether the data say less along it than the prior does."""
+        return self.strength < 1.0
+
+
+def directions(calibrator: Calibrator, mode: Mode) -> tuple[Direction, ...]:
+    """All directions at a fit, the best told first; the time origin and known errors are marginalised."""
+    coordinates = calibrator.coordinates
+    scaled = calibrator.information(mode) * np.outer(coordinates.sd, coordinates.sd)
+    squares, vectors = np.linalg.eigh(scaled)
+    names = _names(calibrator)
+    return tuple(
+        Direction(
+            float(np.sqrt(max(square, 0.0))),
+            {name: float(part) for name, part in zip(names, vector * _sign(vector), strict=True)},
+            _words(names, vector * _sign(vector)),
+        )
+        for square, vector in zip(squares[::-1], vectors.T[::-1], strict=True)
+    )
+
+
+def _names(calibrator: Calibrator) -> tuple[str, ...]:
+    """Dotted keys, or the numbers of the combinations that a deficient design carries."""
+    coordinates = calibrator.coordinates
+    if len(coordinates.mean) == len(coordinates.names):
+        return coordinates.names
+    return tuple(f"combination {i + 1}" for i in range(len(coordinates.mean)))
+
+
+def _sign(vector: np.ndarray) -> float:
+    return float(np.sign(vector[np.abs(vector).argmax()])) or 1.0
+
+
+def _words(names: tuple[str, ...], vector: np.ndarray) -> str:
+    """ "viscosity with less pressure cutoff" """
+    order = [i for i in np.argsort(-np.abs(vector)) if abs(vector[i]) >= PART]
+    text = plain(names[order[0]])
+    for i in order[1:]:
+        text += f" with {'more' if vector[i] > 0.0 else 'less'} {plain(names[i])}"
+    return text

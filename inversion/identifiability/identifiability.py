@@ -1,0 +1,114 @@
+"""What the curve tells of each parameter: its interval, whether that is news, and why, in one line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.observations.time_origin import NORMAL_95
+
+NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
+LOOKS_ALIKE = 0.8  # correlation from which another parameter is named
+GRID = 21
+NEAR_BOUND = 0.02  # of a range
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Largest change of the curve over one coordinate's whole range, in the channel where it stands out most, SI."""
+
+    channel: str
+    unit: str
+    change: float
+    noise: float
+
+    @property
+    def sentence(self) -> str:
+        """The change against the noise, in the engineers' unit."""
+        change, noise = quantity(self.change, self.unit, 2), quantity(self.noise, self.unit, 2)
+        against = f"less than the noise ({noise})" if self.change < self.noise else f"noise {noise}"
+        return f"the {plain(self.channel)} changes by at most {change} over its whole range, {against}"
+
+
+def intervals(modes: tuple[Mode, ...]) -> Array:
+    """(r, 2) the 95 % intervals of z: each mode's linearised one inside its box, and the hull of all modes.
+
+    Where a parameter is off the whole box is possible.
+    """
+    low, high = [], []
+    for mode in modes:
+        spread = NORMAL_95 * np.sqrt(np.diag(mode.covariance)[:-1])
+        low.append(np.where(mode.box.flat, mode.box.lows, np.maximum(mode.z - spread, mode.box.lows)))
+        high.append(np.where(mode.box.flat, mode.box.highs, np.minimum(mode.z + spread, mode.box.highs)))
+    return np.stack([np.min(low, axis=0), np.max(high, axis=0)], axis=1)
+
+
+def sensitivity(calibrator: Calibrator, mode: Mode, i: int) -> Sensitivity:
+    """How much the emulated curve moves when coordinate i runs through every box, the others held at the fit."""
+    others = np.arange(len(mode.z)) != i
+    rows: list[Array] = []
+    for box in calibrator.coordinates.boxes:
+        if np.all((mode.z >= box.lows - 1e-6) & (mode.z <= box.highs + 1e-6) | ~others):
+            z = np.tile(mode.z, (GRID, 1))
+            z[:, i] = np.linspace(box.lows[i], box.highs[i], GRID)
+            rows.append(calibrator.coordinates.theta(z, box))
+    model = calibrator.model
+    curves = model.curves(model.scores(np.vstack(rows)), mode.t0)
+    spans = model.observations.split(np.ptp(curves, axis=0))
+    found = [
+        Sensitivity(c.name, c.unit, float(spans[c.name].max()), float(np.sqrt(np.mean(c.noise**2))))
+        for c in model.observations.channels
+    ]
+    return max(found, key=lambda s: s.change / s.noise)
+
+
+def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float, identified: bool) -> str:
+    """Why coordinate i is identified or not; width: of its interval, as a share of the prior's."""
+    felt = sensitivity(calibrator, modes[0], i)
+    if felt.change < felt.noise:
+        return felt.sentence
+    share = f"the interval is {100 * width:.0f} % as wide as the prior's; {felt.sentence}"
+    if identified:
+        return share + _at_bound(modes[0], i)
+    fit_as_well = len({(mode.box.lows[i], mode.box.highs[i]) for mode in modes}) > 1
+    if modes[0].box.flat[i]:
+        also = "; where it acts, some values fit as well" if fit_as_well else "; no value at which it acts fits"
+        return f"it is off at the best fit, where no value changes the curve{also}"
+    also = "; where it is off, the curve fits as well" if fit_as_well else ""
+    return share + _look_alike(calibrator, modes[0], i) + also
+
+
+def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
+    """The other unknown that makes up for this one, if one does."""
+    sd = np.sqrt(np.diag(mode.covariance))
+    known = sd > 0.0
+    correlation = np.where(known, mode.covariance[i] / (sd[i] * np.where(known, sd, 1.0)), 0.0)
+    correlation[i] = 0.0
+    j = int(np.argmax(np.abs(correlation)))
+    if abs(correlation[j]) < LOOKS_ALIKE:
+        return ""
+    other = "the time origin" if j == len(mode.z) else plain(calibrator.coordinates.names[j])
+    return f", but {other} can make up for it (correlation {correlation[j]:+.2f})"
+
+
+def _at_bound(mode: Mode, i: int) -> str:
+    if min(mode.z[i], 1.0 - mode.z[i]) > NEAR_BOUND:
+        return ""
+    return f"; the best fit is at the {'lower' if mode.z[i] < 0.5 else 'upper'} end of the range"
+
+
+def reported(
+    value: float, told: tuple[float, float], limits: tuple[float, float], identified: bool
+) -> tuple[float, float]:
+    """The 95 % interval that is reported with a value, one rule for every method, SI.
+
+    The whole range `limits` of a parameter that is not identified; else what is `told`, widened to the value where this
+    lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the range.
+    """
+    if not identified:
+        return limits
+    return min(told[0], value), max(told[1], value)

@@ -1,0 +1,85 @@
+"""Profile likelihood: how the fit worsens when one parameter is held and all others follow.
+
+Raue et al., "Structural and practical identifiability analysis", Bioinformatics 25 (2009) 1923. Where another parameter
+stands at the end of its range, a worse fit says that this range ends, not that the data speak: such points are marked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.calibration import INDISTINGUISHABLE, Calibrator, Mode
+from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.formatting import plain
+
+POINTS = 11
+AT_END = 1e-3  # of a range
+
+
+@dataclass(frozen=True)
+class Profile:
+    """values: (p,) SI; rise: (p,) of minus twice the log posterior; at_bound: (p) other keys at an end."""
+
+    name: str
+    values: Array
+    rise: Array
+    at_bound: tuple[tuple[str, ...], ...]
+
+    @property
+    def sentence(self) -> str:
+        """On which sides the data bound the parameter, and what stops it where they do not."""
+        best = int(np.argmin(self.rise))
+        below, above = self._side(range(best, -1, -1), "below"), self._side(range(best, len(self.rise)), "above")
+        return f"{plain(self.name)}: {below}; {above}"
+
+    def _side(self, places: range, side: str) -> str:
+        for place in places:
+            if self.rise[place] > INDISTINGUISHABLE:
+                others = ", ".join(plain(key) for key in self.at_bound[place])
+                why = f"because {others} reaches the end of its range" if others else "by the data"
+                return f"{side} bounded {why}"
+        return f"{side} not bounded"
+
+
+def profiles(calibrator: Calibrator, modes: tuple[Mode, ...], points: int = POINTS) -> tuple[Profile, ...]:
+    """One profile for every parameter, over all the boxes where runs stand behind the emulator."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        return tuple(_profile(calibrator, modes, i, points) for i in range(len(calibrator.coordinates.names)))
+
+
+def _profile(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, points: int) -> Profile:
+    boxes = calibrator.coordinates.boxes
+    low, high = min(b.lows[i] for b in boxes), max(b.highs[i] for b in boxes)
+    grid = np.unique(np.append(np.linspace(low, high, points), np.clip(modes[0].z[i], low, high)))
+    found = [_best(calibrator, modes, i, float(value)) for value in grid]
+    known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
+    lowest = min(min(mode.cost for _, mode in known), modes[0].cost)
+    name, span = calibrator.coordinates.names[i], calibrator.coordinates.basis[i, i]
+    values = np.array([calibrator.coordinates.base[i] + value * span for value, _ in known])
+    ends = tuple(_at_bound(calibrator, mode, i) for _, mode in known)
+    return Profile(name, values, np.array([mode.cost - lowest for _, mode in known]), ends)
+
+
+def _best(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, value: float) -> Mode | None:
+    """The best of the fits from each mode, and from the other boxes that hold the value; None where none does."""
+    starts = [mode for mode in modes if mode.box.lows[i] <= value <= mode.box.highs[i]]
+    if not starts:
+        starts = [_moved(modes[0], box) for box in calibrator.coordinates.boxes if box.lows[i] <= value <= box.highs[i]]
+    fits = [calibrator.held(mode, i, value) for mode in starts]
+    return min(fits, key=lambda mode: mode.cost) if fits else None
+
+
+def _moved(mode: Mode, box: Box) -> Mode:
+    """The mode's nearest point in another box."""
+    return replace(mode, z=np.clip(mode.z, box.lows, box.highs), box=box)
+
+
+def _at_bound(calibrator: Calibrator, mode: Mode, i: int) -> tuple[str, ...]:
+    """Other parameters at the end of where they may be, but for those that are off there."""
+    near = np.minimum(mode.z - mode.box.lows, mode.box.highs - mode.z) < AT_END
+    named = near & ~mode.box.flat & (np.arange(len(mode.z)) != i)
+    return tuple(calibrator.coordinates.names[j] for j in np.flatnonzero(named))

@@ -1,0 +1,98 @@
+"""What a mesh-convergence study leaves behind: its JSON, its curves with their band, and its warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.campaign.run import Finished
+from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
+from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
+from birdstrike.inversion.mesh_convergence.meshes import Mesh
+from birdstrike.inversion.mesh_convergence.scalars import Scalar
+
+
+def curves_of(found: MeshConvergence) -> Histories:
+    """Every mesh's curve, 1 the finest, and the band of the user's, as one table on the common clock."""
+    own = found.histories[found.user]
+    channels: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    for name, unit in own.units.items():
+        for number, histories in enumerate(found.histories, start=1):
+            channels[f"{name}_mesh{number}"] = histories.channels[name]
+        channels[f"{name}_uncertainty"] = found.curves[name].bands[found.own]
+        units |= {key: unit for key in channels if key not in units}
+    return Histories(own.time, channels, units)
+
+
+def as_json(found: MeshConvergence) -> dict[str, Any]:
+    """The content of `convergence.json`, SI; meshes finest first, `user_mesh` and `meshes_used` counted from 0."""
+    return {
+        "user_mesh": found.user,
+        "meshes_used": list(found.used),
+        "meshes": [_mesh_json(mesh, run) for mesh, run in zip(found.meshes, found.runs, strict=True)],
+        "scalars": {name: _scalar_json(found, *entry) for name, entry in found.scalars.items()},
+        "curves": {name: _curve_json(found, name, curve) for name, curve in found.curves.items()},
+        "warnings": warnings_of(found),
+    }
+
+
+def _mesh_json(mesh: Mesh, run: Finished) -> dict[str, Any]:
+    summary = run.histories.summary
+    known = ("steps", "wall_s", "energy_error", "momentum_error", "eroded_particles")
+    return mesh.as_json() | {"run": run.key, "step_factor": run.step_factor} | {k: summary.get(k) for k in known}
+
+
+def _scalar_json(
+    found: MeshConvergence, scalar: Scalar, entry: GridConvergence, values: Sequence[float]
+) -> dict[str, Any]:
+    return {
+        "unit": scalar.unit,
+        "values": list(values),
+        "behaviour": entry.behaviour,
+        "order": entry.order,
+        "order_used": entry.limited_order,
+        "extrapolated": entry.extrapolated,
+        "uncertainty_finest": entry.uncertainties[0],
+        "gci_finest": entry.index(0),
+        "uncertainty_user": entry.uncertainties[found.own],
+        "gci_user": entry.index(found.own),
+    }
+
+
+def _curve_json(found: MeshConvergence, name: str, curve: CurveConvergence) -> dict[str, Any]:
+    own = found.histories[found.user]
+    band = curve.bands[found.own]
+    return {
+        "unit": own.units[name],
+        "order_used": curve.order,
+        "shares": curve.shares,
+        "largest_uncertainty_user": float(band.max()),
+        "rms_uncertainty_user": float(np.sqrt(np.mean(band**2))),
+        "largest_value_user": float(np.abs(own.channels[name]).max()),
+    }
+
+
+def warnings_of(found: MeshConvergence) -> list[str]:
+    """What makes the study say less than it seems to."""
+    lines = []
+    halved = [mesh.particles for mesh, run in zip(found.meshes, found.runs, strict=True) if run.step_factor != 1.0]
+    if halved:
+        lines.append(f"the mesh of {halved[0]} particles needed half the time step: not spacing alone differs")
+    for name, (_, entry, _) in found.scalars.items():
+        if entry.behaviour in ("oscillating", "diverging"):
+            lines.append(f"{name} is {entry.behaviour}: no order, its uncertainty is the spread of the meshes")
+        elif entry.order is not None and abs(entry.order - (entry.limited_order or 0.0)) > 0.05:
+            lines.append(
+                f"{name}: observed order {entry.order:.2f}, taken as {entry.limited_order:g} for its uncertainty"
+            )
+    eroded = {run.histories.summary.get("eroded_particles", 0) > 0 for run in found.runs}
+    if eroded == {True, False}:
+        lines.append("the bird erodes on some meshes only: they are different strikes, and no order means anything")
+    late = [s.name for s, _, _ in found.scalars.values() if s.at_the_end(found.histories[found.user])]
+    if late:
+        lines.append(f"{', '.join(late)} lies at time.end: lengthen time.end to see the peak itself")
+    return lines

@@ -1,0 +1,107 @@
+"""Systematically refined meshes of a case: bird and plate refined together, with one ratio of spacings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.simulate import estimate
+
+PLACES = ("auto", "middle", "finest", "coarsest")
+AFFORDABLE_S = 600.0  # of one core: up to here a study is paid for that also refines the user's mesh
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """One mesh of a study. level: steps of refinement from the user's mesh, negative for coarser ones.
+
+    particles: those that the lattice really has; bird_spacing, plate_spacing [m]: cube root of a particle's volume,
+    square root of a shell's area; cost: estimated seconds of one core.
+    """
+
+    level: int
+    case: Case
+    particles: int
+    bird_spacing: float
+    plate_spacing: float
+    cost: float
+
+    @property
+    def elements(self) -> tuple[int, int]:
+        """Shells along length and width."""
+        return self.case.plate.elements
+
+    def as_json(self) -> dict[str, Any]:
+        """What defines the mesh, SI."""
+        return {
+            "level": self.level,
+            "particles": self.particles,
+            "elements": list(self.elements),
+            "bird_spacing_m": self.bird_spacing,
+            "plate_spacing_m": self.plate_spacing,
+        }
+
+
+def choose_meshes(case: Case, ratio: float, count: int, place: str = "auto") -> list[Mesh]:
+    """`count` meshes of the case, finest first; place: of the user's own among them.
+
+    auto is "middle" while the whole study is estimated at 10 minutes of one core or less, else "finest". Raises
+    UserError for a ratio or count outside its range and for a mesh that leaves the range of a case.
+    """
+    if not 1.1 <= ratio <= 2.0:
+        raise UserError(f"--ratio = {ratio:g} is outside 1.1 .. 2; 1.3 is the usual one")
+    if not 3 <= count <= 6:
+        raise UserError(f"--meshes = {count} is outside 3 .. 6; the index needs three")
+    if place not in PLACES:
+        raise UserError(f"--place = {place} is unknown; known: {', '.join(PLACES)}")
+    if place == "auto":
+        middle = _meshes(case, ratio, count, 1)
+        return middle if sum(mesh.cost for mesh in middle) <= AFFORDABLE_S else _meshes(case, ratio, count, 0)
+    return _meshes(case, ratio, count, {"middle": 1, "finest": 0, "coarsest": count - 1}[place])
+
+
+def _meshes(case: Case, ratio: float, count: int, finest: int) -> list[Mesh]:
+    own = _mesh(case, 0)
+    meshes = [own if level == 0 else _refined(own, ratio, level) for level in range(finest, finest - count, -1)]
+    for fine, coarse in pairwise(meshes):
+        if not (fine.bird_spacing < coarse.bird_spacing and fine.plate_spacing < coarse.plate_spacing):
+            raise UserError(
+                f"--ratio = {ratio:g} leaves two meshes alike (plate.elements = {list(coarse.elements)}, "
+                f"{coarse.particles} particles); a larger ratio, or finer bird.particles and plate.elements"
+            )
+    return meshes
+
+
+def _refined(own: Mesh, ratio: float, level: int) -> Mesh:
+    """The user's mesh with both spacings divided by ratio^level, as near as whole elements allow.
+
+    An even number of elements stays even and an odd one odd, so that a sensor at the centre keeps its place in the
+    mesh. The bird then follows the ratio that the plate really has.
+    """
+    nx, ny = (_same_parity(n * ratio**level, n) for n in own.elements)
+    actual = math.sqrt(nx * ny / (own.elements[0] * own.elements[1]))
+    particles = round(own.particles * actual**3)
+    try:
+        return _mesh(own.case.with_mesh(particles, (nx, ny)), level)
+    except CaseError as error:
+        finer = "finer" if level < 0 else "coarser"
+        place = f"--place = {'coarsest' if level < 0 else 'finest'}, a smaller --ratio, or a {finer} mesh of your own"
+        raise UserError([*error.errors, f"the case cannot be meshed {abs(level)} level(s) away: {place}"]) from error
+
+
+def _same_parity(wanted: float, like: int) -> int:
+    return 2 * round((wanted - like % 2) / 2.0) + like % 2
+
+
+def _mesh(case: Case, level: int) -> Mesh:
+    facts = estimate(case)
+    particles, cost = facts["particles"], facts["estimated_wall_s"]
+    assert particles is not None
+    assert cost is not None
+    nx, ny = case.plate.elements
+    bird = (case.bird.volume / particles) ** (1.0 / 3.0)
+    return Mesh(level, case, int(particles), bird, math.sqrt(case.plate.length * case.plate.width / (nx * ny)), cost)

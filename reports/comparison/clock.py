@@ -1,0 +1,47 @@
+"""Each model's clock beside the record's: the offset that fits best, within what is known of the record's trigger."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET
+
+if TYPE_CHECKING:
+    from birdstrike.reports.results import Results
+
+TRIALS = 81
+FORBIDDEN = 1e100  # above any misfit, and finite: the minimiser fits parabolas through the costs
+
+
+def on_clock(run: Histories, channel: str, times: Array, offset: float) -> Array:
+    """The channel at `times` [s] of the record's clock: at rest before the strike began, NaN after its end."""
+    return run.at(channel, np.maximum(times - offset, run.time[0]))
+
+
+def best_offset(results: Results, run: Histories) -> float:
+    """Offset [s] that minimises |(record - run) / noise|^2 + (offset / sigma)^2 over all channels of the record.
+
+    sigma: `inversion.nuisance.time_offset`, as for the inverted bird, so that no model is judged by its trigger. An
+    offset that leaves a point of the record without a value of the run is not considered; 0 where the clocks are one.
+    """
+    sigma = results.inversion.time_offset.sigma
+    if not sigma:
+        return 0.0
+    noise, record = results.inversion.measured.noise, results.record
+    points = {channel: record.points(channel) for channel in results.channels}
+    inside = {c: (t[t <= run.time[-1]], v[t <= run.time[-1]]) for c, (t, v) in points.items()}
+
+    def cost(offset: float) -> float:
+        misfits = (on_clock(run, c, t, offset) - v for c, (t, v) in inside.items())
+        weighted = sum(float(np.sum((m / noise[c]) ** 2)) for c, m in zip(inside, misfits, strict=True))
+        return FORBIDDEN if np.isnan(weighted) else weighted + (offset / sigma) ** 2
+
+    trials = np.linspace(-FARTHEST_OFFSET * sigma, FARTHEST_OFFSET * sigma, TRIALS)
+    best = float(trials[int(np.argmin([cost(float(t)) for t in trials]))])
+    step = float(trials[1] - trials[0])
+    found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-8})
+    return float(found.x) if found.fun < cost(best) else best

@@ -1,0 +1,134 @@
+"""What a card export is about: the birds of a case or of an inversion, and what is known of their constants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.estimation.verification import error_words
+from birdstrike.inversion.formatting import quantity, span
+from birdstrike.inversion.inversion import Answer, Estimate, Inversion
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.materials import BirdMaterial
+
+MATERIAL = "bird.material."
+COMPARED = ("elastic", "plastic_kinematic", "hydrodynamic")
+"""The other bird models of the paper, shipped as cases of the reference strike."""
+
+
+@dataclass(frozen=True)
+class ExportedBird:
+    """One bird; density [kg/m^3]; remarks: lines about it, the constants that an inversion sought among them."""
+
+    name: str
+    material: BirdMaterial
+    density: float
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Export:
+    """Everything that goes into a file of cards, the bird that it is about first; source: lines for its head."""
+
+    birds: tuple[ExportedBird, ...]
+    source: tuple[str, ...]
+
+
+def read_export(target: str | Path, case: str | Path | None = None, method: str = "best") -> Export:
+    """The birds of a case, or of the folder of train-and-invert or of close-the-loop; raises UserError.
+
+    case: the inversion's case where the folder does not hold it; method: network, emulator, or best, the one whose
+    verification misses the record least. An inverted bird comes with the three that it is compared with.
+    """
+    folder = Path(target)
+    if not folder.is_dir():
+        return _of_case(load_case(target))
+    path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
+    if path is None:
+        raise UserError(f"{folder} holds no inversion.json; make it with train-and-invert or close-the-loop")
+    try:
+        inversion = Inversion.load(path)
+    except ValidationError as error:
+        raise UserError(f"{path} is damaged or of another version; repeat train-and-invert") from error
+    base, name = _case_of(path, inversion, case), _chosen(path, inversion, method)
+    answer = inversion.methods[name]
+    inverted = base.with_values(_point(answer))
+    source = (
+        f"Inverted by the {name} ({path.name}). The solver at these values misses the record by {error_words(answer)}.",
+        f"Record: {Path(inversion.measured.path).name}"
+        f"{', which is SIMULATED, NOT MEASURED' if inversion.measured.simulated else ''}.",
+        f"Case {case_hash(base)}: {_strike(base)}.",
+    )
+    density = inverted.bird.actual_density
+    first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
+    return Export((first, *_compared(density)), source)
+
+
+def _of_case(case: Case) -> Export:
+    bird = ExportedBird(case.name, case.bird.material, case.bird.actual_density, ("From the case; not inverted.",))
+    return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_strike(case)}.",))
+
+
+def _strike(case: Case) -> str:
+    bird, impact = case.bird, case.impact
+    speed, angle = quantity(impact.speed, "m/s"), quantity(impact.angle, "rad")
+    return f"bird of {quantity(bird.actual_mass, 'kg')}, {speed} at {angle} from the plate's surface"
+
+
+def _compared(density: float) -> Iterator[ExportedBird]:
+    """The paper's other three birds, at the density of this one so that all weigh the same."""
+    for model in COMPARED:
+        material = load_case(f"reference_strike_{model}").bird.material
+        yield ExportedBird(model, material, density, ("Constants of the paper (Tables 10 to 13); not inverted.",))
+
+
+def _case_of(path: Path, inversion: Inversion, given: str | Path | None) -> Case:
+    """The case that was inverted: the one given, or the campaign's beside the inversion; it must be the same strike."""
+    beside = [path.parent / "case.toml", path.parent.parent / "doe" / "case.toml"]
+    found = given or next((file for file in beside if file.is_file()), None)
+    if found is None:
+        raise UserError(f"{path.parent} does not hold the case; name it: --case CAMPAIGN/case.toml")
+    case = load_case(found)
+    if case_hash(case) != inversion.case_hash:
+        raise UserError(
+            f"{found} has the case hash {case_hash(case)}, but {path} was inverted with {inversion.case_hash}; "
+            "name the campaign's own: --case CAMPAIGN/case.toml"
+        )
+    return case
+
+
+def _chosen(path: Path, inversion: Inversion, method: str) -> str:
+    if method == "best" and inversion.best is not None:
+        return inversion.best
+    if method in inversion.methods:
+        return method
+    why = "no verification finished" if method == "best" else f'"{method}" was not run'
+    raise UserError(f"{path}: {why}; available: --method {' or '.join(inversion.methods)}")
+
+
+def _point(answer: Answer) -> Mapping[str, float]:
+    """The values at which the solver verified the answer, SI."""
+    if answer.combination is not None:
+        return answer.combination.point
+    return {key: estimate.value for key, estimate in answer.parameters.items() if estimate.value is not None}
+
+
+def _found(inversion: Inversion, method: str) -> Iterator[str]:
+    """A line for every parameter that was sought: its interval, or that it is not identified."""
+    answer = inversion.methods[method]
+    point = _point(answer)
+    for key, estimate in answer.parameters.items():
+        yield f"{key.removeprefix(MATERIAL)}: {_known(estimate, point.get(key), inversion.ranges[key])}"
+    if answer.combination is not None:
+        yield f"NOT SEPARATE ESTIMATES: {answer.combination.sentence}"
+
+
+def _known(estimate: Estimate, value: float | None, limits: tuple[float, float]) -> str:
+    shown = "no value" if value is None else quantity(value, estimate.unit, 4)
+    if estimate.identified and estimate.interval_95 is not None:
+        return f"identified, {shown}, 95 % interval {span(*estimate.interval_95, estimate.unit, 4)}"
+    return f"NOT IDENTIFIED in {span(*limits, estimate.unit)}; {shown} is only where the verification ran"

@@ -1,0 +1,31 @@
+"""The template of every page, filled; nothing in a page points outside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from birdstrike.reports.blocks import Section
+from birdstrike.reports.sections.reproducibility import installed
+
+
+def rendered(title: str, subtitle: str, sections: Sequence[Section], switches: Sequence[Mapping[str, str]] = ()) -> str:
+    """HTML text of a page; switches: of the curves that its figures can hide."""
+    environment = Environment(
+        loader=PackageLoader("birdstrike.reports.page", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    version = installed("birdstrike")
+    return environment.get_template("template.html.j2").render(
+        title=title,
+        subtitle=subtitle,
+        sections=sections,
+        switches=switches,
+        version=version,
+        footer=f"Written by birdstrike {version} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
+    )

@@ -1,0 +1,141 @@
+"""The bird of a case, in place and in flight."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.bird.body import BirdBody
+from birdstrike.solver.bird.hex_mesh import HexMesh, bird_mesh
+from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
+from birdstrike.solver.bird.materials import NullMaterial as FluidMaterial
+from birdstrike.solver.bird.materials import SolidMaterial, elastic, hardening
+from birdstrike.solver.bird.shape import fill_bird, jittered, outline, slope_gain
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.bird.sph_strength import SolidBird
+from birdstrike.solver.bird.total_lagrangian import ElasticBird
+from birdstrike.solver.case.bird import Bird as BirdSection
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.materials import (
+    BirdMaterial,
+    ElasticMaterial,
+    HydrodynamicMaterial,
+    NullMaterial,
+    PlasticKinematicMaterial,
+)
+from birdstrike.solver.case.plate import Plate
+
+
+def turned(points: Array, angle: float) -> Array:
+    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight (cos angle, 0, -sin angle)."""
+    along = [math.cos(angle), 0.0, -math.sin(angle)]
+    return points @ np.stack([along, [0.0, 1.0, 0.0], [math.sin(angle), 0.0, math.cos(angle)]])
+
+
+def nose_meets(surface: Array, angle: float, height: float) -> float:
+    """x [m] where the lowest of a turned bird's points (n, 3) meets the plane z = height [m]."""
+    lowest = surface[:, 2].min()
+    nose = surface[:, 0][np.isclose(surface[:, 2], lowest, atol=1e-9)].mean()
+    return float(nose + (lowest - height) / math.tan(angle))
+
+
+def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) -> float:
+    """Least distance [m] that a point at x (n, 3) flies along `direction` (3,) until it touches the plate.
+
+    surface: distance from the mid-surface at which a point touches [m]. On a panel, each point's line is met with
+    the cylinder of radius + surface about the panel's axis; lines that miss the panel do not count. For a flat plate,
+    or if every line misses, the distance is that to the plane at the height of `surface`.
+    """
+    plane = float((x[:, 2].min() - surface) / -direction[2])
+    if plate.radius is None:
+        return plane
+    along, height = x[:, 0], x[:, 2] + plate.radius
+    half = along * direction[0] + height * direction[2]
+    norm = direction[0] ** 2 + direction[2] ** 2
+    under_root = half**2 - norm * (along**2 + height**2 - (plate.radius + surface) ** 2)
+    flight = (-half - np.sqrt(np.where(under_root >= 0.0, under_root, np.nan))) / norm
+    met = x + flight[:, None] * direction
+    arc = plate.radius * np.arctan2(met[:, 0], met[:, 2] + plate.radius)
+    on_panel = (np.abs(arc) <= 0.5 * plate.length) & (np.abs(met[:, 1]) <= 0.5 * plate.width)
+    return float(flight[on_panel].min()) if on_panel.any() else plane
+
+
+BODIES: dict[str, type[Bird]] = {"null": Bird, "elastic": ElasticBird}
+
+
+def build_bird(case: Case) -> BirdBody:
+    """Bird of the case, `standoff` of flight before its ideal surface touches the plate."""
+    return build_hexahedra(case) if case.bird.method == "hexahedra" else build_particles(case)
+
+
+def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
+    """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points (n, 3), given about its centre, axis along x.
+
+    The bird's ideal surface touches after the stand-off, so that the clock does not hang on where the outermost points
+    happen to lie. Each acts `skin` [m] ahead of itself. Where a lattice is cut at random, its points lie 0 to 2 skins
+    deep at even odds; those less than one deep are stopped early, and the first layer comes to rest skin/4 further out
+    than the mass that it stands for. The bird begins as much further back. None is let begin in the plate.
+    """
+    impact, half = case.impact, 0.5 * case.plate.thickness
+    direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
+    surface = turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), impact.angle)
+    start = np.array([*impact.offset, 0.0])
+    if impact.aim == "first_touch":
+        start[0] -= nose_meets(surface, impact.angle, half)
+    x = turned(points, impact.angle) + start
+    flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
+    x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
+    return x, np.tile(impact.speed * direction, (len(x), 1))
+
+
+def build_hexahedra(case: Case) -> HexBird:
+    """Lagrangian bird of the case, its hourglass control by springs when it is elastic and by dampers when it flows."""
+    b, s = case.bird, case.solver
+    mesh = bird_mesh(b.shape, b.diameter, b.length, b.volume, b.particles)
+    x, v = in_flight(case, mesh.nodes, 0.0)
+    hourglass = s.hourglass or ("stiffness" if b.material.model == "elastic" else "viscous")
+    settings = HexSettings((s.shock_linear, s.shock_quadratic), hourglass, s.hourglass_coefficient, s.smallest_step)
+    bird = HexBird(HexMesh(x, mesh.cells), v, bird_material(b.material, b.actual_density), settings)
+    bird.stiffen(case.normal_speed)
+    return bird
+
+
+def build_particles(case: Case) -> Bird:
+    """SPH bird of the case."""
+    b = case.bird
+    points, spacing = bird_lattice(b)
+    share = b.volume / len(points)
+    x, v = in_flight(case, points, 0.5 * share ** (1.0 / 3.0))
+    material = bird_material(b.material, b.actual_density)
+    shock = (case.solver.shock_linear, case.solver.shock_quadratic)
+    state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
+    gain = slope_gain(b.lattice, case.solver.smoothing) * spacing**3 / share
+    bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird.stiffen(case.normal_speed)
+    return bird
+
+
+def bird_lattice(b: BirdSection) -> tuple[Array, float]:
+    """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the lattice's spacing [m]."""
+    points, spacing = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
+    return jittered(points, b.jitter * spacing, b.seed), spacing
+
+
+def bird_material(m: BirdMaterial, rho0: float) -> FluidMaterial | SolidMaterial:
+    """The case's material about the reference density [kg/m^3], for particles and finite elements alike."""
+    if isinstance(m, NullMaterial):
+        four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
+        return FluidMaterial(m.eos.build(rho0), *four)
+    if isinstance(m, HydrodynamicMaterial):
+        moduli = (m.shear_modulus, m.yield_stress, m.hardening_modulus)
+        limits = {"failure_strain": m.failure_strain, "pressure_cutoff": m.pressure_cutoff}
+        return SolidMaterial(m.eos.build(rho0), *moduli, **limits)
+    if isinstance(m, PlasticKinematicMaterial):
+        base = elastic(rho0, m.young, m.poisson)
+        moduli = (base.shear_modulus, m.yield_stress, *hardening(m.young, m.tangent_modulus, m.beta))
+        return SolidMaterial(base.eos, *moduli, m.rate_c, m.rate_p, m.failure_strain)
+    if isinstance(m, ElasticMaterial):
+        return elastic(rho0, m.young, m.poisson)
+    raise TypeError(f"no body for the bird's model {m.model}")

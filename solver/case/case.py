@@ -1,0 +1,191 @@
+"""A case: everything that defines one strike, its sensors and instruments, and what an inversion may vary."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, PrivateAttr, ValidationError, field_validator
+
+from birdstrike.data.errors import CaseError
+from birdstrike.data.units import quantity_text
+from birdstrike.solver.case.bird import Bird
+from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
+from birdstrike.solver.case.external import External, broken_external_rules, with_deck
+from birdstrike.solver.case.fields import Section
+from birdstrike.solver.case.load import override_table, read_case, with_table
+from birdstrike.solver.case.messages import error_lines
+from birdstrike.solver.case.overlay import Raw, overlay
+from birdstrike.solver.case.plate import Plate
+from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
+from birdstrike.solver.case.sections import Impact, Time, quantity_at
+from birdstrike.solver.case.sensors import DEFAULT_SENSORS, Instrument, Sensor
+from birdstrike.solver.case.settings import InversionSettings, SolverSettings
+from birdstrike.solver.effects.registry import effects
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that an inversion seeks: dotted case key, limits in SI, SI unit, scale of its designs."""
+
+    name: str
+    low: float
+    high: float
+    unit: str
+    scale: str = "linear"
+
+
+class Case(Section):
+    """One strike, every value in SI; made by `load_case`."""
+
+    plate: Plate
+    bird: Bird
+    impact: Impact
+    time: Time
+    sensors: dict[str, Sensor] = DEFAULT_SENSORS
+    solver: SolverSettings = SolverSettings()
+    external: External | None = None
+    inversion: InversionSettings = InversionSettings()
+    effects: Effects = Field(default_factory=dict)
+    instrument: dict[str, Instrument] = Field(default_factory=dict)
+
+    _raw: Raw = PrivateAttr(default_factory=dict)
+    _name: str = PrivateAttr(default="case")
+
+    @field_validator("sensors", mode="after")
+    @classmethod
+    def _no_sensors_mean_the_default_three(cls, value: dict[str, Sensor]) -> dict[str, Sensor]:
+        return value or DEFAULT_SENSORS
+
+    @field_validator("solver", mode="before")
+    @classmethod
+    def _a_word_names_the_solver(cls, value: Any) -> Any:
+        return {"name": value} if isinstance(value, str) else value
+
+    @property
+    def name(self) -> str:
+        """Name of the file that the case was read from, without its ending."""
+        return self._name
+
+    @property
+    def normal_speed(self) -> float:
+        """Component of the velocity normal to the plate [m/s]."""
+        return self.impact.speed * math.sin(self.impact.angle)
+
+    @property
+    def first_contact(self) -> float:
+        """Time at which the stand-off has been flown [s]."""
+        return self.impact.standoff / self.impact.speed
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What an inversion seeks, in the order of the file."""
+        entries = ((name, entry, quantity_at(name)) for name, entry in self.inversion.parameters.items())
+        return tuple(Parameter(name, *e.range, mark.unit, e.scale) for name, e, mark in entries if mark is not None)
+
+    def with_values(self, values: Mapping[str, float]) -> Case:
+        """The case with SI values under dotted keys, validated anew; raises CaseError."""
+        unknown = [f"{key} is no quantity of a case" for key in values if quantity_at(key) is None]
+        if unknown:
+            raise CaseError(unknown)
+        return self.overlaid(_table(values))
+
+    def overlaid(self, table: Raw) -> Case:
+        """The case with a table, as TOML gives it, laid over its own, validated anew; raises CaseError."""
+        return case_from_table(overlay(self._raw, table), self._name)
+
+    def with_effects(self, magnitudes: Mapping[str, float]) -> Case:
+        """The case with these magnitudes (SI) under `effects`, in place of those it states; raises CaseError."""
+        known = effects()
+        stated = {name: magnitude_text(known[name], value) for name, value in magnitudes.items()}
+        return case_from_table(self._raw | {"effects": stated}, self._name)
+
+    def resolved(self) -> Case:
+        """The case with its effects written into the keys that they change, and no section `effects`."""
+        if not self.effects:
+            return self
+        bare = case_from_table({key: value for key, value in self._raw.items() if key != "effects"}, self._name)
+        return _in_place(bare.model_copy(update={"effects": self.effects}), bare._raw, self._name)
+
+    def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
+        """The case with another bird and plate mesh, validated anew; raises CaseError."""
+        return self.overlaid({"bird": {"particles": particles}, "plate": {"elements": list(elements)}})
+
+    def canonical(self) -> dict[str, Any]:
+        """Nested SI values of everything that changes a history; no noise, inversion or threads."""
+        tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
+        del tree["solver"]["threads"]
+        if self.solver.name == "embedded":
+            del tree["solver"]["name"]
+        for key in ("mass", "slenderness", "statistics"):
+            del tree["bird"][key]
+        tree["bird"]["density"] = self.bird.actual_density
+        if not self.plate.rigid:
+            del tree["plate"]["rigid"]
+        if not any(self.impact.offset):
+            del tree["impact"]["offset"]
+        tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
+        acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
+        if self.solver.name == "external" and self.external is not None:
+            tree["external"] = self.external.canonical()
+        return tree | ({"instrument": acting} if acting else {})
+
+
+def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
+    """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
+    table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
+    return case_from_table(with_deck(table, Path.cwd()), Path(path).stem)
+
+
+def case_from_table(table: Raw, name: str = "case") -> Case:
+    """Case from a table as TOML gives it; raises CaseError with all errors."""
+    errors = [*broken_rules(table), *broken_sensor_rules(table), *broken_external_rules(table)]
+    case = None
+    try:
+        case = Case.model_validate(table)
+    except ValidationError as error:
+        errors = error_lines(Case, error.errors(), errors, table)
+    if case is None or errors:
+        raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
+    if case.effects:
+        case = _acted_upon(case, table, name)
+    case._raw, case._name = table, name
+    return case
+
+
+def _acted_upon(case: Case, table: Raw, name: str) -> Case:
+    """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
+    acted = _in_place(case, table, name)
+    sections = {section: getattr(acted, section) for section in ("plate", "bird", "impact", "instrument")}
+    return case.model_copy(update=sections)
+
+
+def _in_place(case: Case, table: Raw, name: str) -> Case:
+    """The case with its effects in the keys that they change; raises CaseError that names the case and the effect."""
+    try:
+        return with_effects(case, table, lambda changed: case_from_table(changed, name))
+    except CaseError as error:
+        count = len(error.errors)
+        raise CaseError(error.errors, f"case {name}: {count} error{'s' if count > 1 else ''}") from error
+
+
+def case_hash(case: Case) -> str:
+    """First 16 hex digits of the SHA-256 of the canonical case; floats by their shortest exact text."""
+    text = json.dumps(case.canonical(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _table(values: Mapping[str, float]) -> Raw:
+    """Nested table of dotted keys with SI values as texts that the case's fields accept."""
+    table: Raw = {}
+    for key, value in values.items():
+        mark = quantity_at(key)
+        content: Any = quantity_text(value, mark.unit) if mark is not None and mark.unit else float(value)
+        for part in reversed(key.split(".")):
+            content = {part: content}
+        table = overlay(table, content)
+    return table

@@ -1,0 +1,188 @@
+"""The case's section `effects`: physical magnitudes of effects, and the case with them put in place."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import core_schema
+
+from birdstrike.data.errors import CaseError
+from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
+from birdstrike.solver.case.fields import checked, complaint, each_of
+from birdstrike.solver.case.overlay import Raw, overlay
+from birdstrike.solver.effects.registry import Effect, effects
+
+if TYPE_CHECKING:
+    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.effects.registry import Effect
+
+SHOWN = {"m": "mm", "s": "ms", "Pa": "MPa", "rad": "deg", "kg": "kg", "m/s": "m/s", "1/s": "1/s", "": ""}
+SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
+"""SI unit of a magnitude -> the unit in which engineers write it."""
+NARROW = 1e-4  # share of a limit up to which it is looked for
+MOST = 80  # cases that are tried for it
+
+Act = Callable[[float], object]
+"""Puts an effect of some magnitude into the case; raises CaseError where that makes the case wrong."""
+
+
+def shown(effect: Effect, value: float, digits: int = 3) -> str:
+    """A magnitude in the engineers' unit: "+0.2 mm"."""
+    unit = SHOWN.get(effect.unit, effect.unit)
+    number = from_si(value, unit) if unit else value
+    return f"{number:+.{digits}g} {unit}".strip() if number else f"0 {unit}".strip()
+
+
+def told_as_the_effect_s(effect: Effect, case: Case, value: float, error: CaseError, act: Act) -> list[str]:
+    """The lines of an error that an effect has made, with the nearest magnitude that fits the case."""
+    given = f"effects.{effect.name} = {shown(effect, value, 6)}"
+    limit = nearest(value, effect.size(case), partial(fits, act))
+    if limit is None:
+        return [f"{given} makes the case wrong: {line}" for line in error.errors]
+    text = limit_text(effect, limit, value, partial(fits, act))
+    closer = abs(value) < abs(limit)
+    side = f"nearer to 0 than {text}, the smallest" if closer else f"beyond {text}, the largest"
+    first, *more = (line.split("; ")[0] for line in error.errors)
+    why = f"{first}, and {len(more)} more" if more else first
+    return [f"{given} is {side} that fits this case; write {text}, or leave the effect out ({why})"]
+
+
+def fits(act: Act, value: float) -> bool:
+    """Whether the case can carry a magnitude."""
+    try:
+        act(value)
+    except CaseError:
+        return False
+    return True
+
+
+def nearest(value: float, size: float, fit: Callable[[float], bool]) -> float | None:
+    """The magnitude nearest to `value` that fits, on the way to the plausible `size` of its sign, by bisection.
+
+    None where that size does not fit either.
+    """
+    good, bad = math.copysign(size, value), value
+    if not fit(good):
+        return None
+    for _ in range(MOST):
+        if abs(good - bad) <= NARROW * min(abs(good), abs(bad)):
+            break
+        between = 0.5 * (good + bad)
+        good, bad = (between, bad) if fit(between) else (good, between)
+    return good
+
+
+def limit_text(effect: Effect, limit: float, beyond: float, fit: Callable[[float], bool]) -> str:
+    """A limit in the engineers' unit, in the fewest digits with which it still fits; beyond: what does not."""
+    safer = limit * (1.0 + NARROW if abs(beyond) < abs(limit) else 1.0 - NARROW)
+    for value in (limit, safer):
+        for digits in (2, 3, 4, 5):
+            text = shown(effect, value, digits)
+            if fit(to_si(text, effect.unit) if effect.unit else float(text)):
+                return text
+    return quantity_text(limit, effect.unit) if effect.unit else repr(limit)
+
+
+class Magnitudes:
+    """Schema of the section: name -> magnitude in SI; zeros are absent effects and are left out."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return checked(_section)
+
+
+Rebuild = Callable[[Raw], "Case"]
+Effects = Annotated[dict[str, float], Magnitudes()]
+
+
+def _section(value: Any) -> dict[str, float]:
+    if not isinstance(value, Mapping):
+        raise complaint('must be a table such as { plate_thickness = "0.2 mm" }')
+    found = each_of(value, magnitude)
+    return {name: size for name, size in found.items() if size}
+
+
+def magnitude(name: str, value: Any) -> float:
+    """SI magnitude of an effect as a case states it; raises PydanticCustomError."""
+    known = effects()
+    if name not in known:
+        close = difflib.get_close_matches(name, known, n=1)
+        raise complaint(
+            f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}"
+        )
+    unit = known[name].unit
+    if not unit:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise complaint("is dimensionless: write a bare number")
+        return float(value)
+    if not isinstance(value, str):
+        raise complaint(f'has no unit; write text such as "1 {SHOWN.get(unit, unit)}"')
+    return _in_unit(name, value, unit)
+
+
+def _in_unit(name: str, text: str, unit: str) -> float:
+    """The text in SI; the low-pass may also be given by its bandwidth."""
+    try:
+        return to_si(text, unit)
+    except UnitError as error:
+        if name == "sensor_bandwidth":
+            try:
+                return 1.0 / (2.0 * math.pi * to_si(text, "1/s"))
+            except (UnitError, ZeroDivisionError):
+                pass
+        raise complaint(f"is not understood: {error}") from error
+
+
+def magnitude_text(effect: Effect, value: float) -> str | float:
+    """A magnitude as a case file states it."""
+    return quantity_text(value, effect.unit) if effect.unit else float(value)
+
+
+def stated(case: Case) -> list[str]:
+    """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
+    known = effects()
+    return [
+        f"effects.{name} = {shown(known[name], size)}: {known[name].meaning}" for name, size in case.effects.items()
+    ]
+
+
+def with_effects(case: Case, raw: Raw, rebuild: Rebuild) -> Case:
+    """The case with every effect put in place and the section gone; rebuild: from a table to its case.
+
+    Effects act one after the other, in the order of the library. Raises CaseError for one that the case cannot carry.
+    """
+    table = {key: value for key, value in raw.items() if key != "effects"}
+    acted, sizes = rebuild(table), case.effects
+    for effect in (effect for name, effect in effects().items() if name in sizes):
+        size = sizes[effect.name]
+        errors = _refusals(effect, acted, size)
+        if errors:
+            raise CaseError(errors)
+        act = partial(_with_one, effect, acted, table, rebuild)
+        try:
+            acted, table = act(size)
+        except CaseError as error:
+            raise CaseError(told_as_the_effect_s(effect, acted, size, error, act)) from error
+    return acted
+
+
+def _with_one(effect: Effect, case: Case, table: Raw, rebuild: Rebuild, size: float) -> tuple[Case, Raw]:
+    """The case and its table with one effect put in place; raises CaseError, also where the effect itself fails."""
+    try:
+        changed = overlay(table, effect.change(case, size))
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise CaseError(f"its function `change` failed: {type(error).__name__}: {error}") from error
+    return rebuild(changed), changed
+
+
+def _refusals(effect: Effect, case: Case, value: float) -> list[str]:
+    if reason := effect.refuses(case):
+        return [f"effects.{effect.name}: {reason}"]
+    if value < effect.least(case):
+        least = shown(effect, effect.least(case))
+        return [f"effects.{effect.name} = {shown(effect, value)} is below {least}, the least that means anything here"]
+    return []

@@ -1,0 +1,80 @@
+"""What a user reads when a field of a case is wrong: one line each."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from birdstrike.solver.case.choice import sections_of
+from birdstrike.solver.case.fields import Between, OneOf
+from birdstrike.solver.case.overlay import FROM_MASS, SIZES, at
+from birdstrike.solver.case.sections import metadata_of
+
+LONG = 4  # of a list: beyond it the message must say which entry it means
+Place = tuple[str | int, ...]
+
+
+def error_lines(
+    case: type[BaseModel], errors: Sequence[ErrorDetails], broken: list[str], table: Mapping[str, Any]
+) -> list[str]:
+    """One line for each of pydantic's errors, then the `broken` rules between fields.
+
+    A bird's size that would follow from its mass is not called missing: another line says why it does not follow.
+    """
+    by_mass = any(at(table, f"bird.{key}") not in (None, False) for key in FROM_MASS)
+    follows = {("bird", key) for key in SIZES} if by_mass else set()
+    told = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
+    return [error_line(case, error, table) for error in (told if told or broken else errors)] + broken
+
+
+def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, Any]) -> str:
+    """One of pydantic's errors about a `case` read from `table`: field, value, what is wrong, remedy."""
+    kind, loc, message, value = error["type"], error["loc"], error["msg"], error["input"]
+    key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
+    known = _fields(case, loc[:-1], table)
+    if kind == "extra_forbidden":
+        return f"{key} is not a key of a case; {_did_you_mean(list(known), str(loc[-1]))}"
+    if kind == "missing":
+        return f"{key} is missing{_expected(known.get(str(loc[-1])))}"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"{key} = {value} must be a table of keys"
+    if kind == "tuple_type":
+        return f"{key} = {value} must be a list in brackets"
+    shown = not isinstance(value, dict) and not (isinstance(value, list | tuple) and len(value) > LONG)
+    return f"{key} = {value} {message}" if shown else f"{key} {message}"
+
+
+def _did_you_mean(known: list[str], key: str) -> str:
+    """The nearest key that the section knows, or all of them."""
+    close = difflib.get_close_matches(key, known, n=1)
+    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+
+
+def _expected(field: FieldInfo | None) -> str:
+    """What a missing field would hold."""
+    marks = metadata_of(field) if field is not None else []
+    for mark in marks:
+        if isinstance(mark, Between):
+            return f"; give a value in {mark.low} .. {mark.high}"
+        if isinstance(mark, OneOf):
+            return f"; {mark.here}"
+    return ""
+
+
+def _fields(case: type[BaseModel], loc: Place, table: Any) -> Mapping[str, FieldInfo]:
+    """Fields of the section at a place in the case as read; the names of sensors and parameters are the user's."""
+    model: Any = case
+    for part in loc:
+        table = table.get(part) if isinstance(table, Mapping) else None
+        if isinstance(model, type) and issubclass(model, BaseModel):
+            field = model.model_fields[str(part)]
+            sections = list(sections_of(field, table))
+            model = sections[0] if len(sections) == 1 else field.annotation
+        else:
+            model = get_args(model)[-1]
+    return model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}

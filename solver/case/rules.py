@@ -1,0 +1,264 @@
+"""Rules between a case's sensors, their instruments and the plate; each reads the file's own text."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from birdstrike.data.units import ACCEPTED
+from birdstrike.solver.case.bird import derived
+from birdstrike.solver.case.fields import Between
+from birdstrike.solver.case.overlay import FROM_MASS, IDLE_FOR_RIGID, METHOD, ONLY_FOR, SIZES, Raw, at
+from birdstrike.solver.case.plate import STRESS
+from birdstrike.solver.case.sections import quantity_at, quantity_in, si, valid
+from birdstrike.solver.case.sensors import DEFAULT_SENSORS, DIRECTION, DRIFT, LENGTH, OF_KIND, OFFSET, PLACED
+
+BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
+
+
+def idle_rules(raw: Raw) -> Iterator[str]:
+    """One line for every key, given or sought, that this plate or this bird has no use for."""
+    if at(raw, "plate.rigid") is True:
+        for key in IDLE_FOR_RIGID:
+            yield from _idle(raw, key, "a rigid plate", "or leave plate.rigid out")
+    method = str(at(raw, "bird.method") or METHOD)
+    for other, keys in ONLY_FOR.items():
+        if method in ONLY_FOR and other != method:
+            for key in keys:
+                yield from _idle(raw, key, f"a bird of {BIRD_OF[method]}", f'or choose bird.method = "{other}"')
+
+
+def _idle(raw: Raw, key: str, whom: str, otherwise: str) -> Iterator[str]:
+    value, sought = at(raw, key), at(raw, "inversion.parameters")
+    if value is not None:
+        yield f"{key} = {value} does nothing to {whom}; leave it out, {otherwise}"
+    for name in sought if isinstance(sought, dict) else ():
+        if name == key or name.startswith(f"{key}."):
+            yield f'inversion.parameters."{name}" does nothing to {whom}; leave it out, {otherwise}'
+
+
+def bird_rules(raw: Raw) -> Iterator[str]:
+    """One line for every broken rule about the bird of a case as read from its file."""
+    if isinstance(raw.get("bird"), dict):
+        for rule in (_size, _density, _length, _bird_hardening, _table):
+            yield from rule(raw)
+    yield from _sought(raw)
+
+
+def _given(raw: Raw, keys: tuple[str, ...]) -> list[str]:
+    return [key for key in keys if at(raw, f"bird.{key}") not in (None, False)]
+
+
+def _size(raw: Raw) -> Iterator[str]:
+    sizes, from_mass = _given(raw, SIZES), _given(raw, FROM_MASS)
+    if sizes and from_mass:
+        yield f"bird.{sizes[0]} and bird.{from_mass[0]} are both given; keep one, the other follows"
+    if from_mass and at(raw, "bird.mass") is None:
+        yield f'bird.{from_mass[0]} needs bird.mass, such as mass = "1.8 kg"'
+    slenderness = si(raw, "bird.slenderness")
+    if at(raw, "bird.shape") == "sphere" and slenderness not in (None, 1.0):
+        yield f"bird.slenderness = {slenderness:g} is no sphere; leave it out"
+
+
+def _density(raw: Raw) -> Iterator[str]:
+    mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
+    known = _given(raw, ("statistics",)) or at(raw, "bird.material.eos.kind") == "porous"
+    if _given(raw, FROM_MASS):
+        if density is not None and _given(raw, ("statistics",)):
+            yield f"bird.density = {density} and bird.statistics are both given; the statistics give the density"
+        if density is None and not known:
+            yield 'bird.slenderness needs bird.density beside the mass, such as density = "938 kg/m^3"'
+        return
+    if mass is not None and density is not None:
+        yield f"bird.mass = {mass} and bird.density = {density} are both given; keep one, the shape gives the other"
+    if mass is None and density is None and not known:
+        yield 'bird.mass or bird.density is missing; give one, such as density = "938 kg/m^3"'
+
+
+def _length(raw: Raw) -> Iterator[str]:
+    shape, length, diameter = at(raw, "bird.shape"), si(raw, "bird.length"), si(raw, "bird.diameter")
+    found = derived(raw["bird"]) if shape == "hemispherical_cylinder" else {}
+    if "length" in found and float(found["length"].split()[0]) < float(found["diameter"].split()[0]):
+        yield f"bird.mass = {at(raw, 'bird.mass')} makes a bird shorter than wide; use another shape or slenderness"
+    if length is None or diameter is None:
+        return
+    given = f"bird.length = {at(raw, 'bird.length')}"
+    if shape == "hemispherical_cylinder" and length < diameter:
+        yield f"{given} is less than the diameter; length is overall, hemispheres included"
+    if shape == "sphere" and length != diameter:
+        yield f"{given} differs from the sphere's diameter; leave it out"
+
+
+def _bird_hardening(raw: Raw) -> Iterator[str]:
+    young, tangent = si(raw, "bird.material.young"), si(raw, "bird.material.tangent_modulus")
+    if young is not None and tangent is not None and tangent >= young:
+        text = at(raw, "bird.material.tangent_modulus")
+        yield f"bird.material.tangent_modulus = {text} is not below young; megapascals?"
+
+
+def _table(raw: Raw) -> Iterator[str]:
+    eos = at(raw, "bird.material.eos")
+    if not isinstance(eos, dict) or eos.get("kind") != "table":
+        return
+    given = [name for name in ("rho", "mu") if name in eos]
+    if len(given) != 1:
+        yield "bird.material.eos: a table is over rho or over mu; give one of them (or `file`)"
+        return
+    first, p = eos[given[0]], eos.get("p")
+    if isinstance(first, list) and isinstance(p, list) and (len(first) != len(p) or len(p) < 3):
+        yield f"bird.material.eos: {len(first)} values of {given[0]} and {len(p)} of p; as many, and at least three"
+
+
+def _sought(raw: Raw) -> Iterator[str]:
+    parameters: Any = at(raw, "inversion.parameters")
+    for key in parameters if isinstance(parameters, dict) else ():
+        if quantity_in(raw, key) is None and quantity_at(key) is not None:
+            yield f'inversion.parameters."{key}" is no key of the {at(raw, "bird.material.model")} bird; leave it out'
+
+
+def broken_rules(raw: Raw) -> Iterator[str]:
+    """One line for every broken rule of a case as read from its file."""
+    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _times):
+        yield from rule(raw)
+
+
+def _plate_hardening(raw: Raw) -> Iterator[str]:
+    young, tangent = si(raw, "plate.material.young"), si(raw, "plate.material.tangent_modulus")
+    if young is not None and tangent is not None and tangent >= young:
+        text = at(raw, "plate.material.tangent_modulus")
+        yield f"plate.material.tangent_modulus = {text} is not below young; megapascals?"
+
+
+def _panel(raw: Raw) -> Iterator[str]:
+    radius, length = si(raw, "plate.radius"), si(raw, "plate.length")
+    if radius is not None and length is not None and length > math.pi * radius:
+        given = f"plate.radius = {at(raw, 'plate.radius')}"
+        yield f"{given} closes the panel beyond half a circle; length is along the arc, at most pi times the radius"
+
+
+def _preload(raw: Raw) -> Iterator[str]:
+    texts = at(raw, "plate.preload")
+    if not isinstance(texts, list) or len(texts) != 2:
+        return
+    along, across = (valid(STRESS, text) or 0.0 for text in texts)
+    given = f"plate.preload = {texts}"
+    if (along or across) and (at(raw, "plate.edges") == "free" or si(raw, "plate.edges.in_plane") == 0.0):
+        yield f"{given} needs edges that hold it in the plane; clamp or pin them, or give plate.edges.in_plane"
+    if along and at(raw, "plate.radius") is not None:
+        yield f"{given}: a curved panel cannot hold a tension along its arc without a pressure; leave the first at 0"
+    limit = si(raw, "plate.material.yield_stress")
+    if limit is not None and math.sqrt(along**2 - along * across + across**2) >= limit:
+        yield f"{given} is not below plate.material.yield_stress = {at(raw, 'plate.material.yield_stress')}"
+
+
+def _times(raw: Raw) -> Iterator[str]:
+    end, interval = si(raw, "time.end"), si(raw, "time.output_interval")
+    if end is None:
+        return
+    if interval is not None and interval > 0.5 * end:
+        yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
+    snapshots = at(raw, "time.snapshots")
+    early: list[str] = []
+    for text in snapshots if isinstance(snapshots, list) else []:
+        instant = valid(Between("0 ms", "100 ms"), text)
+        if instant is None or instant <= end:
+            early.append(f'"{text}"')
+            continue
+        yield (
+            f'time.snapshots: "{text}" is after time.end = {at(raw, "time.end")}; leave it out, such as '
+            f"--set time.snapshots='[{', '.join(early)}]'"
+        )
+
+
+def broken_sensor_rules(raw: Raw) -> Iterator[str]:
+    """One line for every broken rule about sensors and instruments of a case as read from its file."""
+    sensors = raw.get("sensors")
+    for name, sensor in sensors.items() if isinstance(sensors, dict) else []:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in ("time", "run") or name.endswith("_sigma"):
+            yield f'sensors."{name}" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)'
+        if isinstance(sensor, dict):
+            yield from _unit_in_name(name, sensor)
+            yield from _fields_of_its_kind(name, sensor)
+            yield from _place(raw, name, sensor)
+            yield from _ends(raw, name, sensor)
+            yield from _on_rigid(raw, name, sensor)
+    yield from _instruments(raw)
+
+
+def _unit_in_name(name: str, sensor: Raw) -> Iterator[str]:
+    """A strain's column carries no unit, so that its name must not look as if it did."""
+    last = name.rpartition("_")[2]
+    if sensor.get("kind") == "strain" and last != name and last in ACCEPTED:
+        yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
+
+
+def _fields_of_its_kind(name: str, sensor: Raw) -> Iterator[str]:
+    for field, kind in OF_KIND.items():
+        if field in sensor and sensor.get("kind") != kind:
+            yield f"sensors.{name}.{field} = {sensor[field]}: only a {kind} sensor has a {field}; leave it out"
+
+
+def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
+    place = sensor.get("at")
+    if place is None or not isinstance(place, list):
+        return
+    if sensor.get("kind") not in PLACED:
+        which = f"{', '.join(PLACED[:-1])} and {PLACED[-1]}"
+        yield f"sensors.{name}.at = {place}: only {which} sensors have a place; leave it out"
+    for text, key in zip(place, ("plate.length", "plate.width"), strict=False):
+        offset, size = valid(OFFSET, text), si(raw, key)
+        if offset is not None and size is not None and abs(offset) > 0.5 * size:
+            yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'
+
+
+def _ends(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
+    """Both ends of a strain gauge lie on the plate, as its middle does."""
+    length, turned = valid(LENGTH, sensor.get("length")), valid(DIRECTION, sensor.get("direction", "0 deg"))
+    place = sensor.get("at", ["0 mm", "0 mm"])
+    if sensor.get("kind") != "strain" or length is None or turned is None or not isinstance(place, list):
+        return
+    for text, key, reach in zip(
+        place, ("plate.length", "plate.width"), (math.cos(turned), math.sin(turned)), strict=False
+    ):
+        offset, size = valid(OFFSET, text), si(raw, key)
+        if offset is None or size is None or abs(offset) > 0.5 * size:
+            continue
+        beyond = abs(offset) + 0.5 * length * abs(reach) - 0.5 * size
+        if beyond > 1e-9 * size:
+            yield (
+                f"sensors.{name}.length = {sensor['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
+                f"plate ({key} = {at(raw, key)}); a shorter gauge, or another place or direction?"
+            )
+
+
+def _on_rigid(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
+    if at(raw, "plate.rigid") is True and sensor.get("kind") == "strain":
+        yield f"sensors.{name}.kind = strain: a rigid plate has no strain; leave the sensor or plate.rigid out"
+
+
+def _instruments(raw: Raw) -> Iterator[str]:
+    """An instrument belongs to a sensor, and its drift has the unit of that sensor's channel per second."""
+    instruments, known = raw.get("instrument"), _kinds(raw)
+    for name, own in instruments.items() if isinstance(instruments, dict) else []:
+        if name not in known:
+            yield f"instrument.{name} belongs to no sensor of the case; its sensors: {', '.join(known)}"
+            continue
+        mark, drift = DRIFT.get(known[name]), own.get("drift") if isinstance(own, dict) else None
+        if mark and drift is not None and valid(mark, drift) is None and _some_kinds(drift):
+            kind = known[name]
+            yield f"instrument.{name}.drift = {drift} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
+
+
+def _kinds(raw: Raw) -> dict[str, str]:
+    """Kind of each sensor as the file has it, the default ones where it names none."""
+    sensors = raw.get("sensors")
+    if not isinstance(sensors, dict) or not sensors:
+        return {name: sensor.kind for name, sensor in DEFAULT_SENSORS.items()}
+    return {name: str(sensor.get("kind")) if isinstance(sensor, dict) else "" for name, sensor in sensors.items()}
+
+
+def _some_kinds(drift: object) -> bool:
+    """Whether another kind of sensor may drift so; else the field itself has complained."""
+    return any(valid(mark, drift) is not None for mark in DRIFT.values())

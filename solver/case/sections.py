@@ -1,0 +1,134 @@
+"""What a case says of the strike itself: plate, bird, impact, time; and the quantities under its dotted keys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from decimal import Decimal
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+from birdstrike.solver.case.bird import Bird
+from birdstrike.solver.case.choice import sections_of
+from birdstrike.solver.case.fields import Between, OneOf, Section
+from birdstrike.solver.case.overlay import at
+from birdstrike.solver.case.plate import Plate
+
+ASIDE = Between("-2500 mm", "2500 mm")
+
+
+class Impact(Section):
+    """angle [rad] from the plate's surface; standoff [m]: way flown before the ideal surface touches: it sets t = 0.
+
+    offset [m]: along length and width, from the plate's centre to the point of aim.
+    """
+
+    speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
+    angle: Annotated[float, Between("1 deg", "90 deg")]
+    aim: Annotated[str, OneOf(("axis", "first_touch"))] = "axis"
+    standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
+    offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
+    friction: Annotated[float, Between(0.0, 2.0)] = 0.0
+
+
+class Time(Section):
+    """end, output_interval, snapshots: [s]."""
+
+    end: Annotated[float, Between("0.001 ms", "100 ms")]
+    output_interval: Annotated[float, Between("0.01 us", "1000 us")] = 5e-6
+    snapshots: tuple[Annotated[float, Between("0 ms", "100 ms")], ...] = ()
+
+    @property
+    def instants(self) -> tuple[float, ...]:
+        """Multiples of the output interval up to the end [s], each the double nearest to its decimal."""
+        interval = Decimal(repr(self.output_interval))
+        return tuple(float(k * interval) for k in range(int(self.end / self.output_interval * (1.0 + 1e-12)) + 1))
+
+
+STRIKE: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
+
+
+@cache
+def quantity_at(key: str) -> Between | None:
+    """Range and unit of the physical quantity under a dotted key ("bird.material.viscosity"); None where none is.
+
+    A key that several models or laws share means the same quantity in all of them.
+    """
+    return _quantity(field for field in _fields(key) if not is_list(field))
+
+
+@cache
+def entry_at(key: str) -> Between | None:
+    """Range and unit of every entry of the list under a dotted key ("impact.offset"); None where no such list is."""
+    return _quantity(field for field in _fields(key) if is_list(field))
+
+
+def quantity_in(content: Mapping[str, Any], key: str) -> Between | None:
+    """As `quantity_at`, of the models and laws alone that a case's table has chosen."""
+    return _quantity(field for field in _fields(key, content) if not is_list(field))
+
+
+def _fields(key: str, content: Any = None) -> list[FieldInfo]:
+    """The fields that a dotted key may mean: of all models and laws, or of those that `content` has chosen."""
+    first, *rest = key.split(".")
+    sections: list[type[Section]] = [STRIKE[first]] if first in STRIKE else []
+    content, fields = _below(content, first), []
+    for name in rest:
+        content = _below(content, name)
+        fields = [section.model_fields[name] for section in sections if name in section.model_fields]
+        sections = [section for field in fields for section in sections_of(field, content)]
+    return fields
+
+
+def _below(content: Any, name: str) -> Any:
+    return content.get(name) if isinstance(content, Mapping) else None
+
+
+def _quantity(fields: Iterable[FieldInfo]) -> Between | None:
+    """The mark of a physical quantity that any of the fields carries."""
+    marks = (mark for field in fields for mark in metadata_of(field))
+    return next((mark for mark in marks if isinstance(mark, Between)), None)
+
+
+def is_list(field: FieldInfo) -> bool:
+    """Whether a field holds several values, of which none is sought by itself."""
+    return get_origin(field.annotation) is tuple
+
+
+def metadata_of(field: FieldInfo) -> list[Any]:
+    """Annotations of a field, also under `| None`."""
+    optional = (mark for part in get_args(field.annotation) for mark in getattr(part, "__metadata__", ()))
+    return [*field.metadata, *optional]
+
+
+def quantities(content: Mapping[str, Any] | None = None) -> Iterator[tuple[str, Between]]:
+    """Every dotted key of the strike that holds a physical quantity; given a case's table, of its models alone."""
+    for name, section in STRIKE.items():
+        yield from _quantities(section, f"{name}.", None if content is None else content.get(name, {}))
+
+
+def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[tuple[str, Between]]:
+    for name, field in section.model_fields.items():
+        below = _below(content, name)
+        nested = list(sections_of(field, below))
+        found = (pair for kind in nested for pair in _quantities(kind, f"{prefix}{name}.", below))
+        if nested:
+            yield from dict(found).items()
+        elif mark := quantity_at(f"{prefix}{name}"):
+            yield f"{prefix}{name}", mark
+
+
+def si(raw: Mapping[str, Any], key: str) -> float | None:
+    """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
+    mark = quantity_at(key)
+    return None if mark is None else valid(mark, at(raw, key))
+
+
+def valid(mark: Between, value: Any) -> float | None:
+    """SI value of what stands in the file; None where nothing does, or what is itself an error."""
+    try:
+        return None if value is None else mark.validate(value)
+    except PydanticCustomError:
+        return None

@@ -1,0 +1,122 @@
+"""What a case says around the strike: numerical settings, and what an inversion may vary."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from birdstrike.solver.case.fields import Between, Count, Later, OneOf, Section, complaint, each_of
+from birdstrike.solver.case.sections import quantities, quantity_at
+
+NUISANCE = {
+    "time_offset": Between("0 ms", "10 ms"),
+    "speed": Between("0 m/s", "100 m/s"),
+    "mass": Between("0 g", "5000 g"),
+    "thickness": Between("0 mm", "10 mm"),
+    "angle": Between("0 deg", "20 deg"),
+}
+NOT_SOUGHT = {}
+
+
+class SolverSettings(Section):
+    """Numerical choices.
+
+    name: the embedded solver, or the external one of the case's section `external` (`solver = "external"` for short);
+    courant: share of the stable step; shock_linear, shock_quadratic: artificial viscosity (on shocks only);
+    smoothing: smoothing length over particle spacing; threads (absent: all cores) change no bit of a history.
+
+    Of a bird of hexahedra: hourglass control by dampers or by springs (absent: springs for an elastic bird, dampers for
+    all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable
+    step falls below this share of the undistorted mesh's smallest is eroded; the strike's step is at most that share,
+    so that a smaller one costs more time and erodes less.
+    shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
+    """
+
+    name: Annotated[str, OneOf(("embedded", "external"))] = "embedded"
+    courant: Annotated[float, Between(0.05, 1.0)] = 0.9
+    shock_linear: Annotated[float, Between(0.0, 5.0)] = 1.0
+    shock_quadratic: Annotated[float, Between(0.0, 10.0)] = 2.0
+    smoothing: Annotated[float, Between(1.0, 2.5)] = 1.2
+    threads: Annotated[int, Count(1, 1024)] | None = None
+    hourglass: Annotated[str, OneOf(("viscous", "stiffness"))] | None = None
+    hourglass_coefficient: Annotated[float, Between(0.0, 0.3)] | None = None
+    smallest_step: Annotated[float, Between(0.02, 0.9)] = 0.25
+
+
+class Inverted(Section):
+    """A parameter to be found: key (dotted, filled in by its parent) and range, the SI limits of the search.
+
+    scale: in which a design spreads its runs over the range; logarithmic for one that spans decades.
+    """
+
+    key: str
+    range: tuple[float, float]
+    scale: Annotated[str, OneOf(("linear", "logarithmic"))] = "linear"
+    prior: Annotated[None, Later("the range alone bounds a parameter")] = None
+
+    @field_validator("range", mode="before")
+    @classmethod
+    def _range_in_the_unit_of_the_parameter(cls, value: Any, info: ValidationInfo) -> tuple[float, float]:
+        mark = quantity_at(info.data["key"])
+        if mark is None:
+            raise complaint(_no_such_quantity(info.data["key"]))
+        if reason := _not_sought(info.data["key"]):
+            raise complaint(f"cannot be a parameter: {reason}")
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise complaint(f'must be two limits such as ["{mark.low}", "{mark.high}"]')
+        low, high = each_of(dict(enumerate(value)), lambda _, limit: mark.validate(limit)).values()
+        if not low < high:
+            raise complaint("must rise: the lower limit first")
+        return low, high
+
+    @field_validator("scale", mode="after")
+    @classmethod
+    def _logarithms_of_one_sign(cls, value: str, info: ValidationInfo) -> str:
+        low, high = info.data.get("range", (1.0, 1.0))
+        if value == "logarithmic" and low * high <= 0.0:
+            raise complaint("needs a range on one side of 0, such as from a thousandth of its upper limit")
+        return value
+
+
+def _not_sought(key: str) -> str:
+    """Why a quantity cannot be sought; empty for one that can."""
+    setting = "it says what is computed and recorded, not what is struck" if key.startswith("time.") else ""
+    return NOT_SOUGHT.get(key, setting)
+
+
+def _no_such_quantity(key: str) -> str:
+    """Why a dotted key cannot be sought, with the nearest that can."""
+    known = [name for name, _ in quantities() if not _not_sought(name)]
+    close = difflib.get_close_matches(key, known, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
+    return f"belongs to no quantity of a case; {hint}"
+
+
+class InversionSettings(Section):
+    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI."""
+
+    parameters: dict[str, Inverted] = Field(default_factory=dict)
+    nuisance: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _each_parameter_knows_its_key(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
+            raise complaint('has an entry with a key named "key"; known here: range, scale')
+        return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
+
+    @field_validator("nuisance", mode="before")
+    @classmethod
+    def _known_nuisances(cls, value: Any) -> Any:
+        return each_of(value, _nuisance) if isinstance(value, dict) else value
+
+
+def _nuisance(name: str, sigma: Any) -> float:
+    """Sigma in SI of a known nuisance."""
+    if name not in NUISANCE:
+        raise complaint(f"is unknown; available: {', '.join(NUISANCE)}")
+    return NUISANCE[name].validate(sigma)

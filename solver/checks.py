@@ -1,0 +1,90 @@
+"""What is said of a finished strike: whether its books can be believed, and what the user should know of it."""
+
+from __future__ import annotations
+
+from birdstrike.data.errors import RunFailed
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.materials import NullMaterial
+from birdstrike.solver.case.remarks import remarks
+from birdstrike.solver.coupling import Strike
+from birdstrike.solver.sensors.gauges import coarse_gauges
+from birdstrike.solver.sensors.instrument import unrecorded_ends
+from birdstrike.solver.sensors.places import place_on
+
+BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run is not believed; shipped cases stay below 0.005
+LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
+EROSION_TOLD = 0.05  # share of the bird's mass
+SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
+
+
+def judge(strike: Strike) -> None:
+    """Raise RunFailed on books that cannot be believed: energy at the worst audit or made by contact, momentum."""
+    worst, created = strike.balance.worst, strike.balance.contact_created(strike.contact)
+    if worst > BALANCE_LIMIT:
+        raise RunFailed(
+            f"the energy balance was off by {worst:.1%} of the normal kinetic energy (limit {BALANCE_LIMIT:.0%})",
+            "lower solver.courant or refine bird.particles and plate.elements",
+        )
+    if created > BALANCE_LIMIT:
+        raise RunFailed(
+            f"contact made {created:.1%} of the normal kinetic energy out of nothing (limit {BALANCE_LIMIT:.0%})",
+            "refine plate.elements or bird.particles; if the bird meets the plate's rim, enlarge the plate",
+        )
+    linear = strike.balance.momentum_error(strike.bird, strike.plate)
+    angular = strike.balance.angular_momentum_error(strike.bird, strike.half_length)
+    if linear > LINEAR_LIMIT or angular > ANGULAR_LIMIT:
+        raise RunFailed(
+            f"momentum went astray: {linear:.0e} of the bird's (limit {LINEAR_LIMIT:.0e}), angular {angular:.1%} "
+            f"(limit {ANGULAR_LIMIT:.0%})",
+            "lower solver.courant or refine bird.particles",
+        )
+
+
+def untouched(strike: Strike) -> str:
+    """Why the bird and the plate never met, and what to change."""
+    if (strike.bird.x[: strike.bird.n, 2] < strike.plate.x[:, 2].min()).all():
+        return "the bird flew past the plate: enlarge plate.length or plate.width, or aim elsewhere (impact.aim)"
+    return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
+
+
+def torn_sensors(case: Case, strike: Strike) -> list[str]:
+    """Sensors whose shell is gone: their node flies on freely, their strain stands still."""
+    placed = {n: sensor for n, sensor in case.sensors.items() if sensor.kind in ("displacement", "strain")}
+    gone = [n for n, sensor in placed.items() if not strike.plate.alive[place_on(strike.plate.mesh, sensor.at)[0]]]
+    return [f"sensors.{name} lies on a shell that tore: what it reads since then is no measurement" for name in gone]
+
+
+def warnings_of(case: Case, strike: Strike) -> list[str]:
+    """What the user should know about a run that nevertheless finished."""
+    warnings = strike.bird.warnings(strike.balance.normal_energy)
+    warnings += remarks(case) + coarse_gauges(case.sensors, strike) + unrecorded_ends(case.instrument)
+    if strike.deepest == 0.0:
+        warnings.append(untouched(strike))
+    if strike.first_touch_off_plate:
+        warnings.append(
+            "the bird reaches the plate's plane beside the plate: first contact comes later than stand-off says"
+        )
+    if strike.bird.facts()["eroded_mass_fraction"] > EROSION_TOLD:
+        text = f"erosion took more than {EROSION_TOLD:.0%} of the bird's mass, which then pushed nothing"
+        warnings.append(f"{text}: check the bird's limits")
+    viscosity = strike.bird.equivalent_viscosity()
+    if isinstance(case.bird.material, NullMaterial) and viscosity > SHOCK_VISCOSITY_LIMIT:  # others have no MU
+        text = f"the shock viscosity dissipated as much as a shear viscosity of {viscosity:.0f} Pa s would"
+        warnings.append(f"{text}, more than 5 % of the range of a NULL bird's MU: refine bird.particles")
+    if (
+        not case.plate.rigid
+        and case.plate.edges == "free"
+        and any(sensor.kind == "reaction_force" for sensor in case.sensors.values())
+    ):
+        warnings.append("a plate with free edges has no frame: its reaction force is zero")
+    if torn := strike.plate.eroded:
+        warnings.append(f"the plate tore: {torn} of {len(strike.plate.quads)} shells reached the failure strain")
+        warnings += torn_sensors(case, strike)
+    if squeezed := strike.contact.let_go:
+        warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
+    hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]
+    if hourglass > 0.05 * internal > 0.0:
+        warnings.append(
+            f"hourglass energy is {hourglass / internal:.0%} of the plate's internal energy: refine plate.elements"
+        )
+    return warnings

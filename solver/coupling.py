@@ -1,0 +1,170 @@
+"""One strike from a case: bird, plate and contact, stepped together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.data.histories import Snapshot
+from birdstrike.solver.bird.body import BirdBody
+from birdstrike.solver.bird.build import build_bird
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.energy_balance import Balance
+from birdstrike.solver.plate.build import build_plate
+
+PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
+UNSTABLE = 0.2  # energy error at which a run has exploded, far beyond any balance that could be believed
+
+
+@dataclass
+class Steps:
+    """Stable steps [s] of the parts, before the safety factors: bird, plate, contact."""
+
+    bird: float
+    plate: float
+    contact: float
+
+    def counts(self, end: float, courant: float, factor: float = 1.0, subcycled: bool = True) -> tuple[int, int]:
+        """Number of the bird's steps up to `end` [s], and of the plate's in each of them.
+
+        The Courant number acts on the bird, a fixed safety on the linear parts; factor scales all. The bird's forces
+        act as impulses, one a step of the bird: it is kept clear of half a period of the contact spring, pi/omega,
+        at which they would drive it. A body that is not subcycled takes the plate's step.
+        """
+        linear = factor * PLATE_SAFETY * min(self.plate, self.contact)
+        coarse = factor * min(courant * self.bird, PLATE_SAFETY * 0.5 * math.pi * self.contact)
+        if not subcycled:
+            return math.ceil(end / min(coarse, linear)), 1
+        steps = math.ceil(end / coarse)
+        return steps, math.ceil(end / steps / linear)
+
+
+def bird_and_step(case: Case) -> tuple[BirdBody, float]:
+    """The bird and its stable step [s]; raises CaseError where its law has no sound speed behind the impact's shock."""
+    try:
+        with np.errstate(invalid="ignore"):
+            bird = build_bird(case)
+            step = bird.step_at_impact(case.normal_speed)
+    except ValueError:
+        bird, step = None, math.nan
+    if bird is None or not 0.0 < step < math.inf:
+        raise CaseError(
+            f"bird.material.eos has no shock of {case.normal_speed:.4g} m/s, normal to the plate: its pressure must "
+            "rise with density; check its constants, or lower impact.speed"
+        )
+    return bird, step
+
+
+class Strike:
+    """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too.
+
+    A step is the plate's and the contact's; the bird's own forces act once every `stride` steps as one impulse, and it
+    drifts in between under contact alone (multiple time steps: Tuckerman, Berne & Martyna, J. Chem. Phys. 97 (1992)
+    1990). Contact forces act on both sides at the same instant, so momentum and the books hold as with one step.
+    """
+
+    def __init__(self, case: Case, step_factor: float = 1.0) -> None:
+        self.plate = build_plate(case)
+        self.bird, bird_step = bird_and_step(case)
+        self.contact = Contact(self.bird, self.plate, case.impact.friction)
+        self.contact.refuse_overlap(self.bird, self.plate)
+        normal_speed = case.normal_speed
+        self.limits = Steps(
+            bird_step,
+            self.plate.stable_step(),
+            self.contact.stable_step(self.bird, self.plate),
+        )
+        coarse, self.stride = self.limits.counts(case.time.end, case.solver.courant, step_factor, self.bird.subcycled)
+        self.steps = coarse * self.stride
+        self.dt = case.time.end / self.steps
+        self.balance = Balance(
+            self.bird, (self.bird, self.plate, self.contact), 0.5 * case.bird.actual_mass * normal_speed**2
+        )
+        self.first_touch_off_plate = self._touches_beside(case)
+        self.half_length = 0.5 * case.bird.length
+        self.step = 0
+        self.time = 0.0
+        self.reaction, self.push, self.deepest = np.zeros(3), 0.0, 0.0
+
+    def _touches_beside(self, case: Case) -> bool:
+        """Whether the first particle to reach the plate's plane is then beside the plate."""
+        lowest = self.bird.x[np.argmin(self.bird.x[:, 2])]
+        flown = (lowest[2] - self.contact.gap) / math.tan(case.impact.angle)
+        touch = lowest[:2] + np.array([flown, 0.0])
+        return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
+
+    @property
+    def at_bird(self) -> bool:
+        """Whether the present step is one of the bird's."""
+        return self.step % self.stride == 0
+
+    def advance(self) -> None:
+        """Forces at the present time, and the books of the step that led here."""
+        bird, plate, contact = self.bird, self.plate, self.contact
+        since = self.dt if self.step else 0.0
+        if self.at_bird:
+            bird.update_density(self.stride * since)
+        plate.update_forces(since)
+        contact.update_forces(bird, plate)
+        if self.at_bird:
+            contact.announce(bird, 0.5 * since)
+            bird.update_forces(self.stride * since)
+        plate.reaction(contact.on_plate, self.reaction)
+        self.push = -float(contact.on_plate[:, 2].sum())
+        self.deepest = max(self.deepest, contact.deepest)
+        if self.at_bird:
+            bird.keep_books(self.stride * since)
+        plate.keep_books()
+        contact.keep_books(bird, plate, since)
+
+    def move(self) -> None:
+        """Kick to the next half step, drift to the next whole step."""
+        kick = self.dt if self.step else 0.5 * self.dt
+        self.balance.add_impulse(self.plate, self.contact, self.reaction, kick)
+        if self.at_bird:
+            self.bird.kick(self.stride * kick)
+        self.contact.kick(self.bird, kick, self.step % self.stride / self.stride)
+        self.bird.drift(self.dt)
+        self.plate.kick_and_drift(kick, self.dt, self.contact.on_plate)
+        self.step += 1
+        self.time = self.step * self.dt
+
+    def audit(self) -> None:
+        """`move`, and judge the energy balance of the whole step that was left, one of the bird's.
+
+        The kinetic energy of the whole step is the mean of those of the half steps around it. Raises RunFailed when
+        the run has gone unstable.
+        """
+        before = (self.bird.kinetic_energy(), self.plate.kinetic_energy())
+        self.move()
+        after = (self.bird.kinetic_energy(), self.plate.kinetic_energy())
+        self.balance.kinetic = {
+            "bird_kinetic": 0.5 * (before[0] + after[0]),
+            "plate_kinetic": 0.5 * (before[1] + after[1]),
+        }
+        error = self.balance.energy_error()
+        self.balance.worst = max(self.balance.worst, abs(error))
+        if not abs(error) < UNSTABLE:
+            reason = f"the run went unstable at {1e3 * self.time:.3f} ms: the energy balance is off by {error:.0%}"
+            raise RunFailed(reason, "lower solver.courant (or refine bird.particles)")
+
+    def snapshot(self) -> Snapshot:
+        """Positions and stresses as they are now."""
+        bird, plate = self.bird, self.plate
+        n = bird.n
+        return Snapshot(
+            self.time,
+            bird.x[:n].copy(),
+            bird.p[:n].copy(),
+            bird.v[:n].copy(),
+            ~bird.active[:n],
+            bird.von_mises(),
+            bird.cells,
+            plate.x.copy(),
+            plate.quads[plate.alive],
+            plate.von_mises()[plate.alive],
+        )

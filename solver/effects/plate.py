@@ -1,0 +1,183 @@
+"""Effects of the plate and its support: edges that give way, another plate, damping, initial tension."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from birdstrike.data.units import quantity_text
+from birdstrike.solver.case.plate import EdgeSprings
+from birdstrike.solver.effects.registry import Effect, Table
+
+if TYPE_CHECKING:
+    from birdstrike.solver.case.case import Case
+
+GROUP = "plate and support"
+RATE = 100.0  # 1/s, at which plate_rate_hardening states its gain
+ALUMINIUM_P = 4.0  # Cowper-Symonds exponent where the case declares no rate hardening
+
+
+def bending_stiffness(case: Case) -> float:
+    """D = E h^3 / 12 (1 - nu^2) [N m] (Timoshenko & Woinowsky-Krieger, eq. 3)."""
+    material = case.plate.material
+    return material.young * case.plate.thickness**3 / (12.0 * (1.0 - material.poisson**2))
+
+
+def first_frequency(case: Case) -> float:
+    """Angular frequency [1/s] of a clamped square plate of the shorter side, 35.99/b^2 sqrt(D/rho h) (Leissa 1969)."""
+    b, plate = min(case.plate.length, case.plate.width), case.plate
+    return 35.99 / b**2 * math.sqrt(bending_stiffness(case) / (plate.material.density * plate.thickness))
+
+
+def _rigid(case: Case) -> str:
+    return "a rigid plate neither bends nor yields" if case.plate.rigid else ""
+
+
+def _compliance(case: Case, key: str) -> float:
+    """Compliance of the declared edges, 0 where they hold rigidly, infinite where they do not hold."""
+    edges = case.plate.edges
+    if isinstance(edges, EdgeSprings):
+        stiffness = getattr(edges, key)
+        return 0.0 if stiffness is None else math.inf if stiffness == 0.0 else 1.0 / stiffness
+    free = edges == "free" or (edges == "pinned" and key == "rotational")
+    return math.inf if free else 0.0
+
+
+def _edges(case: Case, key: str, unit: str, compliance: float) -> Table:
+    """Springs in series with what the case declares."""
+    edges = case.plate.edges
+    springs: dict[str, Any] = {}
+    if isinstance(edges, EdgeSprings):
+        units = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
+        springs = {k: quantity_text(v, units[k]) for k, v in edges.model_dump().items() if v is not None}
+    elif edges == "pinned":
+        springs = {"rotational": quantity_text(0.0, "N m/rad/m")}
+    total = _compliance(case, key) + compliance
+    if total > 0.0:
+        springs[key] = quantity_text(1.0 / total, unit)
+    return {"plate": {"edges": springs}}
+
+
+def _no_edges(key: str, case: Case) -> str:
+    loose = math.isinf(_compliance(case, key))
+    return _rigid(case) or ("the declared edges do not hold it at all" if loose else "")
+
+
+def _material(case: Case, key: str, unit: str, change: float) -> Table:
+    value = getattr(case.plate.material, key) + change
+    return {"plate": {"material": {key: quantity_text(value, unit)}}}
+
+
+def _gain(case: Case) -> float:
+    """Declared relative gain of the yield stress at 100 1/s, (RATE/C)^(1/p)."""
+    material = case.plate.material
+    return (RATE / material.rate_c) ** (1.0 / material.rate_p) if material.rate_c else 0.0
+
+
+def _rate_hardening(case: Case, change: float) -> Table:
+    """Cowper-Symonds sigma_y [1 + (rate/C)^(1/p)] with C = RATE / gain^p."""
+    gain, p = _gain(case) + change, case.plate.material.rate_p if case.plate.material.rate_c else ALUMINIUM_P
+    c = RATE / gain**p if gain > 0.0 else 0.0
+    return {"plate": {"material": {"rate_c": quantity_text(min(c, 1e9), "1/s"), "rate_p": p}}}
+
+
+def _preload(case: Case, change: float) -> Table:
+    return {"plate": {"preload": [quantity_text(value + change, "Pa") for value in case.plate.preload]}}
+
+
+PLATE = (
+    Effect(
+        "clamp_rotation",
+        "a clamp that lets the plate's edges rotate",
+        "rad/N",
+        lambda case, x: _edges(case, "rotational", "N m/rad/m", x),
+        lambda case: 0.25 * min(case.plate.length, case.plate.width) / (4.0 * bending_stiffness(case)),
+        lambda case: -_compliance(case, "rotational"),
+        lambda case: _no_edges("rotational", case),
+        GROUP,
+        "rotational springs along the edge: Leissa, Vibration of Plates, NASA SP-160 (1969), sect. 4.5; compliance, "
+        "1/stiffness per length of edge, so that 0 is the rigid clamp",
+    ),
+    Effect(
+        "edge_slip",
+        "a frame that lets the plate's edges slip inwards",
+        "m^2/N",
+        lambda case, x: _edges(case, "in_plane", "Pa", x),
+        lambda case: (
+            0.5 * min(case.plate.length, case.plate.width) / (case.plate.material.young * case.plate.thickness)
+        ),
+        lambda case: -_compliance(case, "in_plane"),
+        lambda case: _no_edges("in_plane", case),
+        GROUP,
+        "springs in the plate's plane along the edge; compliance against the plate's own, b / E h",
+    ),
+    Effect(
+        "plate_thickness",
+        "a plate thicker or thinner than stated",
+        "m",
+        lambda case, x: {"plate": {"thickness": quantity_text(case.plate.thickness + x, "m")}},
+        lambda case: 0.02 * case.plate.thickness,
+        lambda case: -case.plate.thickness,
+        _rigid,
+        GROUP,
+        "rolling tolerance of sheet, EN 485-3: about 2 to 5 % of the thickness",
+    ),
+    Effect(
+        "plate_yield",
+        "a plate of another yield stress",
+        "Pa",
+        lambda case, x: _material(case, "yield_stress", "Pa", x),
+        lambda case: 0.1 * case.plate.material.yield_stress,
+        lambda case: -case.plate.material.yield_stress,
+        _rigid,
+        GROUP,
+        "scatter of the yield stress between batches",
+    ),
+    Effect(
+        "plate_hardening",
+        "a plate that hardens otherwise",
+        "Pa",
+        lambda case, x: _material(case, "tangent_modulus", "Pa", x),
+        lambda case: 0.03 * case.plate.material.young,
+        lambda case: -case.plate.material.tangent_modulus,
+        _rigid,
+        GROUP,
+        "tangent modulus of the bilinear stress-strain curve",
+    ),
+    Effect(
+        "plate_rate_hardening",
+        "a plate whose yield stress rises with strain rate",
+        "",
+        _rate_hardening,
+        lambda _: 0.2,
+        lambda case: -_gain(case),
+        _rigid,
+        GROUP,
+        "Cowper & Symonds (1957), stated as the relative gain of the yield stress at 100 1/s; p = 4 as for aluminium "
+        "(Jones, Structural Impact, sect. 8.3) unless the case declares another",
+    ),
+    Effect(
+        "plate_damping",
+        "damping of the plate",
+        "1/s",
+        lambda case, x: {"plate": {"damping": quantity_text(case.plate.damping + x, "1/s")}},
+        lambda case: 0.05 * first_frequency(case),
+        lambda case: -case.plate.damping,
+        _rigid,
+        GROUP,
+        "mass-proportional; size: 5 % of critical in the first mode",
+    ),
+    Effect(
+        "plate_preload",
+        "tension or compression in the clamped plate before the strike",
+        "Pa",
+        _preload,
+        lambda case: (
+            10.0 * bending_stiffness(case) / (min(case.plate.length, case.plate.width) ** 2 * case.plate.thickness)
+        ),
+        lambda _: -math.inf,
+        lambda case: _rigid(case) or _no_edges("in_plane", case),
+        GROUP,
+        "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
+    ),
+)

@@ -1,0 +1,89 @@
+"""Meshes of four-node shells: flat plates, cylindrical panels, and any quadrilaterals, with their rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+
+
+@dataclass(frozen=True)
+class PlateMesh:
+    """Nodes and quadrilaterals of a shell.
+
+    nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side; across (e, 4): facet beyond each side,
+    -1 at the rim, see `contact`; rim (r,): nodes of the free border; surface (m, 2): the nodes' coordinates [m] along
+    length and width on the surface itself (arc length on a curved panel), in which sensors are placed.
+    """
+
+    nodes: Array
+    quads: NDArray[np.int64]
+    across: NDArray[np.int64]
+    rim: NDArray[np.int64]
+    surface: Array
+
+    def edge_lengths(self) -> Array:
+        """Length of border that belongs to each node of the rim: half of either border side it ends, (r,) [m]."""
+        ends = sides_of(self.quads)[self.across.ravel() < 0]
+        length = np.linalg.norm(self.nodes[ends[:, 0]] - self.nodes[ends[:, 1]], axis=1)
+        share = np.zeros(len(self.nodes))
+        np.add.at(share, ends.ravel(), np.repeat(0.5 * length, 2))
+        return share[self.rim]
+
+    def normals(self) -> Array:
+        """Unit normal at every node, the mean over its quadrilaterals weighted by area, (m, 3)."""
+        corners = self.nodes[self.quads]
+        vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        summed = np.zeros_like(self.nodes)
+        for corner in range(4):
+            np.add.at(summed, self.quads[:, corner], vectors)
+        return summed / np.linalg.norm(summed, axis=1, keepdims=True)
+
+
+def plate_mesh(length: float, width: float, elements: tuple[int, int]) -> PlateMesh:
+    """Flat rectangular mesh in z = 0, centred at the origin; the impact side is z > 0."""
+    surface, quads = rectangle(length, width, elements)
+    return shell_mesh(np.column_stack([surface, np.zeros(len(surface))]), quads, surface)
+
+
+def cylindrical_panel(length: float, width: float, radius: float, elements: tuple[int, int]) -> PlateMesh:
+    """Panel curved about the width's direction, its crown at the origin and convex to the impact side z > 0.
+
+    length: along the arc, `radius` of the mid-surface [m]; the axis runs along y at z = -radius.
+    """
+    surface, quads = rectangle(length, width, elements)
+    angle = surface[:, 0] / radius
+    nodes = np.column_stack([radius * np.sin(angle), surface[:, 1], radius * (np.cos(angle) - 1.0)])
+    return shell_mesh(nodes, quads, surface)
+
+
+def rectangle(length: float, width: float, elements: tuple[int, int]) -> tuple[Array, NDArray[np.int64]]:
+    """Grid of points (m, 2) [m] centred at the origin and its quadrilaterals (e, 4)."""
+    nx, ny = elements
+    x, y = np.linspace(-0.5 * length, 0.5 * length, nx + 1), np.linspace(-0.5 * width, 0.5 * width, ny + 1)
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    corner = i * (ny + 1) + j
+    return points, np.column_stack([corner, corner + ny + 1, corner + ny + 2, corner + 1]).astype(np.int64)
+
+
+def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = None) -> PlateMesh:
+    """Any mesh of quadrilaterals with its facet neighbours and the nodes of its rim."""
+    flat = np.sort(sides_of(quads), axis=1)
+    _, label, count = np.unique(flat, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(label.ravel(), kind="stable")
+    across = np.full(len(flat), -1, dtype=np.int64)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])[count == 2]
+    one, other = order[first], order[first + 1]
+    across[one], across[other] = other // 4, one // 4
+    rim = np.unique(flat[count[label.ravel()] == 1])
+    flattened = nodes[:, :2].copy() if surface is None else surface
+    return PlateMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
+
+
+def sides_of(quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Node pairs of the sides xi < -1, xi > 1, eta < -1, eta > 1 of every quadrilateral, (4 e, 2)."""
+    return np.stack([quads[:, [3, 0]], quads[:, [1, 2]], quads[:, [0, 1]], quads[:, [2, 3]]], axis=1).reshape(-1, 2)

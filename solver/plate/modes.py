@@ -1,0 +1,116 @@
+"""Small vibrations and small static deflections of a plate, from the very forces that the time loop uses.
+
+The stiffness of every element is the derivative of its forces by its 24 freedoms, taken by central differences on a
+copy of the plate whose elements share no node; a preload's geometric stiffness comes with it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array, diags_array
+from scipy.sparse.linalg import eigsh, spsolve
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.plate.material import ShellMaterial
+from birdstrike.solver.plate.mesh import shell_mesh
+from birdstrike.solver.plate.shell import Plate
+
+STEP = 1e-7  # of an element's size: rounding and curvature of the forces both far below 1e-6
+
+
+def element_stiffnesses(plate: Plate) -> Array:
+    """Stiffness (e, 24, 24) [N/m, N, N m] of every element as it lies now: node by node x, y, z and rotations."""
+    e = len(plate.quads)
+    apart = shell_mesh(plate.x[plate.quads].reshape(-1, 3), np.arange(4 * e).reshape(e, 4))
+    metal = ShellMaterial(*plate.material.elastic, plate.material.density)
+    trial = Plate(apart, plate.thickness, metal, "free")
+    size = float(np.sqrt(trial.shape[:, 4].min()))
+    columns = []
+    for freedom in range(24):
+        node, axis = divmod(freedom, 6)
+        columns.append([])
+        for sign in (1.0, -1.0):
+            trial.clear_stress()
+            trial.stress[:], trial.hourglass[:] = plate.stress, plate.hourglass
+            trial.resultant[:] = plate.resultant
+            trial.x[:], trial.v[:], trial.omega[:] = apart.nodes, 0.0, 0.0
+            motion, amount = (trial.v, STEP * size) if axis < 3 else (trial.omega, STEP)
+            motion[node::4, axis % 3] = sign * amount
+            trial.x += trial.v
+            trial.update_forces(1.0)
+            columns[-1].append(trial.nodal.reshape(e, 24) / (2.0 * amount))
+    return np.stack([minus - plus for plus, minus in columns], axis=2)
+
+
+def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
+    """Symmetric stiffness and diagonal mass of the freedoms that the frame does not hold, in nodal axes of the edges.
+
+    Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` tells the others.
+    """
+    own = element_stiffnesses(plate)
+    own = 0.5 * (own + own.transpose(0, 2, 1))
+    m = len(plate.x)
+    freedom = (6 * plate.quads[:, :, None] + np.arange(6)).reshape(-1, 24)
+    rows, columns = np.repeat(freedom, 24, axis=1), np.tile(freedom, (1, 24))
+    stiffness = csc_array(coo_array((own.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
+    stiffness = stiffness + edge_stiffness(plate)
+    turn = nodal_axes(plate)
+    mass: Array = np.repeat(np.stack([plate.mass, plate.inertia], axis=1), 3, axis=1).ravel().astype(np.float64)
+    return csc_array(turn @ stiffness @ turn.T), mass
+
+
+def edge_stiffness(plate: Plate) -> csc_array:
+    """The edge springs' own part (6 m, 6 m)."""
+    edges, m = plate.edges, len(plate.x)
+    across = edges.normal[:, :, None] * edges.normal[:, None, :]
+    in_plane, transverse, rotational = (edges.springs[:, i, None, None] for i in range(3))
+    block = np.zeros((len(edges.nodes), 6, 6))
+    block[:, :3, :3] = transverse * across + in_plane * (np.eye(3) - across)
+    block[:, 3:, 3:] = rotational * np.eye(3)
+    freedom = 6 * edges.nodes[:, None] + np.arange(6)
+    rows, columns = np.repeat(freedom, 6, axis=1), np.tile(freedom, (1, 6))
+    return csc_array(coo_array((block.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
+
+
+def nodal_axes(plate: Plate) -> csc_array:
+    """Turns global components into those of each node's own axes, (6 m, 6 m)."""
+    m = len(plate.x)
+    freedom = np.arange(6 * m).reshape(2 * m, 3)
+    rows, columns = np.repeat(freedom, 3, axis=1), np.tile(freedom, (1, 3))
+    axes = np.repeat(plate.edges.axes, 2, axis=0)
+    return csc_array(coo_array((axes.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
+
+
+def free_freedoms(plate: Plate) -> NDArray[np.int64]:
+    """Numbers of the freedoms that the frame does not hold."""
+    held = (plate.edges.held[:, None] >> np.arange(6)) & 1
+    return np.flatnonzero(held.ravel() == 0)
+
+
+def natural_frequencies(plate: Plate, count: int = 3) -> tuple[Array, Array]:
+    """Lowest `count` frequencies [Hz] of the plate as it is now, and their shapes (count, m, 6) in nodal axes.
+
+    A plate that the frame leaves free to move as a whole has first up to six of about 0 Hz (below 0.1 % of the others).
+    """
+    stiffness, mass = stiffness_and_mass(plate)
+    free = free_freedoms(plate)
+    inner = csc_array(stiffness[free][:, free])
+    # The shift keeps a free plate's singular stiffness from being factorised; it lies far below any vibration.
+    squared, vectors = eigsh(inner, count, diags_array(mass[free]), sigma=-1.0, v0=np.ones(len(free)))
+    order = np.argsort(squared)
+    shapes = np.zeros((count, len(mass)))
+    shapes[:, free] = vectors.T
+    return np.sqrt(np.maximum(squared[order], 0.0)) / (2.0 * np.pi), shapes[order].reshape(count, -1, 6)
+
+
+def static_deflection(plate: Plate, load: Array) -> Array:
+    """Small displacements (m, 6) [m, rad] in nodal axes under nodal forces (m, 3) [N]."""
+    stiffness, mass = stiffness_and_mass(plate)
+    free = free_freedoms(plate)
+    force = np.zeros((len(plate.x), 6))
+    force[:, :3] = load
+    result = np.zeros(len(mass))
+    inner = csc_array(stiffness[free][:, free])
+    result[free] = np.asarray(spsolve(inner, (nodal_axes(plate) @ force.ravel())[free]))
+    return result.reshape(-1, 6)

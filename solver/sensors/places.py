@@ -1,0 +1,75 @@
+"""Places on a shell: the facet under a point, and what is known at facets' centres brought to it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.kernels.contact import bilinear
+from birdstrike.solver.plate.mesh import PlateMesh
+
+INSIDE = 1.0 + 1e-9
+
+
+def place_on(mesh: PlateMesh, at: tuple[float, float]) -> tuple[int, float, float]:
+    """Facet, xi and eta of the point at (x, y) [m] along length and width of the undeformed shell (`mesh.surface`).
+
+    Where the shell has several points there, the highest, which is on the impact side; beside the shell, the nearest
+    of the nearest facet.
+    """
+    corners, heights = mesh.surface[mesh.quads], mesh.nodes[mesh.quads, 2]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    outside = np.maximum(np.maximum(low - at, at - high), 0.0).sum(axis=1)
+    near = np.flatnonzero(outside <= outside.min() + 1e-12)
+    plan = np.array([in_plan(corners[element], np.array(at)) for element in near])
+    reach = np.abs(plan).max(axis=1)
+    holding = near[reach <= max(INSIDE, float(reach.min()))]
+    element = int(holding[np.argmax(heights[holding].max(axis=1))])
+    xi, eta = np.clip(plan[near == element][0], -1.0, 1.0)
+    return element, float(xi), float(eta)
+
+
+def in_plan(corners: Array, point: Array, iterations: int = 20) -> Array:
+    """(xi, eta) of a point (2,) in a quadrilateral (4, 2), by Newton's iteration from the middle."""
+    where = np.zeros(2)
+    for _ in range(iterations):
+        xi, eta = where
+        slopes = 0.25 * np.array(
+            [[eta - 1.0, 1.0 - eta, 1.0 + eta, -1.0 - eta], [xi - 1.0, -1.0 - xi, 1.0 + xi, 1.0 - xi]]
+        )
+        step = np.linalg.lstsq((slopes @ corners).T, point - np.array(bilinear(xi, eta)) @ corners, rcond=None)[0]
+        where = np.clip(where + step, -3.0, 3.0)
+        if np.abs(step).max() < 1e-13:
+            break
+    return where
+
+
+def point_at(mesh: PlateMesh, element: int, xi: float, eta: float) -> Array:
+    """The point itself, (3,) [m]."""
+    return np.array(bilinear(xi, eta)) @ mesh.nodes[mesh.quads[element]]
+
+
+def facets_around(quads: NDArray[np.int64], element: int, rings: int = 2) -> NDArray[np.int64]:
+    """The facet and those that share a node with it, in so many rings."""
+    patch = np.array([element])
+    for _ in range(rings):
+        patch = np.flatnonzero(np.isin(quads, quads[patch]).any(axis=1))
+    return patch
+
+
+def blend(offsets: Array) -> Array:
+    """Weights (k,) that bring values at `offsets` (k, 2) from a point to the point itself.
+
+    Least squares by a quadratic, the near ones weighing most: exact for fields that are quadratic in the offsets where
+    the facets allow it (three by three do), linear or constant where they do not.
+    """
+    size = np.sqrt((offsets**2).sum(axis=1).mean()) or 1.0
+    x, y = (offsets / size).T
+    trust = 1.0 / (0.05 + x * x + y * y) ** 2
+    basis = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    for terms in (6, 3, 1):
+        normal = (basis[:terms] * trust) @ basis[:terms].T
+        if np.linalg.cond(normal) < 1e8:
+            return trust * (np.linalg.solve(normal, basis[:terms])[0])
+    raise AssertionError("a single value always has an average")
