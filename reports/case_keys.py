@@ -18,13 +18,13 @@ from birdstrike.solver.case.choice import sections_of
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.case.eos import LAWS
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
-from birdstrike.solver.case.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 from birdstrike.solver.case.materials import MATERIALS
 from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
 from birdstrike.solver.case.sections import Impact, Time, is_list
 from birdstrike.solver.case.sensors import DRIFT, NOISE, Instrument, Sensor
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
 from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 
 PLATE = {
     "plate.length": "Size along the plane of the velocity; of a curved panel, along its arc.",

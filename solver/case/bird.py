@@ -12,8 +12,8 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
 from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.eos import LAWS
-from birdstrike.solver.case.fields import Between, Count, OneOf, Section, Switch
 from birdstrike.solver.case.materials import MATERIALS
+from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
 SLENDERNESS = Between(1.0, 10.0)

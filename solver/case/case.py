@@ -17,7 +17,6 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.fields import Section
 from birdstrike.solver.case.load import override_table, read_case, with_table
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
@@ -27,6 +26,7 @@ from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.sensors import DEFAULT_SENSORS, Instrument, Sensor
 from birdstrike.solver.case.settings import InversionSettings, SolverSettings
 from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.fields import Section
 
 
 @dataclass(frozen=True)

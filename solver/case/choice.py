@@ -11,7 +11,7 @@ from pydantic import BaseModel, GetCoreSchemaHandler, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
-from birdstrike.solver.case.fields import OneOf, Section, checked, complaint
+from birdstrike.solver.fields import OneOf, Section, checked, complaint
 
 
 @dataclass(frozen=True)

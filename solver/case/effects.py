@@ -13,9 +13,9 @@ from pydantic_core import core_schema
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
-from birdstrike.solver.case.fields import checked, complaint, each_of
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.effects.registry import Effect, effects
+from birdstrike.solver.fields import checked, complaint, each_of
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case

@@ -19,7 +19,7 @@ from birdstrike.solver.bird.eos import (
     porous_wood,
     table,
 )
-from birdstrike.solver.case.fields import Between, OneOf, Section, complaint
+from birdstrike.solver.fields import Between, OneOf, Section, complaint
 
 Modulus = Annotated[float, Between("-1000000 MPa", "1000000 MPa")]
 Speed = Annotated[float, Between("10 m/s", "10000 m/s")]

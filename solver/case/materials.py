@@ -6,7 +6,7 @@ from typing import Annotated
 
 from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.eos import LAWS, Law
-from birdstrike.solver.case.fields import Between, Section
+from birdstrike.solver.fields import Between, Section
 
 EquationOfState = Annotated[Law, Choice("kind", LAWS)]
 Stress = Annotated[float, Between("0 MPa", "10000 MPa")]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import model_validator
 
-from birdstrike.solver.case.fields import Between, Count, Section, Switch, WordOr
+from birdstrike.solver.fields import Between, Count, Section, Switch, WordOr
 
 UNUSED_BY_RIGID = {
     "thickness": "10 mm",

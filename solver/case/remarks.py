@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from functools import reduce
 
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.fields import Between
 from birdstrike.solver.case.sections import quantities
+from birdstrike.solver.fields import Between
 
 REST = 1e-6  # of the bulk modulus: a pressure at rest below it is rounding
 SAME_DENSITY = 1e-3

@@ -9,11 +9,11 @@ from typing import Any
 
 from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.case.bird import derived
-from birdstrike.solver.case.fields import Between
 from birdstrike.solver.case.overlay import FROM_MASS, IDLE_FOR_RIGID, METHOD, ONLY_FOR, SIZES, Raw, at
 from birdstrike.solver.case.plate import STRESS
 from birdstrike.solver.case.sections import quantity_at, quantity_in, si, valid
 from birdstrike.solver.case.sensors import DEFAULT_SENSORS, DIRECTION, DRIFT, LENGTH, OF_KIND, OFFSET, PLACED
+from birdstrike.solver.fields import Between
 
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from birdstrike.solver.case.fields import Between, OneOf, Section, complaint
+from birdstrike.solver.fields import Between, OneOf, Section, complaint
 
 NOISE = {
     "displacement": Between("0 mm", "1000 mm"),

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from birdstrike.solver.case.fields import Between, Count, Later, OneOf, Section, complaint, each_of
 from birdstrike.solver.case.sections import quantities, quantity_at
+from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, complaint, each_of
 
 NUISANCE = {
     "time_offset": Between("0 ms", "10 ms"),

@@ -8,8 +8,8 @@ import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.case.fields import Between
 from birdstrike.solver.case.sections import quantities
+from birdstrike.solver.fields import Between
 from tests.solver.wrong_cases import errors_with
 
 LATER = "is not available in this version"
