@@ -9,10 +9,10 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from birdstrike.data.units import quantity_text
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import bird_materials
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
-from birdstrike.solver.case.choice import Choice
-from birdstrike.solver.case.eos import LAWS
-from birdstrike.solver.case.materials import MATERIALS
+from birdstrike.solver.choice import Choice
 from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
@@ -41,7 +41,7 @@ class Bird(Section):
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
     seed: Annotated[int, Count(0, 2_000_000_000)] = 0
-    material: Annotated[Any, Choice("model", MATERIALS)]  # a BirdMaterial; each model has keys of its own
+    material: Annotated[Any, Choice("model", bird_materials())]  # a BirdMaterial; each model has keys of its own
 
     @model_validator(mode="before")
     @classmethod
@@ -100,7 +100,7 @@ def porous_density_of(raw: Mapping[str, Any]) -> float | None:
     if not isinstance(eos, Mapping) or eos.get("kind") != "porous":
         return None
     try:
-        return LAWS["porous"].model_validate(eos).own_density
+        return EQUATIONS_OF_STATE["porous"].model_validate(eos).own_density
     except ValueError:
         return None
 

@@ -14,10 +14,10 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import ACCEPTED, UnitError, si_unit
-from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.case.sections import at
 from birdstrike.solver.case.sensors import DEFAULT_SENSORS, NOISE
+from birdstrike.solver.choice import Choice
 from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint
 
 

@@ -11,9 +11,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from birdstrike.solver.case.bird import Bird
-from birdstrike.solver.case.choice import sections_of
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.case.plate import Plate
+from birdstrike.solver.choice import sections_of
 from birdstrike.solver.fields import Between, OneOf, Section
 
 ASIDE = Between("-2500 mm", "2500 mm")

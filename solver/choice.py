@@ -1,4 +1,4 @@
-"""A section of a case whose keys depend on one of them: the bird's material by `model`, its law by `kind`."""
+"""A table whose keys depend on one of them: the bird's material by `model`, its equation of state by `kind`."""
 
 from __future__ import annotations
 
