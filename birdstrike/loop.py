@@ -247,8 +247,8 @@ def _report(plan: Plan, progress: Progress) -> None:
 def conclude(plan: Plan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
     from birdstrike.doe.campaign.folder import read_json
-    from birdstrike.reports.findings import findings, key_figures
-    from birdstrike.reports.folder import read_results
+    from birdstrike.reports.results.findings import findings, key_figures
+    from birdstrike.reports.results.reading import read_results
     from birdstrike.solver.case.case import case_hash
 
     results = read_results(plan.out)

@@ -102,6 +102,12 @@ def read_curves(path: Path) -> Histories:
         )
 
 
+def read_summary(path: Path) -> dict[str, Any]:
+    """A run's summary alone, without its curves and snapshots, unchecked."""
+    with h5py.File(path, "r") as file:
+        return json.loads(str(cast(h5py.Dataset, file["summary"]).asstr()[()]))
+
+
 def read_meta(path: Path) -> dict[str, Any]:
     """What travels with a run beside its histories."""
     with h5py.File(path, "r") as file:
@@ -207,6 +213,19 @@ class RunStore:
     def curves(self, key: str) -> Histories:
         """Time and channels of a run that this process has written or loaded: its checksum is not asked again."""
         return read_curves(self.path(key))
+
+    def summary(self, key: str) -> dict[str, Any] | None:
+        """Summary of a finished run, or None; of a damaged file None too, with a warning."""
+        path = self.path(key)
+        try:
+            return read_summary(path)
+        except FileNotFoundError:
+            return None
+        except DAMAGE as error:
+            if isinstance(error, OSError) and error.errno is not None:
+                raise  # the system refuses the file, which may be whole
+            warnings.warn(f"{path} is damaged ({error}); it is left as it is and not used", stacklevel=2)
+            return None
 
     def meta(self, key: str) -> dict[str, Any]:
         """What was saved beside a finished run."""

@@ -28,9 +28,9 @@ def command(
 
     Example: birdstrike report loop --out shot_7.html
     """
-    from birdstrike.reports.findings import findings
-    from birdstrike.reports.folder import read_results
     from birdstrike.reports.page.page import write_page
+    from birdstrike.reports.results.findings import findings
+    from birdstrike.reports.results.reading import read_results
 
     results = read_results(folder)
     with progress_bar("report") as progress:

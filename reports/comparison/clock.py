@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET
-
-if TYPE_CHECKING:
-    from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 TRIALS = 81
 FORBIDDEN = 1e100  # above any misfit, and finite: the minimiser fits parabolas through the costs
 
 
 def on_clock(run: Histories, channel: str, times: Array, offset: float) -> Array:
-    """The channel at `times` [s] of the record's clock: at rest before the strike began, NaN after its end."""
+    """The channel at `times` [s] of the record's clock: at rest before the impact began, NaN after its end."""
     return run.at(channel, np.maximum(times - offset, run.time[0]))
 
 
 def best_offset(results: Results, run: Histories) -> float:
     """Offset [s] that minimises |(record - run) / noise|^2 + (offset / sigma)^2 over all channels of the record.
 
-    sigma: `inversion.nuisance.time_offset`, as for the inverted bird, so that no model is judged by its trigger. An
-    offset that leaves a point of the record without a value of the run is not considered; 0 where the clocks are one.
+    sigma: `inversion.nuisance.time_offset`, as for the inverted bird, so that an error of the trigger counts against
+    no model. An offset that leaves a point of the record without a value of the run is not considered; 0 where the
+    clocks are one.
     """
     sigma = results.inversion.time_offset.sigma
     if not sigma:

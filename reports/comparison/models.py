@@ -1,14 +1,13 @@
-"""The strike by each bird model: the user's case with the three standard birds, and with the inverted NULL bird.
+"""The impact with each bird model: the user's case with the three standard birds, and with the inverted bird.
 
 The standard birds are the paper's (Tables 10 to 13), from the shipped cases: their material on the user's own plate,
-shape, mass, speed and mesh. Each strike is paid once: it stands in `models/runs/` of the folder.
+shape, mass, speed and mesh. Each simulation runs once: it is kept in `models/runs/` of the folder.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,11 +17,9 @@ from birdstrike.data.store import RunStore
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.reports.comparison.clock import best_offset
+from birdstrike.reports.results.results import Model, Results, titled
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.load import read_case
-
-if TYPE_CHECKING:
-    from birdstrike.reports.results import Results
 
 STANDARD = {
     "elastic": "reference_strike_elastic",
@@ -31,60 +28,29 @@ STANDARD = {
 }
 """Model -> the shipped case that holds its constants."""
 
-TITLES = {"elastic": "elastic", "plastic_kinematic": "plastic-kinematic", "hydrodynamic": "hydrodynamic"}
-
 PICTURE_TIME = 1.5e-3  # s: near the plate's peak in the reference strike, where the models are usually compared
 FRAMES = 40  # of the animation
 
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class Model:
-    """One bird model's strike.
-
-    key: the method that found the inverted bird, or the standard model's name; case: None where the user's case and
-    the material do not go together; run: None where it failed, and `failure` says why; offset: [s] by which the
-    record's clock is ahead of this strike's.
-    """
-
-    key: str
-    title: str
-    case: Case | None
-    run: Histories | None
-    offset: float
-    failure: str = ""
-
-
-def titled(key: str, case: Case) -> str:
-    """What a model is called in the page; the inverted one by the model of the case and the method that found it."""
-    law = case.bird.material.model
-    return TITLES.get(key, f"inverted {TITLES.get(law, law.upper())} ({key})")
-
-
-def inverted_alone(results: Results) -> dict[str, Model]:
-    """The inverted bird's verification run as it is, without a further strike."""
-    key = results.best
-    return {key: Model(key, titled(key, results.case), results.case, results.verified[key], results.offset)}
-
-
-def strike_models(results: Results, progress: Progress | None = None) -> Results:
-    """Results with every model's strike, run now where it is not in the store; a failure is kept with its reason."""
+def run_models(results: Results, progress: Progress | None = None) -> Results:
+    """Results with every model's simulation, run where it is not in the store; a failure is kept with its reason."""
     cases: dict[str, Case | CaseError] = {name: _standard(results, shipped) for name, shipped in STANDARD.items()}
     cases[results.best] = _inverted(results)
     models: dict[str, Model] = {}
     for done, (key, case) in enumerate(cases.items()):
         tell = _part(progress, done, len(cases))
-        run, failure = _struck(results, case, tell)
+        run, failure = _run(results, case, tell)
         tell(1.0)
         offset = results.offset if key == results.best or run is None else best_offset(results, run)
         kept = None if isinstance(case, CaseError) else case
         models[key] = Model(key, titled(key, results.case), kept, run, offset, failure)
-    return replace(results, struck=models)
+    return replace(results, simulated_models=models)
 
 
 def _part(progress: Progress | None, done: int, whole: int) -> Progress:
-    """Progress of one strike among several, as a share of all."""
+    """Progress of one simulation among several, as a share of all."""
 
     def tell(share: float) -> None:
         if progress is not None:
@@ -129,8 +95,8 @@ def picture_times(case: Case) -> tuple[float, ...]:
     return tuple(sorted(t for t in wanted if t <= end))
 
 
-def _struck(results: Results, case: Case | CaseError, progress: Progress) -> tuple[Histories | None, str]:
-    """The strike from the store or the solver, or None and why."""
+def _run(results: Results, case: Case | CaseError, progress: Progress) -> tuple[Histories | None, str]:
+    """The histories from the store or the solver, or None and why."""
     if isinstance(case, CaseError):
         return None, "; ".join(case.errors)
     try:

@@ -16,7 +16,7 @@ FEWEST_POINTS = 8  # of a record, for an error that needs the curve between its 
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one curve against one channel of the record, SI; None where the record does not carry them.
+    """Errors of one curve against one channel of the record, SI; None where the record has too few points for them.
 
     rms, share: root mean square over the record's points, and that over the record's peak; peak, peak_share,
     peak_time: simulated less recorded peak, both read at the record's points; magnitude, phase: Sprague and Geers;

@@ -50,7 +50,7 @@ POLYNOMIAL = ("c0", "c1", "c2", "c3", "c4", "c5", "c6")
 OF_ENERGY = ("c4", "c5", "c6")
 """Coefficients of a polynomial that multiply the energy, and so are numbers."""
 NO_TENSION = -1.0
-"""[Pa] small against any stress of a strike."""
+"""[Pa] small against any stress of an impact."""
 UNSTRAINED = {"v0": (1.0, "")}
 """An equation of state starts at the reference volume."""
 

@@ -42,7 +42,7 @@ def read_export(target: str | Path, case: str | Path | None = None, method: str 
     """The birds of a case, or of the folder of train-and-invert or of close-the-loop; raises UserError.
 
     case: the inversion's case where the folder does not hold it; method: network, emulator, or best, the one whose
-    verification misses the record least. An inverted bird comes with the three that it is compared with.
+    verification differs least from the record. An inverted bird comes with the three that it is compared with.
     """
     folder = Path(target)
     if not folder.is_dir():
@@ -58,10 +58,11 @@ def read_export(target: str | Path, case: str | Path | None = None, method: str 
     answer = inversion.methods[name]
     inverted = base.with_values(_point(answer))
     source = (
-        f"Inverted by the {name} ({path.name}). The solver at these values misses the record by {error_words(answer)}.",
+        f"Inverted by the {name} ({path.name}). The simulation at these values differs from the measurement by "
+        f"{error_words(answer)}.",
         f"Record: {Path(inversion.measured.path).name}"
         f"{', which is SIMULATED, NOT MEASURED' if inversion.measured.simulated else ''}.",
-        f"Case {case_hash(base)}: {_strike(base)}.",
+        f"Case {case_hash(base)}: {_impact(base)}.",
     )
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
@@ -70,10 +71,10 @@ def read_export(target: str | Path, case: str | Path | None = None, method: str 
 
 def _of_case(case: Case) -> Export:
     bird = ExportedBird(case.name, case.bird.material, case.bird.actual_density, ("From the case; not inverted.",))
-    return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_strike(case)}.",))
+    return Export((bird,), (f"Case {case.name} ({case_hash(case)}): {_impact(case)}.",))
 
 
-def _strike(case: Case) -> str:
+def _impact(case: Case) -> str:
     bird, impact = case.bird, case.impact
     speed, angle = quantity(impact.speed, "m/s"), quantity(impact.angle, "rad")
     return f"bird of {quantity(bird.actual_mass, 'kg')}, {speed} at {angle} from the plate's surface"
@@ -87,7 +88,7 @@ def _compared(density: float) -> Iterator[ExportedBird]:
 
 
 def _case_of(path: Path, inversion: Inversion, given: str | Path | None) -> Case:
-    """The case that was inverted: the one given, or the campaign's beside the inversion; it must be the same strike."""
+    """The case that was inverted: the one given, or the campaign's beside the inversion; it must be the same impact."""
     beside = [path.parent / "case.toml", path.parent.parent / "doe" / "case.toml"]
     found = given or next((file for file in beside if file.is_file()), None)
     if found is None:

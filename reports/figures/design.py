@@ -1,4 +1,4 @@
-"""The design seen two parameters at a time: do the strikes fill the box, or lie on a line?"""
+"""The design seen two parameters at a time: do the simulations fill the box, or lie on a line?"""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def design_figure(
 
 def _projection(axes: Axes, pair: Array, units: tuple[str, str], held_out: NDArray[np.bool_]) -> None:
     x, y = shown(pair[:, 0], units[0])[0], shown(pair[:, 1], units[1])[0]
-    axes.plot(x[~held_out], y[~held_out], "o", color=BLUE, markersize=4, label="training strike")
+    axes.plot(x[~held_out], y[~held_out], "o", color=BLUE, markersize=4, label="training run")
     if held_out.any():
-        axes.plot(x[held_out], y[held_out], "s", color=VERMILION, mfc="white", markersize=4.5, label="held-out strike")
+        axes.plot(x[held_out], y[held_out], "s", color=VERMILION, mfc="white", markersize=4.5, label="held-out run")
 
 
 def _box(

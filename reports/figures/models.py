@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter1d
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.figures.comparison import draw_record, is_dense, noise_band
+from birdstrike.reports.figures.curves import draw_record, is_dense, noise_band
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown
 from birdstrike.reports.figures.style import BLACK, WIDE, legend_above, styled
 from birdstrike.reports.figures.switches import look

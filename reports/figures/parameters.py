@@ -15,7 +15,7 @@ from birdstrike.reports.figures.switches import COLOURS
 
 @dataclass(frozen=True)
 class Mark:
-    """What to draw of one answer, SI; `value` and `interval` are None where the record does not tell the parameter."""
+    """What to draw of one answer, SI; `value` and `interval` are None where the parameter is not identified."""
 
     value: float | None
     interval: tuple[float, float] | None

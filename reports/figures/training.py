@@ -1,4 +1,4 @@
-"""The network's convergence: mean square error of training and held-out strikes over the epochs, with the goal."""
+"""The network's convergence: mean square error of training and held-out simulations over the epochs, with the goal."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ def training_figure(epoch: Array, training: Array, held_out: Array | None, goal:
     figure = Figure(figsize=(7.0, 3.1), layout="constrained")
     axes = figure.subplots()
     marker = "o" if epoch.size < 30 else ""
-    axes.semilogy(epoch, training, color=BLUE, marker=marker, markersize=3, label="training strikes")
+    axes.semilogy(epoch, training, color=BLUE, marker=marker, markersize=3, label="training runs")
     if held_out is not None and np.isfinite(held_out).any():
-        label = "held-out strikes"
+        label = "held-out runs"
         axes.semilogy(epoch, held_out, color=VERMILION, linestyle=(0, (5, 2)), marker=marker, markersize=3, label=label)
     if goal is not None:
         axes.axhline(goal, color=BLACK, linewidth=1.0, linestyle=":", label=f"goal {goal:g}")

@@ -48,9 +48,9 @@ def window(snapshots: Sequence[Snapshot], scene: Scene) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Scene:
-    """What all views of one strike share.
+    """What all views of one simulation share.
 
-    resting: (m, 3) [m], the plate's nodes before the strike; thickness: of the plate [m]; spacing: of the bird's pieces
+    resting: (m, 3) [m], the plate's nodes before the impact; thickness: of the plate [m]; spacing: of the bird's pieces
     [m], at which they are drawn; up: +1 or -1, the sense of z that is drawn upwards, so that the bird comes from above.
     """
 

@@ -15,7 +15,7 @@ from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import before_after_figure, consistency_figure
 from birdstrike.reports.figures.style import png
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.diagnosis import DiagnosisResults, effects_section, verdict_section
 from birdstrike.reports.sections.diagnosis_trust import trust_section
 

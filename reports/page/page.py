@@ -7,18 +7,19 @@ from pathlib import Path
 
 from birdstrike.data.files import write_atomically
 from birdstrike.reports.blocks import Picture, Section
-from birdstrike.reports.comparison.models import strike_models, titled
+from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
-from birdstrike.reports.folder import read_results
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
-from birdstrike.reports.record import origin, short_name
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.measurement import origin, short_name
+from birdstrike.reports.results.reading import read_results
+from birdstrike.reports.results.results import Results, titled
 from birdstrike.reports.sections import (
     campaign,
-    comparison,
     curves,
+    energy_balance,
     identifiability,
+    method_comparison,
     models,
     parameters,
     pictures,
@@ -27,7 +28,6 @@ from birdstrike.reports.sections import (
     summary,
     surrogates,
 )
-from birdstrike.reports.sections import energy_balance as books
 from birdstrike.reports.sections.diagnosis import effects_section, verdict_section
 
 Maker = Callable[[Results], Section | None]
@@ -44,13 +44,13 @@ SECTIONS: tuple[Maker, ...] = (
     *DIAGNOSIS,
     campaign.section,
     surrogates.section,
-    comparison.section,
-    books.section,
+    method_comparison.section,
+    energy_balance.section,
     reproducibility.section,
 )
 """What the page is made of, in order; a section that has nothing to say of a folder returns None and is left out."""
 
-STRIKES = 0.8  # share of the progress that the bird models' strikes take, where they are due
+SIMULATIONS = 0.8  # share of the progress that the bird models' simulations take, where they are due
 
 
 def report(
@@ -63,9 +63,8 @@ def report(
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
 
-    diagnosed: show what lies in `folder/diagnosis`, where there is one. models: also strike with the standard birds,
-    and with the inverted one at all instants of the animation; each strike is kept in `folder/models/runs/` and paid
-    once.
+    diagnosed: show what lies in `folder/diagnosis`, where there is one. models: also simulate the standard birds, and
+    the inverted one at all instants of the animation; each simulation is kept in `folder/models/runs/` and runs once.
     """
     path = Path(out) if out is not None else Path(folder) / "report.html"
     return write_page(read_results(Path(folder)), path, progress, models=models, diagnosed=diagnosed)
@@ -79,11 +78,11 @@ def write_page(
     models: bool = True,
     diagnosed: bool = True,
 ) -> Path:
-    """Write the page about results at hand, the bird models' strikes added where asked for; its path."""
+    """Write the page about results at hand, the bird models' simulations added where asked for; its path."""
     told = progress or (lambda _: None)
     if models:
-        results = strike_models(results, lambda share: told(STRIKES * share))
-    begun = STRIKES if models else 0.0
+        results = run_models(results, lambda share: told(SIMULATIONS * share))
+    begun = SIMULATIONS if models else 0.0
     made = SECTIONS if diagnosed else tuple(make for make in SECTIONS if make not in DIAGNOSIS)
     write_atomically(path, page(results, lambda share: told(begun + (1.0 - begun) * share), made))
     return path
@@ -111,7 +110,7 @@ def switches(results: Results, sections: Sequence[Section]) -> list[dict[str, st
     found = {key for picture in pictures for key in picture.switches}
     titles = {
         RECORD: f"record ({origin(results.record)})",
-        CAMPAIGN: "campaign's strikes",
+        CAMPAIGN: "campaign's simulations",
         **{method: titled(method, results.case) for method in results.finished},
         **{key: model.title for key, model in results.models.items()},
     }

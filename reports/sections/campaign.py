@@ -1,11 +1,11 @@
-"""The campaign's design: does it tell the parameters apart, and how evenly does it fill their box?"""
+"""The campaign's design: whether it separates the parameters, and how evenly it fills their box."""
 
 from __future__ import annotations
 
 from birdstrike.reports.blocks import Picture, Section, Table, drawing
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.quantities import symbol
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.surrogate.features import FEATURES, LIMIT
 
 
@@ -20,12 +20,16 @@ def _quality(results: Results) -> Table:
     lost = int((~dataset.smooth).sum())
     rows = (
         ("design", _kind(results)),
-        ("strikes used", f"{results.inversion.runs_used}, {len(results.failures)} failed, {lost} over 5 % eroded"),
+        ("simulations used", f"{results.inversion.runs_used}, {len(results.failures)} failed, {lost} over 5 % eroded"),
         ("rank", f"{design.rank} of {design.parameters}: {design.finding}"),
         ("largest correlation of two parameters", _figure(design.max_correlation) + " (0 is best)"),
         ("centred L2 discrepancy, squared", _figure(design.discrepancy) + " (smaller fills the box more evenly)"),
     )
-    return Table(("what", "value"), rows, "Quality of the design over the smooth strikes, parameters scaled to ranges.")
+    return Table(
+        ("what", "value"),
+        rows,
+        "Quality of the design (simulations with less than 5 % erosion, parameters scaled).",
+    )
 
 
 def _kind(results: Results) -> str:
@@ -54,7 +58,7 @@ def _projections(results: Results) -> Picture:
         limits,
     )
     kept = f"{int(held_out.sum())} were held out of training"
-    text = f"The {len(dataset.runs)} strikes seen two parameters at a time; {kept}."
+    text = f"The {len(dataset.runs)} simulations, two parameters at a time; {kept}."
     if limits:
-        text += " Dashed: TEROD acts only above 1 and CEROD only below 1; beyond, no value of theirs changes a curve."
+        text += " Dashed: TEROD acts only above 1 and CEROD only below 1; elsewhere they change nothing."
     return drawing("design", figure, text)

@@ -1,4 +1,4 @@
-"""The record against the verification runs, and the campaign's cloud behind it."""
+"""The record against the verification runs, and the campaign's simulations behind it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.blocks import Picture, Section, drawing
-from birdstrike.reports.figures.comparison import VerifiedCurve, comparison_figure
-from birdstrike.reports.figures.prior_predictive import cloud_figure
+from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
-from birdstrike.reports.findings import channel_error, cloud_text, offset_text, worst_text
-from birdstrike.reports.record import cloud, origin, peak
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
+from birdstrike.reports.results.measurement import origin, peak, prior_predictive
+from birdstrike.reports.results.results import Results
 
 
 def section(results: Results) -> Section:
-    """One comparison and one cloud for every channel of the record."""
-    blocks = [make(results, channel) for channel in results.channels for make in (_comparison, _cloud)]
+    """One comparison and one prior predictive for every channel of the record."""
+    blocks = [make(results, channel) for channel in results.channels for make in (_comparison, _prior)]
     return Section("curves", f"The record ({origin(results.record)}) and the simulated curves", tuple(blocks))
 
 
@@ -53,10 +53,9 @@ def _comparison_caption(results: Results, channel: str) -> str:
     for method in results.finished:
         run = results.verified[method]
         at, top = peak(run.time + results.offset, run.channels[channel])
-        miss = worst_text(results, channel, method)
         parts.append(
             f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
-            f"{channel_error(results, method, channel)}; largest residual {miss}."
+            f"{channel_error(results, method, channel)}; largest residual {worst_text(results, channel, method)}."
         )
     parts.append(f"Clocks: {offset_text(results)}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured
@@ -66,9 +65,9 @@ def _comparison_caption(results: Results, channel: str) -> str:
     return " ".join([*parts, unknown if noise(results, channel) is None else known])
 
 
-def _cloud(results: Results, channel: str) -> Picture:
-    seen, dataset = cloud(results, channel), results.dataset
-    figure = cloud_figure(
+def _prior(results: Results, channel: str) -> Picture:
+    seen, dataset = prior_predictive(results, channel), results.dataset
+    figure = prior_predictive_figure(
         channel,
         results.record.units[channel],
         dataset.time + results.offset,
@@ -82,8 +81,8 @@ def _cloud(results: Results, channel: str) -> Picture:
     eroded = int((~dataset.smooth).sum())
     lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
     caption = (
-        f"The campaign: {len(dataset.runs)} simulated strikes over the parameters' ranges{lost}; "
-        f"{cloud_text(results, channel)}. Below: {words(channel)} less the mean of the strikes. "
-        "What lies far outside the strikes is out of these parameters' reach."
+        f"Prior predictive: the campaign's {len(dataset.runs)} simulations over the parameters' ranges{lost}; "
+        f"{prior_text(results, channel)}. Below: {words(channel)} less the mean of the simulations. "
+        "No values of these parameters reach what lies far outside."
     )
-    return drawing(f"cloud-{channel}", figure, caption)
+    return drawing(f"prior-predictive-{channel}", figure, caption)

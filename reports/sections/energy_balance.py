@@ -1,66 +1,64 @@
-"""Books of every strike used: what went astray of energy and momentum, what eroded, what it cost."""
+"""Energy balance of every simulation used: errors of energy and momentum, erosion, cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings
+from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
-from birdstrike.reports.findings import largest, percent
-from birdstrike.reports.results import Books, Results
+from birdstrike.reports.results.findings import largest, percent
+from birdstrike.reports.results.results import Results, RunSummary
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 
 
 def section(results: Results) -> Section:
-    """One row a strike; failed strikes stand above with their reason."""
-    every = all_books(results)
-    above = sum(abs(float(book["energy_error"])) > LIMIT_ENERGY for book in every.values())
+    """One row a simulation; a failed one has no balance and stands among the warnings of the summary."""
+    every = all_summaries(results)
+    above = sum(abs(float(summary["energy_error"])) > LIMIT_ENERGY for summary in every.values())
     energy, momentum = (largest(every, key) for key in ("energy_error", "momentum_error"))
     words = (
-        f"{len(every)} strikes stand behind this report. Worst energy error {percent(energy)} of the bird's "
+        f"This report rests on {len(every)} simulations. Worst energy error {percent(energy)} of the bird's "
         f"initial kinetic energy normal to the plate ({counted(above)} above {percent(LIMIT_ENERGY)}), worst momentum "
         f"error {momentum:.1e} of the bird's initial momentum. Every term is integrated from its own rate; none is the "
         "difference of the others."
     )
-    blocks: list[Block] = [Paragraph(words)]
-    if results.failures:
-        blocks.append(Warnings(tuple(f"{label} failed: {reason}" for label, reason in results.failures.items())))
-    return Section("books", "Verification and balance of every strike", (*blocks, _table(results)))
+    return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
 
 
-def all_books(results: Results) -> Mapping[str, Books]:
-    """Books of the campaign's and the verification strikes, and of the bird models' where they were struck."""
-    struck = {f"model, {m.title}": m.run.summary for m in results.struck.values() if m.run is not None}
-    return {**results.books, **struck}
+def all_summaries(results: Results) -> Mapping[str, RunSummary]:
+    """Summaries of the campaign's and the verification runs, and of the bird models' where they were simulated."""
+    models = {f"model, {m.title}": m.run.summary for m in results.simulated_models.values() if m.run is not None}
+    return {**results.summaries, **models}
 
 
-def counted(strikes: int) -> str:
-    """`1 strike`, `2 strikes`, `none`."""
-    return "none" if strikes == 0 else f"{strikes} strike{'s' if strikes > 1 else ''}"
+def counted(runs: int) -> str:
+    """`1 simulation`, `2 simulations`, `none`."""
+    return "none" if runs == 0 else f"{runs} simulation{'s' if runs > 1 else ''}"
 
 
 def _table(results: Results) -> Table:
-    books = ("energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded")
-    head = ("strike", *books, "steps", "time [s]")
-    rows = tuple((label, *_row(book)) for label, book in all_books(results).items())
+    balance = ("energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded")
+    head = ("simulation", *balance, "steps", "time [s]")
+    rows = tuple((label, *_row(summary)) for label, summary in all_summaries(results).items())
     caption = (
-        "Simulated strikes. Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
+        "Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
         "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "
         "MU that would have dissipated what the artificial viscosity did; eroded: particles; time: wall clock."
     )
     return Table(head, rows, caption, frozenset(range(1, len(head))))
 
 
-def _row(book: Books) -> tuple[str, ...]:
-    energies = book.get("energies_J", {})
+def _row(summary: RunSummary) -> tuple[str, ...]:
+    energies = summary.get("energies_J", {})
     hourglass, internal = energies.get("plate_hourglass"), energies.get("plate_internal")
+    viscosity = summary.get("shock_equivalent_viscosity_Pa_s")
     return (
-        f"{book['energy_error'] * 100:+.2f} %".replace("-", "−"),
-        f"{book['momentum_error']:.1e}",
+        f"{summary['energy_error'] * 100:+.2f} %".replace("-", "−"),
+        f"{summary['momentum_error']:.1e}",
         percent(hourglass / internal) if hourglass is not None and internal else "–",
-        significant(book["shock_equivalent_viscosity_Pa_s"]) if "shock_equivalent_viscosity_Pa_s" in book else "–",
-        f"{book['eroded_particles']} of {book['particles']}" if "particles" in book else "–",
-        f"{book.get('steps', '–')}",
-        f"{book['wall_s']:.1f}",
+        "–" if viscosity is None else significant(viscosity),
+        f"{summary['eroded_particles']} of {summary['particles']}" if "particles" in summary else "–",
+        f"{summary.get('steps', '–')}",
+        f"{summary['wall_s']:.1f}",
     )

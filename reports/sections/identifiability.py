@@ -1,4 +1,4 @@
-"""What the record tells of the parameters: posterior, directions, profiles, and when which parameter acts."""
+"""Identifiability of the parameters: posterior, directions, profiles, and when which parameter acts."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from birdstrike.inversion.inversion import IdentifiabilityFigures, PosteriorFigu
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
 from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
 from birdstrike.reports.figures.quantities import symbol, words
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 
 def section(results: Results) -> Section:
     """Only what was asked for and could be drawn."""
     blocks: list[Block] = []
-    posterior, told = results.inversion.posterior, results.inversion.identifiability
+    posterior, figures = results.inversion.posterior, results.inversion.identifiability
     if posterior is not None and results.draws is not None:
         blocks.append(_corner(results, posterior))
-    if told is not None and results.inversion.cloud.inside:
-        blocks += [_directions(told), *_profiles(told)]
-    if told is not None:
-        for channel, indices in told.sobol.items():
+    if figures is not None and results.inversion.cloud.inside:
+        blocks += [_directions(figures), *_profiles(figures)]
+    if figures is not None:
+        for channel, indices in figures.sobol.items():
             caption = (
                 f"Which parameter's range makes {words(channel)} vary, and when: total Sobol indices by the emulator. "
                 "They add up to more than 1 where parameters act together."
@@ -26,7 +26,7 @@ def section(results: Results) -> Section:
             blocks.append(drawing(f"sobol-{channel}", sobol_figure(indices.times, indices.total), caption))
     if not blocks:
         blocks.append(Paragraph("Neither posterior nor identifiability was asked for: the intervals are linearised."))
-    return Section("identifiability", "What the record tells", tuple(blocks))
+    return Section("identifiability", "Identifiability of the parameters", tuple(blocks))
 
 
 def _corner(results: Results, posterior: PosteriorFigures) -> Block:
@@ -43,21 +43,21 @@ def _corner(results: Results, posterior: PosteriorFigures) -> Block:
     return photograph("posterior", figure, caption, "Corner plot of the posterior's draws")
 
 
-def _directions(told: IdentifiabilityFigures) -> Table:
+def _directions(figures: IdentifiabilityFigures) -> Table:
     rows = tuple(
         (direction.words, f"{direction.strength:.2g}", "no" if direction.null else "yes")
-        for direction in told.directions
+        for direction in figures.directions
     )
     caption = (
-        "Directions of the parameters, each scaled by its prior, and how strongly the record tells them: below 1 the "
-        "prior says more than the record."
+        "Directions of the parameters, each scaled by its prior, and the information that the record adds: below 1 "
+        "the prior carries more than the record."
     )
-    return Table(("direction", "strength", "told by the record"), rows, caption, frozenset({1}))
+    return Table(("direction", "strength", "identified by the record"), rows, caption, frozenset({1}))
 
 
-def _profiles(told: IdentifiabilityFigures) -> tuple[Table, ...]:
-    if not told.profiles:
+def _profiles(figures: IdentifiabilityFigures) -> tuple[Table, ...]:
+    if not figures.profiles:
         return ()
-    rows = tuple((symbol(name), profile.sentence.split(": ", 1)[1]) for name, profile in told.profiles.items())
+    rows = tuple((symbol(name), profile.sentence.split(": ", 1)[1]) for name, profile in figures.profiles.items())
     caption = "Profile likelihood: what bounds each parameter when all others follow."
     return (Table(("parameter", "bounds"), rows, caption),)

@@ -1,4 +1,4 @@
-"""The bird models side by side: constants, errors, what became of the plate, and the curves of every sensor."""
+"""The bird models side by side: constants, errors, the state at the end, and the curves of every sensor."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from birdstrike.data.histories import Histories
 from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
 from birdstrike.reports.comparison.clock import on_clock
-from birdstrike.reports.comparison.models import STANDARD, Model
-from birdstrike.reports.comparison.outcome import impulse
+from birdstrike.reports.comparison.end_state import impulse
+from birdstrike.reports.comparison.models import STANDARD
 from birdstrike.reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
 from birdstrike.reports.figures.quantities import quantity, shown_span, significant, words
-from birdstrike.reports.findings import percent
-from birdstrike.reports.record import origin, peak
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.findings import percent
+from birdstrike.reports.results.measurement import origin, peak
+from birdstrike.reports.results.results import Model, Results
 from birdstrike.reports.sections.curves import noise
-from birdstrike.reports.sections.models_tables import constants_table, errors_table, outcomes_table, scores
+from birdstrike.reports.sections.models_tables import constants_table, end_state_table, errors_table, scores
 
 
 def section(results: Results) -> Section:
@@ -25,22 +25,22 @@ def section(results: Results) -> Section:
     blocks: list[Block] = [Paragraph(_words(results))]
     if told := tuple(_warnings(results)):
         blocks.append(Warnings(told))
-    tables = (errors_table(results), outcomes_table(results), constants_table(results))
+    tables = (errors_table(results), end_state_table(results), constants_table(results))
     figures = (_figure(results, channel) for channel in _channels(results))
     return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *tables[1:]))
 
 
 def _warnings(results: Results) -> Iterator[str]:
-    """Birds without a strike, and what the standard birds' strikes warn of; the inverted one's stand in the summary."""
-    for model in results.struck.values():
+    """Failed simulations, and the standard birds' warnings; those of the inverted bird stand in the summary."""
+    for model in results.simulated_models.values():
         if model.run is None:
-            yield f"No strike by the {model.title} bird: {model.failure}"
+            yield f"The {model.title} bird has no curve, its simulation failed: {model.failure}"
         elif model.key in STANDARD:
             yield from (f"{model.title} bird: {line}" for line in model.run.summary.get("warnings", ()))
 
 
 def finished(results: Results) -> Mapping[str, Histories]:
-    """Models whose strike finished, by key."""
+    """Models whose simulation finished, by key."""
     return {key: model.run for key, model in results.models.items() if model.run is not None}
 
 
@@ -58,16 +58,16 @@ def nearest(results: Results) -> str:
 
 
 def _words(results: Results) -> str:
-    """What was struck, and which model comes nearest."""
+    """What was simulated, and which model comes nearest."""
     count = len(finished(results))
     if count == 1:
         return (
-            "Only the inverted bird was struck for this page; without --no-models, birdstrike report adds the elastic, "
-            "plastic-kinematic and hydrodynamic birds."
+            "Only the inverted bird was simulated for this page; without --no-models, birdstrike report adds the "
+            "elastic, plastic-kinematic and hydrodynamic birds."
         )
     return (
-        f"The same strike by {count} bird models: the standard ones with the paper's constants, the inverted one at "
-        f"its answer; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
+        f"The same impact with {count} bird models: the standard ones with the paper's constants, the inverted one at "
+        f"its calibrated parameters; shape, mass, speed, plate and mesh are the case's. {ranking(results)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Tables of the bird models: their constants, their errors against the record, and what became of the plate."""
+"""Tables of the bird models: constants, errors against the record, state of bird and plate at the end."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from birdstrike.reports.blocks import Table
+from birdstrike.reports.comparison.end_state import impulse, penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.iso18571 import SAMPLES
-from birdstrike.reports.comparison.models import Model
-from birdstrike.reports.comparison.outcome import impulse, penetration, residual_deflection, sensor_of_kind
 from birdstrike.reports.comparison.scores import Score, score
 from birdstrike.reports.figures.quantities import bound, quantity, significant, words
-from birdstrike.reports.findings import percent
-from birdstrike.reports.record import origin
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.findings import percent
+from birdstrike.reports.results.measurement import origin
+from birdstrike.reports.results.results import Model, Results
 from birdstrike.solver.case.sections import quantity_at
 
 NONE = "–"
@@ -49,7 +48,7 @@ def errors_table(results: Results) -> Table:
     sparse = min(results.record.points(channel)[0].size for channel in results.channels)
     note = (
         f" M, P and the ISO score need the curve between the record's points; with {sparse} of them it is the straight "
-        "line from each to the next, so that the slope part punishes what the record does not tell."
+        "line from each to the next, so that the slope part also counts what lies between the points."
         if sparse < SAMPLES // 4
         else ""
     )
@@ -90,8 +89,8 @@ def _signed_share(share: float) -> str:
     return f"+{text}" if share > 0 else text
 
 
-def outcomes_table(results: Results) -> Table:
-    """One row a model: impulse, peak forces, deflection that stays, penetration, erosion, books."""
+def end_state_table(results: Results) -> Table:
+    """One row a model: impulse, peak forces, deflection that stays, penetration, erosion, energy error."""
     head = (
         "bird model",
         "peak contact force",
@@ -102,11 +101,11 @@ def outcomes_table(results: Results) -> Table:
         "bird eroded",
         "energy error",
     )
-    rows = tuple(_outcome(results, model) for model in results.models.values() if model.run is not None)
+    rows = tuple(_end_state(results, model) for model in results.models.values() if model.run is not None)
     momentum = results.case.bird.actual_mass * results.case.normal_speed
     reasons = dict.fromkeys(reason for model in results.models.values() for reason in _reasons(model))
     caption = (
-        f"What became of the simulated strikes by the end of the run at {quantity(results.case.time.end, 's')}. Shares "
+        f"State at the end of the simulations, {quantity(results.case.time.end, 's')}. Shares "
         f"are of the bird's normal momentum, {momentum:.3g} N s. Residual deflection: 0 where the plate never yielded, "
         "else the mean over the plate's last period once the bird has left"
         + "".join(f"; – : {r}" for r in reasons)
@@ -115,7 +114,7 @@ def outcomes_table(results: Results) -> Table:
     return Table(head, rows, caption, frozenset({1, 2, 3, 4, 6, 7}))
 
 
-def _outcome(results: Results, model: Model) -> tuple[str, ...]:
+def _end_state(results: Results, model: Model) -> tuple[str, ...]:
     assert model.run is not None
     case, run = results.case, model.run
     momentum = case.bird.actual_mass * case.normal_speed
@@ -164,7 +163,7 @@ def constants_table(results: Results) -> Table:
     caption = (
         "The constants behind the models. The standard birds: Tables 10 to 13 of Shock and Vibration 2022, art. "
         "2456777, from the shipped cases reference_strike_*; the inverted bird: the point at which its answer was "
-        "verified, of which only what the record identifies is a finding."
+        "verified, of which only the identified parameters are results."
     )
     return Table(("bird model", "constants"), rows, caption)
 

@@ -1,4 +1,4 @@
-"""The inverted parameters: range, value, 95 % interval, and whether the record tells them at all."""
+"""The inverted parameters: range, value, 95 % interval, and whether this record identifies them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from birdstrike.inversion.inversion import Estimate
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.quantities import bound, parameter_label, quantity, symbol
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 WORDS = (
-    "A value is given only where the record tells it; otherwise the parameter may lie anywhere in its range, and the "
-    "verification ran at one point of it that claims nothing."
+    "A value is given only for a parameter that is identifiable from this record. Any other parameter may lie anywhere "
+    "in its range; the verification ran at one point of it, which is not an estimate."
 )
 
 
@@ -25,7 +25,7 @@ def section(results: Results) -> Section:
 
 
 def parameter_rows(results: Results) -> list[ParameterRow]:
-    """The parameters with their ranges, SI, and what each method's answer lets one draw."""
+    """The parameters with their ranges, SI, and each method's value and interval."""
     dataset = results.dataset
     ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, strict=True)
     return [
@@ -43,8 +43,8 @@ def _caption(results: Results) -> str:
     texts = []
     for method in results.finished:
         parameters = results.inversion.methods[method].parameters
-        told = [symbol(name) for name, estimate in parameters.items() if estimate.identified]
-        texts.append(f"the {method} identifies {', '.join(told) if told else 'none'}")
+        found = [symbol(name) for name, estimate in parameters.items() if estimate.identified]
+        texts.append(f"the {method} identifies {', '.join(found) if found else 'none'}")
     return f"Each bar is a parameter's range: {'; '.join(texts)}. Hatched: identified by no method."
 
 

@@ -1,4 +1,4 @@
-"""The strikes in pictures: in motion, by stress at one instant, and the bird's shape over time."""
+"""The impact in pictures: in motion, by stress at one instant, and the bird's shape over time."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure
 from birdstrike.reports.figures.views import Scene, nearest, push_direction
-from birdstrike.reports.page.animation import animation
 from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
+from birdstrike.reports.sections.animation import animation
 from birdstrike.solver.build import mesh_of
 
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
@@ -25,13 +26,15 @@ def section(results: Results) -> Section:
     seen = {model.title: model.run.snapshots for model in results.models.values() if model.run is not None}
     seen = {title: snapshots for title, snapshots in seen.items() if snapshots}
     if not seen:
-        blocks: tuple[Block, ...] = (Paragraph("There is no picture of the strike: no run with snapshots is at hand."),)
-        return Section("pictures", "The strikes in pictures", blocks)
+        blocks: tuple[Block, ...] = (
+            Paragraph("There is no picture of the impact: no simulation with snapshots is at hand."),
+        )
+        return Section("pictures", "The impact in pictures", blocks)
     scene = _scene(results, next(iter(seen.values())))
     keys = {model.title: model.key for model in results.models.values()}
     moving = animation(results, seen, keys, scene) if min(map(len, seen.values())) > 4 else None
     blocks = (*([moving] if moving else []), _stress(results, seen, scene), _shapes(results, seen, scene))
-    return Section("pictures", "The strikes in pictures", blocks)
+    return Section("pictures", "The impact in pictures", blocks)
 
 
 def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
@@ -75,7 +78,7 @@ def _shapes(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scen
         f"{quantity(results.case.bird.length, 'm')} long. Grey: eroded pieces."
     )
     figure = shapes_figure(seen, instants, scene)
-    return photograph("shapes", figure, caption, f"Front views of the strike at {times} ms by model")
+    return photograph("shapes", figure, caption, f"Front views of the impact at {times} ms by model")
 
 
 def _evenly(results: Results) -> tuple[float, ...]:

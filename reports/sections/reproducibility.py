@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from birdstrike.reports.blocks import Paragraph, Section, Table
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.solver.case.case import case_hash
 
 LIBRARIES = ("numpy", "scipy", "numba", "torch", "scikit-learn", "h5py", "matplotlib")
@@ -27,17 +27,17 @@ def section(results: Results) -> Section:
 
 def _made_from(results: Results) -> tuple[tuple[str, str], ...]:
     inversion = results.inversion
-    stored = {str(books["solver_version"]) for books in results.books.values() if "solver_version" in books}
+    stored = {str(entry["solver_version"]) for entry in results.summaries.values() if "solver_version" in entry}
     solvers = sorted({str(results.campaign["solver_version"]), *stored})
     runs = {m: inversion.methods[m].run for m in results.finished}
-    struck = [f"{m.title}: {m.run.summary['run_key']}" for m in results.struck.values() if m.run is not None]
+    models = [f"{m.title}: {m.run.summary['run_key']}" for m in results.simulated_models.values() if m.run is not None]
     return (
         ("case", f"{results.case_name}, hash {case_hash(results.case)}"),
         ("campaign's case hash", inversion.case_hash),
         ("solver version (digest of its sources)", ", ".join(solvers)),
         ("seed of the inversion", str(inversion.seed)),
         ("verification runs in the run store", ", ".join(f"{method}: {run}" for method, run in runs.items() if run)),
-        *([("bird models' runs in models/runs", ", ".join(struck))] if struck else []),
+        *([("bird models' runs in models/runs", ", ".join(models))] if models else []),
         ("seed of the design", str(results.campaign["design"]["seed"])),
         ("record", _named(results, results.record.path)),
         ("folder", str(results.folder)),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings
 from birdstrike.reports.figures.quantities import quantity, words
-from birdstrike.reports.findings import findings, percent
-from birdstrike.reports.record import origin, peak
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.findings import findings, percent
+from birdstrike.reports.results.measurement import origin, peak
+from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.models import nearest
 
 

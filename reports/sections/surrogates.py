@@ -1,4 +1,4 @@
-"""The surrogates: how far the network converged, and how well the emulator predicts strikes that it has not seen."""
+"""The surrogates: how far the network converged, and how well the emulator predicts new simulations."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from birdstrike.inversion.inversion import TrainingFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.training import training_figure
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 
 def section(results: Results) -> Section:
@@ -32,18 +32,18 @@ def _network(results: Results) -> tuple[Block, ...]:
 
 
 def _caption(training: TrainingFigures) -> str:
-    """Where both errors ended, and whether the network learnt more than its own strikes."""
+    """Where both errors ended, and whether the network generalises."""
     reached = "reached" if training.mse <= training.goal else "not reached"
     text = (
         f"Mean square error of the network's outputs (parameters scaled to 0..1) over {training.epochs} epochs: "
-        f"{training.mse:.2g} on the training strikes, goal {training.goal:g} {reached}"
+        f"{training.mse:.2g} on the training simulations, goal {training.goal:g} {reached}"
     )
     if training.test_mse is None:
-        return f"{text}; there is no held-out strike."
+        return f"{text}; there is no held-out simulation."
     ratio = training.test_mse / max(training.mse, 1e-300)
-    text += f"; {training.test_mse:.2g} on the held-out strikes"
+    text += f"; {training.test_mse:.2g} on the held-out simulations"
     if ratio > 10:
-        text += f", {ratio:.0f} times as much: the network does not generalise, believe the held-out figure"
+        text += f", {ratio:.0f} times as much: the network does not generalise; use the held-out error"
     # A constant guess at the middle of a range errs by 1/12 when the parameter is spread evenly over it.
     if training.test_mse > 1 / 12:
         text += " (guessing the middle of every range would give about 0.083)"
@@ -64,8 +64,8 @@ def _emulator(results: Results) -> Table:
     )
     caption = (
         "The forward emulator (principal components of the curves, a Gaussian process each), tested by predicting each "
-        "strike from all others. Q²: 1 is perfect, 0 no better than the mean curve. Standardised error: 1 when the "
-        f"emulator's own error bars are honest. Strikes left out: {_numbers(figures.runs_left_out)}."
+        "simulation from all others. Q²: 1 is perfect, 0 no better than the mean curve. Standardised error: 1 when the "
+        f"emulator's own error bars are honest. Simulations left out: {_numbers(figures.runs_left_out)}."
     )
     head = ("channel", "components", "leave-one-out Q²", "leave-one-out RMS error", "standardised error")
     return Table(head, rows, caption, frozenset(range(1, len(head))))

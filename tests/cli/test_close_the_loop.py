@@ -178,7 +178,7 @@ def test_a_strike_that_fails_is_reported_and_the_rest_is_used(solver: Solver, re
     (reason,) = ledger(out)["failed_strikes"].values()
     assert "the step collapsed" in reason
     assert (out / "report.html").is_file()
-    assert f"{RUNS + 1} strikes used, 1 more failed" in ledger(out)["findings"][4]
+    assert f"{RUNS + 1} simulations used, 1 more failed" in ledger(out)["findings"][4]
 
 
 def test_mistakes_are_named_before_any_strike_is_paid_for(solver: Solver, record: Path, tmp_path: Path) -> None:

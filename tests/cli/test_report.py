@@ -26,7 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def _short_page_struck_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+def _short_page_simulated_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("birdstrike.inversion.forward.simulate", simulate)
     monkeypatch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
     monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section, models.section))
@@ -56,7 +56,7 @@ def test_a_strike_that_is_stored_is_not_paid_again(folder: Path, monkeypatch: py
     assert invoke(str(folder)).exit_code == 0
 
 
-def test_ctrl_c_keeps_the_strikes_that_are_finished(
+def test_ctrl_c_keeps_the_simulations_that_are_finished(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for part in ("doe", "inversion"):
@@ -93,12 +93,12 @@ def test_a_bird_that_fails_is_named_and_the_others_are_shown(
     assert "hydrodynamic 4.80 mm at" in text
 
 
-def test_without_the_models_nothing_is_struck(folder: Path, tmp_path: Path) -> None:
+def test_without_the_models_nothing_is_simulated(folder: Path, tmp_path: Path) -> None:
     for part in ("doe", "inversion"):
         shutil.copytree(folder / part, tmp_path / part)
     assert invoke(str(tmp_path), "--no-models").exit_code == 0
     assert not (tmp_path / "models").exists()
-    assert "Only the inverted bird was struck" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Only the inverted bird was simulated" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_out_and_json(folder: Path, tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from birdstrike.reports.folder import read_results
 from birdstrike.reports.page.page import report
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.reading import read_results
+from birdstrike.reports.results.results import Results
 from tests.reports.synthetic import finished_folder, simulate, write_record
 
 
@@ -43,7 +43,7 @@ def results(finished: Path) -> Results:
 
 @pytest.fixture(scope="session")
 def page(finished: Path) -> Path:
-    """The first loop's page, the standard birds struck by the stand-in."""
+    """The first loop's page, the standard birds simulated by the stand-in."""
     return page_of(finished)
 
 

@@ -1,4 +1,4 @@
-"""A made-up strike with closed formulas, quick to build and rich enough for every figure of the report."""
+"""A made-up simulation with closed formulas, quick to build and rich enough for every figure of the report."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def strike(
     period: float = 2.5e-3,
     instants: Sequence[float] = INSTANTS,
 ) -> Histories:
-    """Histories of the made-up strike with the three default sensors and a snapshot at each instant [s]."""
+    """Histories of the made-up simulation with the three default sensors and a snapshot at each instant [s]."""
     time = np.linspace(0.0, END, steps)
     force = contact_force(time)
     channels = {
@@ -55,10 +55,10 @@ def strike(
     }
     units = {"displacement_centre": "m", "contact_force": "N", "reaction_force": "N"}
     snapshots = tuple(snapshot(t, peak) for t in instants)
-    return Histories(time, channels, units, {**BOOKS, **(summary or {})}, snapshots)
+    return Histories(time, channels, units, {**SUMMARY, **(summary or {})}, snapshots)
 
 
-BOOKS: dict[str, object] = {
+SUMMARY: dict[str, object] = {
     "wall_s": 12.5,
     "steps": 4200,
     "particles": 4488,

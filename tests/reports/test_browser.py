@@ -79,10 +79,10 @@ def test_every_figure_is_drawn(probed: dict[str, Any]) -> None:
 
 def test_every_switch_acts_on_every_figure_that_has_its_curve(probed: dict[str, Any]) -> None:
     models = [f"figure-models-{sensor}" for sensor in ("displacement_centre", "contact_force", "reaction_force")]
-    comparison, cloud = "figure-comparison-displacement_centre", "figure-cloud-displacement_centre"
+    comparison, prior = "figure-comparison-displacement_centre", "figure-prior-predictive-displacement_centre"
     figures = {key: set(entry["figures"]) for key, entry in probed["switches"].items()}
-    assert figures.pop("record") == {models[0], comparison, cloud}
-    assert figures.pop("campaign") == {cloud}
+    assert figures.pop("record") == {models[0], comparison, prior}
+    assert figures.pop("campaign") == {prior}
     assert figures.pop("emulator") == {*models, comparison}
     assert figures.pop("network") == {comparison}
     assert figures == {key: set(models) for key in ("elastic", "plastic_kinematic", "hydrodynamic")}

@@ -9,7 +9,7 @@ from birdstrike.data.files import write_json
 from birdstrike.inversion.coverage import Coverage
 from birdstrike.inversion.method_comparison import Row
 from birdstrike.reports.blocks import Table
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import comparison
 
 VISCOSITY = "bird.material.viscosity"

@@ -14,12 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from birdstrike.reports.comparison.outcome import impulse
-from birdstrike.reports.figures.comparison import VerifiedCurve, comparison_figure
+from birdstrike.reports.comparison.end_state import impulse
+from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
-from birdstrike.reports.figures.prior_predictive import cloud_figure
+from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.setup import SetUp, bird_outline, setup_figure
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure, stress_scales
@@ -46,11 +46,11 @@ def comparison(time: np.ndarray = RECORD_TIMES, sigma: float | None = 5e-5) -> F
     return comparison_figure("displacement_centre", "m", time, values, noise, label, verified)
 
 
-def cloud() -> Figure:
+def prior() -> Figure:
     curves = np.stack([displacement(RUN.time, peak) for peak in np.linspace(5.0e-3, 5.5e-3, 25)])
     smooth = np.arange(25) != 3
     outside = np.interp(RECORD_TIMES, RUN.time, curves.max(axis=0)) < RECORD
-    return cloud_figure(
+    return prior_predictive_figure(
         "displacement_centre", "m", RUN.time, curves, smooth, RECORD_TIMES, RECORD, outside, "record, measured"
     )
 
@@ -119,7 +119,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "comparison": comparison,
     "comparison of a dense record": lambda: comparison(np.linspace(0.0, 2.4e-3, 400)),
     "comparison without known noise": lambda: comparison(sigma=None),
-    "cloud": cloud,
+    "prior": prior,
     "design": design,
     "parameters": parameters,
     "models": models,
@@ -178,7 +178,7 @@ def test_simulated_curves_and_records_say_so_in_the_legend() -> None:
     assert said[0] == "record, simulated by LS-DYNA"
     assert all(text.startswith("simulated") for text in said[1:])
     assert not any("measured" in text for text in said)
-    assert any(text.get_text() == "simulated strikes" for text in cloud().legends[0].get_texts())
+    assert any(text.get_text() == "simulated" for text in prior().legends[0].get_texts())
 
 
 def test_the_same_data_give_the_same_drawing() -> None:
@@ -186,12 +186,12 @@ def test_the_same_data_give_the_same_drawing() -> None:
 
 
 def test_a_drawing_for_the_page_refers_only_to_itself() -> None:
-    svg = inline_svg(cloud(), "cloud")
+    svg = inline_svg(prior(), "prior")
     assert "<metadata" not in svg
     assert "<?xml" not in svg
-    assert set(re.findall(r'id="([^"-]+)-', svg)) == {"cloud"}
-    assert all(name.startswith("#cloud-") for name in re.findall(r'href="([^"]+)"', svg))
-    assert all(name.startswith("cloud-") for name in re.findall(r"url\(#([^)]+)\)", svg))
+    assert set(re.findall(r'id="([^"-]+)-', svg)) == {"prior"}
+    assert all(name.startswith("#prior-") for name in re.findall(r'href="([^"]+)"', svg))
+    assert all(name.startswith("prior-") for name in re.findall(r"url\(#([^)]+)\)", svg))
 
 
 def test_unidentified_parameters_show_no_marker() -> None:

@@ -14,11 +14,11 @@ import pytest
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.inversion.inversion import Estimate
 from birdstrike.inversion.observations.time_origin import TimeOrigin
-from birdstrike.reports.findings import findings, key_figures, percent
-from birdstrike.reports.folder import read_results
 from birdstrike.reports.page.page import report
-from birdstrike.reports.record import cloud, origin, residual
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.findings import findings, key_figures, percent
+from birdstrike.reports.results.measurement import origin, prior_predictive, residual
+from birdstrike.reports.results.reading import read_results
+from birdstrike.reports.results.results import Results
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
 
 CHANNEL = "displacement_centre"
@@ -50,7 +50,7 @@ def test_another_record_changes_what_is_said_of_it(results: Results, simulated: 
     assert "peak 5.70 mm at 1.53 ms" in first
     assert f"{1e3 * (other.answer.verified_rmse or 0.0):.3f} mm RMS" in second
     assert ": none. Not identified: PC, MU, TEROD, CEROD" in third
-    assert re.search(r"outside all 25 strikes of the campaign by more than noise at \d+ of 12 points", fourth)
+    assert re.search(r"outside the campaign's 25 simulations by more than noise at \d+ of 12 points", fourth)
 
 
 def test_a_measured_record_is_called_measured(results: Results) -> None:
@@ -62,7 +62,10 @@ def test_the_verified_error_is_the_one_of_the_best_method(results: Results) -> N
     scores = {CHANNEL: replace(results.answer.channels[CHANNEL], verified_rmse=3.21e-4, verified_relative=0.0567)}
     other = with_answer(results, channels=scores)
     assert changed(results, other) == [2]
-    assert f"at the {results.best}'s answer misses the record by 0.321 mm RMS, 5.7 % of the peak" in findings(other)[1]
+    assert (
+        f"at the {results.best}'s answer differs from the measurement by 0.321 mm RMS, 5.7 % of the peak"
+        in findings(other)[1]
+    )
 
 
 def test_the_time_offset_is_said_with_its_sense(results: Results) -> None:
@@ -79,8 +82,8 @@ def test_the_time_offset_is_said_with_its_sense(results: Results) -> None:
 
 
 def test_identified_parameters_carry_value_and_interval(results: Results) -> None:
-    told = with_estimate(results, MU, value=640.0, interval_95=(500.0, 900.0), identified=True)
-    assert "viscosity MU 640 Pa s (95 %: 500 Pa s to 900 Pa s)" in findings(told)[2]
+    known = with_estimate(results, MU, value=640.0, interval_95=(500.0, 900.0), identified=True)
+    assert "viscosity MU 640 Pa s (95 %: 500 Pa s to 900 Pa s)" in findings(known)[2]
 
 
 def test_a_parameter_that_is_not_identified_shows_its_reason_and_no_digits(results: Results) -> None:
@@ -103,36 +106,36 @@ def test_the_largest_residual_is_named_with_time_and_sign(results: Results) -> N
     assert residual(moved, CHANNEL, results.best).worst == (pytest.approx(1.09e-3), pytest.approx(-0.5e-3))
 
 
-def test_a_record_above_the_cloud_is_counted_point_by_point(results: Results) -> None:
+def test_a_record_above_all_simulations_is_counted_point_by_point(results: Results) -> None:
     values = results.record.channels[CHANNEL].copy()
-    high = cloud(results, CHANNEL).high
+    high = prior_predictive(results, CHANNEL).high
     values[[5, 6]] = high[[5, 6]] + np.array([0.2e-3, 0.3e-3])
     lifted = replace(results, record=replace(results.record, channels={CHANNEL: values}))
     assert "at 2 of 12 points, up to 0.300 mm above them at 1.53 ms" in findings(lifted)[3]
     within_noise = values.copy()
     within_noise[[5, 6]] = high[[5, 6]] + 0.05e-3  # the case states 0.03 mm of noise
     inside = replace(results, record=replace(results.record, channels={CHANNEL: within_noise}))
-    assert "lies among the campaign's 25 strikes, within noise, at all 12 points" in findings(inside)[3]
+    said = "lies within the range of the campaign's 25 simulations, within noise, at all 12 points"
+    assert said in findings(inside)[3]
 
 
-def test_books_name_the_worst_strike_and_the_cost(results: Results) -> None:
-    books = {**results.books, "run 3": {**results.books["run 3"], "energy_error": -0.013, "wall_s": 600.0}}
-    other = replace(results, books=books, failures={"run 26": "unstable"})
+def test_the_energy_balance_names_the_worst_run_and_the_cost(results: Results) -> None:
+    summaries = {**results.summaries, "run 3": {**results.summaries["run 3"], "energy_error": -0.013, "wall_s": 600.0}}
+    other = replace(results, summaries=summaries, failures={"run 26": "unstable"})
     assert changed(results, other) == [5]
     line = findings(other)[4]
-    assert (
-        "27 strikes used, 1 more failed, worst energy error 1.3 % of the initial normal kinetic energy (run 3)" in line
-    )
-    minutes = sum(book["wall_s"] for book in books.values()) / 60
+    assert "27 simulations used, 1 more failed, worst energy error 1.3 % of the initial normal kinetic energy" in line
+    assert "(run 3)" in line
+    minutes = sum(summary["wall_s"] for summary in summaries.values()) / 60
     assert f"{minutes:.2g} minutes of solver time" in line
 
 
-def test_failures_and_the_strikes_own_warnings_reach_the_reader(results: Results) -> None:
-    warned = {name: {**book, "warnings": ["hourglass is 7 %"]} for name, book in results.books.items()}
-    other = replace(results, books=warned, failures={"run 26": "unstable"})
+def test_failures_and_the_simulations_own_warnings_reach_the_reader(results: Results) -> None:
+    warned = {name: {**summary, "warnings": ["hourglass is 7 %"]} for name, summary in results.summaries.items()}
+    other = replace(results, summaries=warned, failures={"run 26": "unstable"})
     assert other.warnings[-2:] == (
         "run 26 failed and is not used: unstable",
-        "hourglass is 7 % (27 of 27 strikes)",
+        "hourglass is 7 % (27 of 27 simulations)",
     )
 
 
@@ -183,7 +186,7 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
     assert re.search(r"mm RMS in displacement centre, .* kN RMS in contact force", second)
     assert fourth.count("the simulation") == 2
     text = report(tmp_path, models=False).read_text(encoding="utf-8")
-    for name in ("models", "comparison", "cloud"):
+    for name in ("models", "comparison", "prior-predictive"):
         assert all(f'id="figure-{name}-{channel}"' in text for channel in channels)
     assert "(sigma column)" in text
     assert "(record before contact)" in text

@@ -24,13 +24,13 @@ TITLES = (
     "Summary",
     "Test set-up",
     "The bird models side by side",
-    "The strikes in pictures",
+    "The impact in pictures",
     "The record (measured) and the simulated curves",
     "Inverted parameters",
-    "What the record tells",
+    "Identifiability of the parameters",
     "The campaign's design",
     "Network and emulator",
-    "Verification and balance of every strike",
+    "Energy balance of every simulation",
     "To do it again",
 )
 
@@ -76,7 +76,7 @@ def test_ids_are_unique_so_that_no_figure_borrows_another_ones_marks(parsed: Pag
 
 
 def test_every_figure_is_drawn(parsed: Page) -> None:
-    wanted = {"setup", "comparison-displacement_centre", "cloud-displacement_centre", "parameters", "design"}
+    wanted = {"setup", "comparison-displacement_centre", "prior-predictive-displacement_centre", "parameters", "design"}
     wanted |= {f"models-{sensor}" for sensor in ("displacement_centre", "contact_force", "reaction_force")}
     wanted |= {"training", "animation", "stress", "shapes", "posterior", "sobol-displacement_centre"}
     assert set(parsed.figures) == {f"figure-{name}" for name in wanted}
@@ -130,7 +130,7 @@ def test_identified_parameters_are_those_of_inversion_json(finished: Path, parse
     assert any(p["identified"] for p in content["methods"][content["best"]]["parameters"].values())
 
 
-def test_errors_of_the_models_are_those_of_their_stored_strikes(finished: Path, parsed: Page) -> None:
+def test_errors_of_the_models_are_those_of_their_stored_runs(finished: Path, parsed: Page) -> None:
     """The best method's row repeats its verified error; each standard bird's is recomputed from its stored run."""
     content = json.loads((finished / "inversion" / "inversion.json").read_text())
     rows = {row[0]: row for row in parsed.table("Errors of the simulated curves")[1:]}
@@ -147,8 +147,8 @@ def test_errors_of_the_models_are_those_of_their_stored_strikes(finished: Path, 
         assert min(abs(error - number(row[1])) for error in errors) < 0.01, row
 
 
-def test_outcomes_say_impulse_deflection_and_penetration(parsed: Page) -> None:
-    rows = parsed.table("What became of the simulated strikes")[1:]
+def test_the_end_state_says_impulse_deflection_and_penetration(parsed: Page) -> None:
+    rows = parsed.table("State at the end of the simulations")[1:]
     assert len(rows) == 4
     for row in rows:
         assert number(row[2]) == pytest.approx(46.0, rel=1e-2), "the stand-in's impulse"
@@ -169,8 +169,8 @@ def test_captions_are_made_of_the_numbers(parsed: Page) -> None:
     assert len(parsed.text["figcaption"]) == len(parsed.figures)
 
 
-def test_every_strike_has_its_books(finished: Path, parsed: Page) -> None:
-    rows = parsed.table("Simulated strikes")[1:]
+def test_every_simulation_has_its_energy_balance(finished: Path, parsed: Page) -> None:
+    rows = parsed.table("Energy error: of the initial")[1:]
     runs = json.loads((finished / "doe" / "summary.json").read_text())["runs"]
     assert [row[0] for row in rows] == [
         *(f"run {entry['run']}" for entry in runs),
@@ -199,7 +199,7 @@ def test_a_simulated_record_is_never_called_measured(parsed_simulated: Page) -> 
     assert "The record (simulated by LS-DYNA) and the simulated curves" in parsed_simulated.text["h2"][4]
 
 
-def test_a_record_outside_the_cloud_is_warned_of_at_the_top(parsed_simulated: Page) -> None:
+def test_a_record_outside_all_simulations_is_warned_of_at_the_top(parsed_simulated: Page) -> None:
     assert "the model cannot produce this curve" in parsed_simulated.text["aside"][0]
     rows = parsed_simulated.table("parameters by each method")[1:]
     assert {row[5] for row in rows} == {"no"}
@@ -238,13 +238,13 @@ def test_an_inversion_of_another_campaign_is_refused(finished: Path, tmp_path: P
         report(tmp_path)
 
 
-def test_books_survive_without_the_run_store(finished: Path, tmp_path: Path) -> None:
+def test_energy_balances_survive_without_the_run_store(finished: Path, tmp_path: Path) -> None:
     for part in ("doe", "inversion"):
         (tmp_path / part).mkdir()
         for file in (finished / part).glob("*.*"):
             (tmp_path / part / file.name).write_bytes(file.read_bytes())
     text = report(tmp_path, models=False).read_text(encoding="utf-8")
-    rows = Page(text).table("Simulated strikes")[1:]
+    rows = Page(text).table("Energy error: of the initial")[1:]
     assert len(rows) == 25
     assert {(row[1], row[5]) for row in rows} == {("+0.42 %", "–")}
-    assert "There is no picture of the strike" in text
+    assert "There is no picture of the impact" in text

@@ -9,10 +9,10 @@ import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.reports.comparison.clock import best_offset
+from birdstrike.reports.comparison.end_state import penetration, residual_deflection
 from birdstrike.reports.comparison.iso18571 import SAMPLES, rate
-from birdstrike.reports.comparison.outcome import penetration, residual_deflection
 from birdstrike.reports.comparison.scores import score, sprague_geers
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.solver.estimate import first_period
 from tests.reports.synthetic import RECORD_TIMES, displacement, strike
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from birdstrike.inversion.train_and_invert import Extras, train_and_invert
-from birdstrike.reports.folder import read_results
+from birdstrike.reports.results.reading import read_results
 from tests.reports.conftest import page_of
 from tests.reports.synthetic import simulate, write_record
 

@@ -18,7 +18,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.campaign import load_dataset
 from birdstrike.inversion.inversion import Answer, Inversion, ShotFigures
-from birdstrike.reports.results import Books, Convergence, Results
+from birdstrike.reports.results.results import Convergence, Results, RunSummary
 from birdstrike.solver.case.case import load_case
 
 T = TypeVar("T")
@@ -60,9 +60,9 @@ def other_shots(inversion: Inversion) -> tuple[str, ...]:
     best = inversion.methods[inversion.best]
     return tuple(
         f"{Path(shot.path).name} was inverted together with {Path(inversion.shots[0].path).name}, whose curves alone "
-        f"this page shows; the {inversion.best}'s verification misses it by {_errors(best, shot)}; its clock is ahead "
-        f"of its simulation's by {1e3 * shot.time_offset:.3g} ms by its own fit, which lies "
-        f"{'inside' if shot.inside else 'OUTSIDE'} what its model can make"
+        f"this page shows; the {inversion.best}'s verification differs from it by {_errors(best, shot)}; its clock is "
+        f"ahead of its simulation's by {1e3 * shot.time_offset:.3g} ms by its own fit; within noise and the emulator's "
+        f"error the model {'can' if shot.inside else 'CANNOT'} produce its curve"
         for shot in inversion.shots[1:]
     )
 
@@ -112,7 +112,7 @@ def read_results(folder: Path) -> Results:
         convergence=_convergence(inverted, inversion),
         draws=_draws(inverted, inversion),
         campaign=campaign,
-        books=_books(doe, campaign, inversion, verified),
+        summaries=_summaries(doe, campaign, inversion, verified),
         failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
         other_shots=others,
     )
@@ -197,17 +197,16 @@ def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
     return {name: table[name].to_numpy(float) for name in inversion.posterior.names}
 
 
-def _books(
+def _summaries(
     doe: Path, campaign: Mapping[str, Any], inversion: Inversion, verified: Mapping[str, Histories]
-) -> dict[str, Books]:
-    """Books of every finished strike: from the run store, and where that was cleared from the campaign's summary."""
-    store, books = RunStore(doe / "runs"), dict[str, Books]()
+) -> dict[str, RunSummary]:
+    """Summary of every finished run: from the run store, and where that was cleared from the campaign's summary."""
+    store, summaries = RunStore(doe / "runs"), dict[str, RunSummary]()
     entries = [entry for entry in campaign["runs"] if entry["status"] == "finished"]
     for entry in entries:
-        found = store.look_up(entry["key"])
-        books[f"run {entry['run']}"] = entry if found is None else {**entry, **found.summary}
+        summaries[f"run {entry['run']}"] = {**entry, **(store.summary(entry["key"]) or {})}
     known = {entry["key"] for entry in entries}
     for method, run in verified.items():
         if run.summary and inversion.methods[method].run not in known:
-            books[f"verification, {method}"] = run.summary
-    return books
+            summaries[f"verification, {method}"] = run.summary
+    return summaries

@@ -1,4 +1,4 @@
-"""The record against the strikes: what to call it, where it lies in the cloud, and where a simulation misses it."""
+"""The measured record beside the simulations: its name, its place in the prior predictive, and the residuals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 _MADE_BY = re.compile(r"SIMULATED\s*(?:\(\s*(?:by\s+)?|(?:by|with)\s+)([^(),;:]+)")
 
@@ -31,12 +31,12 @@ def short_name(record: Measured) -> str:
 
 
 @dataclass(frozen=True)
-class Cloud:
-    """One channel at the record's `time` (r,) s: its `values`, the smooth strikes' `low` and `high`, all (r,) SI.
+class PriorPredictive:
+    """One channel at the record's `time` (r,) s: its `values`, the simulations' `low` and `high`, all (r,) SI.
 
-    NaN: `values` in a gap, `low` and `high` where the strikes do not reach.
-    margin: SI, what noise may add; a point counts as outside only beyond it. Strikes that lost over 5 % of the bird are
-    another regime and widen the cloud without filling it: they don't count.
+    NaN: `values` in a gap, `low` and `high` where the simulations do not reach.
+    margin: SI, what noise may add; a point counts as outside only beyond it. Simulations that lost over 5 % of the bird
+    are another regime, which widens the range without filling it: they don't count.
     """
 
     time: Array
@@ -47,28 +47,27 @@ class Cloud:
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(r,) True where the record lies beyond all strikes by more than the margin; False where one is missing."""
+        """(r,) True: the record lies beyond all simulations by more than the margin; False where one is missing."""
         return np.abs(self.excess) > self.margin
 
     @property
     def points(self) -> int:
-        """How many points of the record the strikes reach."""
+        """How many points of the record the simulations reach."""
         return int(np.isfinite(self.excess).sum())
 
     @property
     def excess(self) -> Array:
-        """(r,) SI: how far the record lies above (+) or below (-) the cloud; 0 inside, NaN where one is missing."""
+        """(r,) SI: how far the record lies above (+) or below (-) the range; 0 inside, NaN where one is missing."""
         return np.maximum(self.values - self.high, 0.0) - np.maximum(self.low - self.values, 0.0)
 
 
-def cloud(results: Results, channel: str) -> Cloud:
-    """The smooth strikes at the record's times, on the estimated time origin."""
+def prior_predictive(results: Results, channel: str) -> PriorPredictive:
+    """The campaign's smooth simulations at the record's times, on the estimated time origin."""
     time, values = results.record.time, results.record.channels[channel]
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
-    strikes = results.dataset.sampled(channel, on_their_clock)
-    strikes = strikes[results.dataset.smooth]
+    curves = results.dataset.sampled(channel, on_their_clock)[results.dataset.smooth]
     margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
-    return Cloud(time, values, strikes.min(axis=0), strikes.max(axis=0), margin)
+    return PriorPredictive(time, values, curves.min(axis=0), curves.max(axis=0), margin)
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ class Residual:
 
     @property
     def worst(self) -> tuple[float, float]:
-        """Time [s] and value of the largest miss."""
+        """Time [s] and value of the largest residual."""
         return peak(self.time, self.values)
 
 

@@ -1,4 +1,4 @@
-"""The strikes in motion: snapshots packed into the page for its own player, all models on one scale.
+"""The impact in motion: snapshots packed into the page for its own player, all models on one scale.
 
 Positions take 16 bits of the window that is shown (some 0.02 mm), pressures and displacements 8 bits of their scale.
 """
@@ -16,14 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from birdstrike.data.histories import Array, Snapshot
 from birdstrike.reports.blocks import Animation, embedded_json
+from birdstrike.reports.comparison.end_state import sensor_of_kind
 from birdstrike.reports.comparison.models import PICTURE_TIME
-from birdstrike.reports.comparison.outcome import sensor_of_kind
 from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
 from birdstrike.reports.figures.shapes import PRESSURE_COLOURS, pressure_scale
 from birdstrike.reports.figures.stress import PLATE_COLOURS
 from birdstrike.reports.figures.switches import COLOURS
 from birdstrike.reports.figures.views import Scene, mid_line, window
 from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 from birdstrike.solver.build import mesh_of
 
 MOST_PARTICLES, MOST_POINTS = 2200, 300
@@ -167,7 +168,7 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene) -> str:
         parts.append(f"{title} {largest[at]:.3g} mm at {quantity(snapshots[at].time, 's')}")
     frames = min(len(snapshots) for snapshots in seen.values())
     return (
-        f"The simulated strikes in motion, {frames} instants each. Above: the bird from the front, coloured by "
+        f"The simulations in motion, {frames} instants each. Above: the bird from the front, coloured by "
         "pressure, to scale with the plate; blue: the plate's displacement magnified. Below: the plate from the top, "
         "coloured by displacement in the direction of the push. Largest displacement anywhere on the plate: "
         f"{'; '.join(parts)}. Grey: eroded pieces."

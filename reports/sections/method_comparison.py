@@ -1,4 +1,4 @@
-"""All inversions side by side on records of known truth, where `birdstrike compare-methods` has written its table."""
+"""All inversion methods on records of known truth, where `birdstrike compare-methods` has written its table."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import symbol
-from birdstrike.reports.results import Results
+from birdstrike.reports.results.results import Results
 
 FILE = "comparison/comparison.json"
 
@@ -21,10 +21,10 @@ def section(results: Results) -> Section | None:
     content = json.loads(path.read_text(encoding="utf-8"))
     truth = ", ".join(f"{symbol(name)} {value:.4g}" for name, value in content["truth"].items())
     intro = (
-        f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} strikes: how "
-        "far each method comes from the truth, and how far the measurement lets any method come (information bound)."
+        f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} simulations: "
+        "the error of each method, and the smallest that the measurement allows any method (information bound)."
     )
-    return Section("comparison", "Methods side by side", (Paragraph(intro), *_tables(content)))
+    return Section("method_comparison", "Comparison of the inversion methods", (Paragraph(intro), *_tables(content)))
 
 
 def _tables(content: Mapping[str, Any]) -> Iterator[Table]:

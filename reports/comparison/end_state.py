@@ -1,4 +1,4 @@
-"""What a strike did to the plate in the end: impulse, residual deflection, whether the bird went through."""
+"""State at the end of a simulation: impulse, residual deflection, whether the bird went through the plate."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def sensor_of_kind(case: Case, run: Histories, kind: str) -> str | None:
 
 
 def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float | None, str]:
-    """Deflection [m] that stays, and how it is known; None where the run does not tell it.
+    """Deflection [m] that stays, and how it is known; None where the run is too short.
 
     A plate that never yielded returns to 0. One that did swings about its new rest: the mean over the last first
     period counts, once the bird has left.
@@ -37,7 +37,7 @@ def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float
         return 0.0, "no yield"
     period, contact = first_period(case.plate), sensor_of_kind(case, run, "contact_force")
     if period is None or contact is None:
-        return None, "no first period or no contact force to judge it by"
+        return None, "no first period, or no contact force that shows when the bird has left"
     force = np.abs(run.channels[contact])
     left = float(run.time[np.flatnonzero(force > QUIET * force.max())[-1]])
     if run.time[-1] < left + period:

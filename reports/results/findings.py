@@ -1,4 +1,4 @@
-"""Five lines that say what was found: the record, the verified error, the parameters, the cloud, the books."""
+"""The five findings: record, verified error, parameters, prior predictive, energy balance."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from birdstrike.reports.record import cloud, origin, peak, residual, short_name
-from birdstrike.reports.results import Books, Results
+from birdstrike.reports.results.measurement import origin, peak, prior_predictive, residual, short_name
+from birdstrike.reports.results.results import Results, RunSummary
 
 
 def findings(results: Results) -> tuple[str, str, str, str, str]:
     """The five findings in plain words, every number computed from the results."""
-    return analysed(results), verified(results), identified(results), cloud_and_residual(results), books(results)
+    return analysed(results), verified(results), identified(results), reach_and_residual(results), balance(results)
 
 
 def analysed(results: Results) -> str:
@@ -39,7 +39,9 @@ def _record_peak(results: Results, channel: str) -> str:
 def verified(results: Results) -> str:
     """RMS error of the solver re-run at each answer, the best first, with the time offset it is stated for."""
     first, *others = results.finished
-    line = f"Verified: the solver re-run at the {first}'s answer misses the record by {error_text(results, first)}"
+    line = (
+        f"Verified: the simulation at the {first}'s answer differs from the measurement by {error_text(results, first)}"
+    )
     for other in others:
         line += f"; at the {other}'s answer by {error_text(results, other)}"
     return f"{line} ({offset_text(results)})."
@@ -69,7 +71,7 @@ def offset_text(results: Results) -> str:
     if results.inversion.time_offset.sigma is None:
         return "record and simulation share one clock"
     if abs(results.offset) < 5e-7:
-        return "the clocks of record and simulation agree within 1 µs, as the record lets one tell"
+        return "the clocks of record and simulation agree within 1 µs"
     later = "later" if results.offset > 0 else "earlier"
     shift = abs(results.offset)
     size = f"{significant(shift * 1e6, 2)} µs" if shift < 1e-5 else quantity(shift, "s")
@@ -77,19 +79,19 @@ def offset_text(results: Results) -> str:
 
 
 def identified(results: Results) -> str:
-    """Which parameters the record tells, with intervals, and which it doesn't, with the reason in short."""
+    """Which parameters are identified, with intervals, and which are not, with the reason in short."""
     parameters = results.answer.parameters
-    told = [_told(results, name) for name, estimate in parameters.items() if estimate.identified]
+    found = [_estimated(results, name) for name, estimate in parameters.items() if estimate.identified]
     reasons: dict[str, list[str]] = {}
     for name, estimate in parameters.items():
         if not estimate.identified:
             reasons.setdefault(estimate.reason, []).append(symbol(name))
-    untold = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
-    first = f"Identified by the {results.best}: {'; '.join(told) or 'none'}"
-    return f"{first}. Not identified: {untold}." if untold else f"{first}. No parameter is left open."
+    open_ones = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
+    first = f"Identified by the {results.best}: {'; '.join(found) or 'none'}"
+    return f"{first}. Not identified: {open_ones}." if open_ones else f"{first}. Every parameter is identified."
 
 
-def _told(results: Results, name: str) -> str:
+def _estimated(results: Results, name: str) -> str:
     """`viscosity MU 641 Pa s (95 %: 500 Pa s to 900 Pa s)`."""
     estimate = results.answer.parameters[name]
     value = "" if estimate.value is None else f" {quantity(estimate.value, estimate.unit)}"
@@ -99,23 +101,27 @@ def _told(results: Results, name: str) -> str:
     return f"{parameter_label(name)}{value} (95 %: {low} to {high})"
 
 
-def cloud_and_residual(results: Results) -> str:
-    """Whether any strike of the campaign reaches the record, and where the best verification misses it most."""
-    where = "; ".join(cloud_text(results, channel) for channel in results.channels)
-    misses = "; ".join(worst_text(results, channel, results.best) for channel in results.channels)
-    return f"Cloud: {where}; {_fit(results)}. Largest residual of the {results.best}'s verification: {misses}."
+def reach_and_residual(results: Results) -> str:
+    """Whether the campaign's simulations reach the record, and the largest residual of the best verification."""
+    where = "; ".join(prior_text(results, channel) for channel in results.channels)
+    largest = "; ".join(worst_text(results, channel, results.best) for channel in results.channels)
+    return (
+        f"Prior predictive: {where}; {_fit(results)}. Largest residual of the {results.best}'s verification: {largest}."
+    )
 
 
 def _fit(results: Results) -> str:
     """The inversion's verdict on the whole curve; the emulator's own error counts as much as the noise in it."""
     found = results.inversion.cloud
     if found.inside:
-        return "within noise and the emulator's own error the model can produce the whole curve"
+        return "within noise and the emulator's error the model can produce the whole curve"
     if found.coarse:
-        return f"the emulator is too coarse to tell whether the model can produce the whole curve: {found.coarse}"
+        return (
+            "whether the model can produce the whole curve is not known, because the emulator is too coarse: "
+            f"{found.coarse}"
+        )
     return (
-        "the emulator finds no choice of the parameters that gives the whole curve within noise and the emulator's own "
-        "error"
+        "no values of the parameters within their ranges produce the whole curve within noise and the emulator's error"
     )
 
 
@@ -127,47 +133,49 @@ def worst_text(results: Results, channel: str, method: str) -> str:
     return f"{size} at {quantity(at, 's')}, the simulation {side} the record in {words(channel)}"
 
 
-def cloud_text(results: Results, channel: str) -> str:
-    """`the record's displacement centre lies outside all 25 strikes ... at 8 of 12 points, up to 0.41 mm above`."""
-    seen, unit = cloud(results, channel), results.record.units[channel]
+def prior_text(results: Results, channel: str) -> str:
+    """`the record's displacement centre lies outside all 25 simulations ... at 8 of 12 points, up to 0.41 mm above`."""
+    seen, unit = prior_predictive(results, channel), results.record.units[channel]
     count, smooth = int(seen.outside.sum()), int(results.dataset.smooth.sum())
-    strikes = f"{smooth} smooth strikes" if smooth < len(results.dataset.runs) else f"{smooth} strikes"
+    whole = f"{smooth} simulations"
+    runs = f"{whole} with less than 5 % erosion" if smooth < len(results.dataset.runs) else whole
     if not count:
         points = f"within noise, at all {seen.points} points"
-        return f"the record's {words(channel)} lies among the campaign's {strikes}, {points}"
+        return f"the record's {words(channel)} lies within the range of the campaign's {runs}, {points}"
     at, value = peak(seen.time, seen.excess)
     side = "above" if value > 0 else "below"
     return (
-        f"the record's {words(channel)} lies outside all {strikes} of the campaign by more than noise at {count} of "
+        f"the record's {words(channel)} lies outside the campaign's {runs} by more than noise at {count} of "
         f"{seen.points} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
     )
 
 
-def books(results: Results) -> str:
-    """Strikes, the worst energy and momentum errors among them, and their cost."""
-    energy, momentum = (worst_book(results, key) for key in ("energy_error", "momentum_error"))
-    seconds = sum(float(books["wall_s"]) for books in results.books.values())
+def balance(results: Results) -> str:
+    """Number of simulations, the worst energy and momentum errors among them, and their cost."""
+    energy, momentum = (worst_entry(results, key) for key in ("energy_error", "momentum_error"))
+    seconds = sum(float(entry["wall_s"]) for entry in results.summaries.values())
     failed = f", {len(results.failures)} more failed" if results.failures else ""
     return (
-        f"Books: {len(results.books)} strikes used{failed}, worst energy error {percent(energy)} of the initial normal "
-        f"kinetic energy ({worst_strike(results, 'energy_error')}), worst momentum error {momentum:.0e} of the bird's; "
+        f"Energy balance: {len(results.summaries)} simulations used{failed}, worst energy error {percent(energy)} of "
+        f"the initial normal kinetic energy ({worst_run(results, 'energy_error')}), worst momentum error "
+        f"{momentum:.0e} of the bird's; "
         f"{seconds / 60:.2g} minutes of solver time."
     )
 
 
-def worst_book(results: Results, key: str) -> float:
-    """Largest magnitude of one entry in the books of the campaign's and the verification strikes."""
-    return largest(results.books, key)
+def worst_entry(results: Results, key: str) -> float:
+    """Largest magnitude of one entry in the summaries of the campaign's and the verification runs."""
+    return largest(results.summaries, key)
 
 
-def largest(books: Mapping[str, Books], key: str) -> float:
-    """Largest magnitude of one entry in books."""
-    return float(np.max(np.abs([float(book[key]) for book in books.values()])))
+def largest(summaries: Mapping[str, RunSummary], key: str) -> float:
+    """Largest magnitude of one entry in runs' summaries."""
+    return float(np.max(np.abs([float(summary[key]) for summary in summaries.values()])))
 
 
-def worst_strike(results: Results, key: str) -> str:
-    """The strike with the largest magnitude of one entry, and whether it left the smooth regime."""
-    label = max(results.books, key=lambda name: abs(float(results.books[name][key])))
+def worst_run(results: Results, key: str) -> str:
+    """The run with the largest magnitude of one entry, and whether it left the smooth regime."""
+    label = max(results.summaries, key=lambda name: abs(float(results.summaries[name][key])))
     rough = {f"run {number}" for number in results.dataset.runs[~results.dataset.smooth]}
     return f"{label}, which lost over 5 % of the bird" if label in rough else label
 
@@ -183,7 +191,7 @@ def key_figures(results: Results) -> dict[str, object]:
         "identified": [name for name, estimate in results.answer.parameters.items() if estimate.identified],
         "inside_cloud": results.inversion.cloud.inside,
         "time_offset": results.offset,
-        "strikes": len(results.books),
-        "worst_energy_error": worst_book(results, "energy_error"),
-        "solver_s": sum(float(books["wall_s"]) for books in results.books.values()),
+        "strikes": len(results.summaries),
+        "worst_energy_error": worst_entry(results, "energy_error"),
+        "solver_s": sum(float(entry["wall_s"]) for entry in results.summaries.values()),
     }

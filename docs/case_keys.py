@@ -1,6 +1,6 @@
 """docs/cases.md: every key of a case with unit, range, default and meaning, from the models that read a case.
 
-`python -m birdstrike.reports.case_keys` writes it.
+`python docs/case_keys.py` writes it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
-from birdstrike.reports import case_keys as say
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import bird_materials
 from birdstrike.solver.case.bird import Bird
@@ -172,10 +171,10 @@ EXTERNAL = {
 }
 
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "cases.md"
+PAGE = Path(__file__).resolve().with_name("cases.md")
 INTRODUCTION = """# The keys of a case
 
-Made by `python -m birdstrike.reports.case_keys` from the models that read a case; do not edit it by hand. A case is a
+Made by `python docs/case_keys.py` from the models that read a case; do not edit it by hand. A case is a
 TOML file. A quantity is text with its unit (`"10 mm"`), a dimensionless one a bare number; any unit of the same
 dimension will do. Keys that are not listed here are errors. `extends = "reference_strike"` starts from a shipped case,
 or from a file beside this one. A key that would do nothing in a case (`bird.lattice` with hexahedra, `plate.damping` of
@@ -197,23 +196,23 @@ def page() -> str:
 
 def chapters() -> Iterator[tuple[str, list[Row]]]:
     """Title and rows of each table."""
-    yield "Plate", list(rows(Plate, "plate", say.PLATE))
-    yield "Plate: springs at its edges", list(rows(EdgeSprings, "plate.edges", say.PLATE))
-    yield "Plate: material", list(rows(PlateMaterial, "plate.material", say.PLATE))
-    yield "Bird", list(rows(Bird, "bird", say.BIRD))
+    yield "Plate", list(rows(Plate, "plate", PLATE))
+    yield "Plate: springs at its edges", list(rows(EdgeSprings, "plate.edges", PLATE))
+    yield "Plate: material", list(rows(PlateMaterial, "plate.material", PLATE))
+    yield "Bird", list(rows(Bird, "bird", BIRD))
     for model, section in bird_materials().items():
-        yield f'Bird: `material.model = "{model}"`', list(rows(section, "bird.material", say.NULL | say.STRENGTH))
+        yield f'Bird: `material.model = "{model}"`', list(rows(section, "bird.material", NULL | STRENGTH))
     for kind, law in EQUATIONS_OF_STATE.items():
-        own = {key.removeprefix(f"{kind}."): text for key, text in say.LAW.items()}
+        own = {key.removeprefix(f"{kind}."): text for key, text in LAW.items()}
         yield f'Bird: `material.eos.kind = "{kind}"`', list(rows(law, "bird.material.eos", own))
-    yield "Impact", list(rows(Impact, "impact", say.STRIKE))
-    yield "Time", list(rows(Time, "time", say.STRIKE))
-    yield "Sensors", list(rows(Sensor, "sensors.<name>", say.SENSORS))
-    yield "Instruments", list(rows(Instrument, "instrument.<sensor>", say.SENSORS))
-    yield "Solver", list(rows(SolverSettings, "solver", say.SETTINGS))
-    yield "External solver", list(rows(External, "external", say.EXTERNAL))
+    yield "Impact", list(rows(Impact, "impact", STRIKE))
+    yield "Time", list(rows(Time, "time", STRIKE))
+    yield "Sensors", list(rows(Sensor, "sensors.<name>", SENSORS))
+    yield "Instruments", list(rows(Instrument, "instrument.<sensor>", SENSORS))
+    yield "Solver", list(rows(SolverSettings, "solver", SETTINGS))
+    yield "External solver", list(rows(External, "external", EXTERNAL))
     for kind, reading in FORMATS.items():
-        yield f'External solver: `format = "{kind}"`', list(rows(reading, "external.sensors.<name>", say.EXTERNAL))
+        yield f'External solver: `format = "{kind}"`', list(rows(reading, "external.sensors.<name>", EXTERNAL))
     yield "Effects", list(of_effects())
     yield "Inversion", list(inversion())
     later = [name for name, field in Case.model_fields.items() if any(isinstance(m, Later) for m in field.metadata)]
@@ -246,12 +245,12 @@ def of_effects() -> Iterator[Row]:
 def inversion() -> Iterator[Row]:
     """Keys whose names are the user's."""
     sought = 'inversion.parameters."<key>".range'
-    yield f"`{sought}`", "of the key", "within the key's own", "none", say.SETTINGS[sought]
+    yield f"`{sought}`", "of the key", "within the key's own", "none", SETTINGS[sought]
     scale = sought.replace(".range", ".scale")
-    yield f"`{scale}`", "word", '"linear", "logarithmic"', '"linear"', say.SETTINGS[scale]
+    yield f"`{scale}`", "word", '"linear", "logarithmic"', '"linear"', SETTINGS[scale]
     for name, mark in NUISANCE.items():
         key = f"inversion.nuisance.{name}"
-        yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", say.SETTINGS.get(key, "")
+        yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", SETTINGS.get(key, "")
 
 
 def of_kind(key: str) -> tuple[str, str] | None:

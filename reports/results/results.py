@@ -1,4 +1,4 @@
-"""A finished loop in one immutable thing: case, record, campaign, inversion, verification runs and their books."""
+"""A finished loop in one immutable thing: case, record, campaign, inversion, verification runs and their summaries."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.inversion import Answer, Inversion
-from birdstrike.reports.comparison.models import Model, inverted_alone
 from birdstrike.solver.case.case import Case
 
-Books = Mapping[str, Any]
-"""A run's `summary.json`."""
+RunSummary = Mapping[str, Any]
+"""Content of a run's `summary.json`: cost, erosion and the energy balance."""
+
+TITLES = {"elastic": "elastic", "plastic_kinematic": "plastic-kinematic", "hydrodynamic": "hydrodynamic"}
+"""Bird model of a case -> what the page calls it."""
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
 
 
-def merged(warnings: Sequence[str], strikes: int) -> tuple[str, ...]:
-    """Warnings of several strikes, alike but for their numbers as one: "83 .. 94 Pa s (2 of 9 strikes)"."""
+def merged(warnings: Sequence[str], runs: int) -> tuple[str, ...]:
+    """Warnings of several simulations, equal but for their numbers, as one: "83 .. 94 Pa s (2 of 9 simulations)"."""
     alike: dict[str, list[str]] = {}
     for text in warnings:
         alike.setdefault(_NUMBER.sub("#", text), []).append(text)
-    return tuple(f"{_ranged(texts)} ({len(texts)} of {strikes} strikes)" for texts in alike.values())
+    return tuple(f"{_ranged(texts)} ({len(texts)} of {runs} simulations)" for texts in alike.values())
 
 
 def _ranged(texts: Sequence[str]) -> str:
@@ -45,7 +47,7 @@ def _range(ordered: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Convergence:
-    """The network's mean square errors over the epochs, (e,): training and held-out strikes, outputs scaled to 0..1."""
+    """The network's mean square errors over the epochs (e,), on training and held-out runs, outputs scaled to 0..1."""
 
     epoch: Array
     training: Array
@@ -53,13 +55,36 @@ class Convergence:
 
 
 @dataclass(frozen=True)
+class Model:
+    """One bird model's simulation.
+
+    key: the method that found the inverted bird, or the standard model's name; case: None where the user's case and
+    the material do not go together; run: None where it failed, and `failure` says why; offset: [s] by which the
+    record's clock is ahead of this simulation's.
+    """
+
+    key: str
+    title: str
+    case: Case | None
+    run: Histories | None
+    offset: float
+    failure: str = ""
+
+
+def titled(key: str, case: Case) -> str:
+    """What a model is called in the page; the inverted one by the model of the case and the method that found it."""
+    law = case.bird.material.model
+    return TITLES.get(key, f"inverted {TITLES.get(law, law.upper())} ({key})")
+
+
+@dataclass(frozen=True)
 class Results:
     """Everything the report says, read from a finished folder.
 
     record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
-    where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; books: run's
-    label -> its summary; failures: run's label -> reason; draws: of the posterior, name -> (n,) SI, None for
-    none; other_shots: a sentence about each shot inverted together with the record; struck: the bird models' strikes,
+    where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; summaries:
+    run's label -> its summary; failures: run's label -> reason; draws: of the posterior, name -> (n,) SI, None for
+    none; other_shots: a sentence about each shot inverted together with the record; simulated_models: the bird models,
     {} where none were asked for.
     """
 
@@ -72,16 +97,19 @@ class Results:
     verified: Mapping[str, Histories]
     convergence: Convergence | None
     campaign: Mapping[str, Any]
-    books: Mapping[str, Books]
+    summaries: Mapping[str, RunSummary]
     failures: Mapping[str, str]
     draws: Mapping[str, Array] | None = None
     other_shots: tuple[str, ...] = ()
-    struck: Mapping[str, Model] = field(default_factory=dict)
+    simulated_models: Mapping[str, Model] = field(default_factory=dict)
 
     @property
     def models(self) -> Mapping[str, Model]:
-        """The bird models side by side; the inverted one alone where no others were struck."""
-        return self.struck or inverted_alone(self)
+        """The bird models side by side; the inverted one's verification run alone where no others were simulated."""
+        if self.simulated_models:
+            return self.simulated_models
+        key = self.best
+        return {key: Model(key, titled(key, self.case), self.case, self.verified[key], self.offset)}
 
     @property
     def case_name(self) -> str:
@@ -90,7 +118,7 @@ class Results:
 
     @property
     def best(self) -> str:
-        """The method whose verification misses the record least."""
+        """The method whose verification differs least from the record."""
         assert self.inversion.best is not None, "results without a verification are refused when they are read"
         return self.inversion.best
 
@@ -116,13 +144,16 @@ class Results:
 
     @property
     def held_out(self) -> NDArray[np.bool_]:
-        """(runs,) the strikes that the network was not trained on."""
+        """(runs,) the simulations that the network was not trained on."""
         training = self.inversion.training
         return np.isin(self.dataset.runs, training.held_out if training else [])
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the reader must know: of the inversion, of failed strikes, and of the strikes' own books."""
+        """What the reader must know, the gravest first.
+
+        Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
+        """
         failed = [f"{label} failed and is not used: {reason}" for label, reason in self.failures.items()]
-        own = [text for books in self.books.values() for text in books.get("warnings", [])]
-        return (*self.other_shots, *self.inversion.warnings, *failed, *merged(own, len(self.books)))
+        own = [text for summary in self.summaries.values() for text in summary.get("warnings", [])]
+        return (*self.inversion.warnings, *failed, *merged(own, len(self.summaries)), *self.other_shots)

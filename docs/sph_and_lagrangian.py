@@ -1,8 +1,17 @@
-"""Front views (x-z) of strikes side by side, one column a bird: particles as balls, hexahedra by their outer faces."""
+"""The same impact with an SPH and a Lagrangian bird: their figures side by side, and docs/sph_and_lagrangian.png.
+
+python docs/sph_and_lagrangian.py [--case reference_strike] [--out docs/sph_and_lagrangian.png]
+
+Front views (x-z), one column a bird: particles as balls, hexahedra by their outer faces.
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
+import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from matplotlib import colormaps
@@ -13,11 +22,15 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from birdstrike.data.histories import Array, Snapshot
-from birdstrike.reports.figures.quantities import milliseconds, shown
-from birdstrike.reports.figures.style import GREY, styled
+from birdstrike.data.histories import Array, Histories, Snapshot
+from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
+from birdstrike.reports.figures.style import GREY, png, styled
 from birdstrike.reports.figures.views import mid_line
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.simulate import simulate
 
+METHODS = {"SPH": "sph", "Lagrangian hexahedra": "hexahedra"}
+INSTANTS = "['0.5 ms', '1 ms', '1.5 ms', '2 ms']"
 SPEED_COLOURS = LinearSegmentedColormap.from_list("speed", colormaps["magma"](np.linspace(0.15, 0.97, 256)))
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]])
 """Nodes of a hexahedron's six faces, normals outwards."""
@@ -73,7 +86,7 @@ def bird_surfaces_figure(
 
 
 def _flight(axes: Axes, snapshot: Snapshot) -> None:
-    """An arrow along the velocity of the bird's tail, which the strike has not yet reached, with its speed."""
+    """An arrow along the velocity of the bird's tail, which the impact has not yet reached, with its speed."""
     tail = snapshot.particles[:, 2] >= np.percentile(snapshot.particles[:, 2], 90.0)
     velocity, nose = snapshot.velocity[tail].mean(axis=0), snapshot.particles[:, 0].max()
     speed = float(np.linalg.norm(velocity))
@@ -153,3 +166,45 @@ def _faces(axes: Axes, snapshot: Snapshot, norm: Normalize) -> None:
     axes.add_collection(PolyCollection(list(outlines), facecolors=colours, edgecolors=edges, linewidths=0.3, zorder=2))
     free = shown(snapshot.particles[snapshot.eroded], "m")[0]
     axes.scatter(free[:, 0], free[:, 2], s=1.5, color=GREY, linewidths=0, zorder=1.5)
+
+
+def simulated(name: str, method: str) -> tuple[Case, Histories, float]:
+    """The case with a bird of this method, its histories and the processor time that they took [s]."""
+    case = load_case(name, {"bird.method": method, "time.snapshots": INSTANTS})
+    started = time.process_time()
+    histories = simulate(case, threads=1)
+    return case, histories, time.process_time() - started
+
+
+def note(histories: Histories) -> str:
+    """Pieces, peak, impulse and eroded mass of a simulation in one line."""
+    summary, force = histories.summary, histories.channels["contact_force"]
+    pieces = f"{summary['particles']} {'elements' if 'nodes' in summary else 'particles'}"
+    peak = summary["peak"]["displacement_centre"]
+    impulse = float(np.trapezoid(force, histories.time))
+    eroded = summary["eroded_mass_fraction"]
+    return (
+        f"{pieces}; plate's centre {quantity(peak['value'], 'm')} at {quantity(peak['time'], 's')}; "
+        f"impulse {impulse:.1f} N s; {f'{eroded:.1%} of the mass' if eroded else 'nothing'} eroded"
+    )
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run both simulations, print their figures and write the picture."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--case", default="reference_strike")
+    parser.add_argument("--out", type=Path, default=Path("docs/sph_and_lagrangian.png"))
+    chosen = parser.parse_args(arguments)
+    runs = {title: simulated(chosen.case, method) for title, method in METHODS.items()}
+    for title, (_, histories, cost) in runs.items():
+        sys.stdout.write(f"{title}: {note(histories)}; {histories.summary['steps']} steps, {cost:.0f} s of one core\n")
+    case, particles, _ = runs["SPH"]
+    spacing = (case.bird.volume / particles.summary["particles"]) ** (1.0 / 3.0)
+    snapshots = {title: histories.snapshots for title, (_, histories, _) in runs.items()}
+    notes = {title: note(histories) for title, (_, histories, _) in runs.items()}
+    figure = bird_surfaces_figure(snapshots, notes, case.plate.thickness, spacing)
+    chosen.out.write_bytes(png(figure))
+
+
+if __name__ == "__main__":
+    main()
