@@ -128,7 +128,7 @@ def _array(entry: Entry) -> np.ndarray:
 
 def _text(entry: Entry) -> str:
     if not isinstance(entry.value, str):
-        raise ValueError("a book holds no text")
+        raise ValueError("an entry holds no text")
     return entry.value
 
 
@@ -213,17 +213,20 @@ class RunStore:
         return read_meta(self.path(key))
 
     def save_failure(self, key: str, reason: str, meta: Mapping[str, Any] | None = None) -> None:
-        """Record why a run failed."""
-        write_json(self.failure_path(key), {"reason": reason, **(meta or {})})
+        """Record why a run failed, and when [s, Unix]."""
+        write_json(self.failure_path(key), {"reason": reason, "recorded": time.time(), **(meta or {})})
 
-    def failure(self, key: str) -> str | None:
-        """Why a run failed, or None when no failure is on record; a record that is damaged is set aside."""
+    def failure(self, key: str, since: float = 0.0) -> str | None:
+        """Why a run failed, or None when no failure is on record from the time `since` [s, Unix] on.
+
+        A record without a time is older than any; one that is damaged is set aside.
+        """
         try:
             found = self.failure_record(key)
         except (ValueError, KeyError, TypeError) as error:
             warnings.warn(self._set_aside(self.failure_path(key), error), stacklevel=2)
             return None
-        return None if found is None else found["reason"]
+        return None if found is None or float(found.get("recorded", 0.0)) < since else found["reason"]
 
     def failure_record(self, key: str) -> dict[str, Any] | None:
         """The reason and what was saved beside it, or None; a damaged one raises ValueError, KeyError or TypeError."""
@@ -232,10 +235,6 @@ class RunStore:
             return None
         found = json.loads(path.read_text(encoding="utf-8"))
         return {**found, "reason": str(found["reason"])}
-
-    def forget_failure(self, key: str) -> None:
-        """Let a run that failed be tried again."""
-        self.failure_path(key).unlink(missing_ok=True)
 
     def keys(self) -> list[str]:
         """Names of all finished runs."""

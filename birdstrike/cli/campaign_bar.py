@@ -13,11 +13,11 @@ from rich.progress import Progress as Bar
 from birdstrike.cli.frame import PLAIN_EVERY_S, errors
 
 if TYPE_CHECKING:
-    from birdstrike.doe.campaign.runner import Progress
+    from birdstrike.doe.campaign.runner import RunCounts
 
 
 @contextmanager
-def campaign_bar() -> Iterator[Callable[[Progress], None]]:
+def campaign_bar() -> Iterator[Callable[[RunCounts], None]]:
     """A bar that takes a campaign's Progress; off a terminal, one plain line now and then."""
     counts = TextColumn("{task.fields[running]} running, {task.fields[failed]} failed")
     bar = Bar(
@@ -26,7 +26,7 @@ def campaign_bar() -> Iterator[Callable[[Progress], None]]:
     task = bar.add_task("strikes", total=None, start=False, running=0, failed=0)
     spoken = time.monotonic()
 
-    def show(state: Progress) -> None:
+    def show(state: RunCounts) -> None:
         nonlocal spoken
         over = state.finished + state.failed
         if not bar.tasks[0].started:  # what the store held already says nothing about the time left

@@ -113,7 +113,7 @@ def command(
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
-    from birdstrike.doe.external.deck import uncarried
+    from birdstrike.doe.external.deck import unsupported_by_deck
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import case_hash
     from birdstrike.solver.effects.registry import effects
@@ -121,7 +121,7 @@ def _check_external(given: str, case: Case) -> dict[str, Any]:
     solver = solver_for(case)
     names = ", ".join(parameter.name for parameter in case.parameters())
     say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
-    uncarriable = {name: one.refuses(case) or uncarried(case, name) for name, one in effects().items()}
+    uncarriable = {name: one.refuses(case) or unsupported_by_deck(case, name) for name, one in effects().items()}
     say(f"Effects that the deck carries: {', '.join(name for name, reason in uncarriable.items() if not reason)}.")
     for name, reason in uncarriable.items():
         if reason:

@@ -88,7 +88,7 @@ def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, lis
 def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
     from birdstrike.data.store import RunStore
-    from birdstrike.doe.campaign.campaign import load_dataset
+    from birdstrike.doe.campaign.results import load_dataset
     from birdstrike.inversion.forward import StoredSolver
     from birdstrike.inversion.method_comparison import Bench
     from birdstrike.inversion.train_and_invert import campaign_case

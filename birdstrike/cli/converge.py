@@ -16,7 +16,7 @@ from birdstrike.cli.frame import Json, Settings, console, framed, overrides, pro
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
-    from birdstrike.doe.campaign.attempt import Simulate
+    from birdstrike.doe.attempt import Simulate
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
     from birdstrike.solver.case.case import Case

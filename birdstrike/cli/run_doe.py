@@ -16,9 +16,9 @@ from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
-    from birdstrike.doe.campaign.campaign import Progress
+    from birdstrike.doe.campaign.runner import RunCounts
+    from birdstrike.doe.designs.design import Design
     from birdstrike.doe.designs.quality import Quality
-    from birdstrike.doe.designs.registry import Design
     from birdstrike.solver.case.case import Case
 
 RUNS = 25
@@ -34,7 +34,7 @@ def run_doe(
     *,
     scheduler: str | None = None,
     retry_failed: bool = False,
-    progress: Callable[[Progress], None] = lambda _: None,
+    progress: Callable[[RunCounts], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
 ) -> Dataset:
     """Run the campaign, or what is left of it, and return the strikes that finished (see doe.campaign).
@@ -44,7 +44,7 @@ def run_doe(
     calls this needs `if __name__ == "__main__":`.
     """
     from birdstrike.doe.campaign.campaign import run_campaign
-    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.campaign.planned import planned_design
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.solver.case.case import load_case
 
@@ -129,7 +129,7 @@ def command(
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
-    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.campaign.planned import planned_design
     from birdstrike.doe.designs.space import ParameterSpace
 
     with progress_bar("design") as progress:

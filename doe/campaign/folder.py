@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically, write_json
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.write import copy_case
