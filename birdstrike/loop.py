@@ -97,7 +97,7 @@ def close_the_loop(
         loaded, record = checked(case, measured)
         planned = planned_runs(loaded, design, runs, seed, progress)
     plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry_failed)
-    plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
+    plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
 

@@ -60,7 +60,7 @@ def command(
     simulated: Annotated[bool, typer.Option("--simulated", help="No instrument took this curve.")] = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Turn a peer's curve into measured-data CSV, with its provenance; every error has its line number.
+    """Convert a curve file of another program into measured-data CSV, with its provenance; errors name their line.
 
     Example: birdstrike import shot.txt --sensor displacement_centre --unit mm --time-unit ms --out shot.csv
     """
