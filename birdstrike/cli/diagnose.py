@@ -147,7 +147,7 @@ def hidden(found: Diagnosis) -> Iterator[str]:
     """Effects that the calibrated parameters could absorb."""
     lost = [one.name for one in found.effects if one.absorbed is not None and one.absorbed > 0.9]
     if lost:
-        yield f"not identifiable beside the calibrated parameters, which absorb more than 90 % of them: {', '.join(lost)}"
+        yield f"not identifiable, more than 90 % absorbed by the calibrated parameters: {', '.join(lost)}"
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:

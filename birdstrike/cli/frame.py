@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 import typer
 from rich.console import Console
@@ -89,34 +89,50 @@ def warn(lines: Iterable[str], where: str) -> None:
         say(f"{held} more {'warning' if held == 1 else 'warnings'} in {where}")
 
 
+class Ending(NamedTuple):
+    """How a command ends badly: its error lines, its exit code, what stands above and below them."""
+
+    lines: Iterable[str]
+    code: int
+    heading: str = ""
+    remedy: str = ""
+
+
+def ending(error: BaseException) -> Ending:
+    """The ending that an error means; raises the error itself where it is the programmer's."""
+    if isinstance(error, UserError):
+        return Ending(error.errors, error.exit_code, error.heading)
+    if isinstance(error, RunFailed | MachineFailure):
+        return Ending([error.reason], error.exit_code, remedy=error.remedy)
+    if isinstance(error, MemoryError):
+        remedy = "run again with fewer --workers or a coarser case (bird.particles, plate.elements)"
+        return Ending(["a simulation does not fit into memory"], RunFailed.exit_code, remedy=remedy)
+    if isinstance(error, KeyboardInterrupt):
+        return Ending(["interrupted; run the same command again to resume"], INTERRUPTED)
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        what = "" if error.filename is None else f" {error.filename}"
+        return Ending([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
+    if isinstance(error, OSError) and error.filename is not None:
+        return Ending([f"{error.filename}: {error.strerror}"], UserError.exit_code)
+    raise error
+
+
+EXPECTED = (UserError, RunFailed, MachineFailure, MemoryError, OSError, KeyboardInterrupt)
+
+
 def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., None]:
     """A command with the common ending: its return is the --json line; UserError, RunFailed, Ctrl-C exit 1, 2, 130."""
 
     @functools.wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
-        ended = functools.partial(_fail, as_json=bool(kwargs.get("json")))
+        as_json = bool(kwargs.get("json"))
         try:
             with plain_warnings() as heard:
                 outcome = command(*args, **kwargs)
-        except UserError as error:
-            ended(error.errors, error.exit_code, error.heading)
-        except (RunFailed, MachineFailure) as error:
-            ended([error.reason], error.exit_code, remedy=error.remedy)
-        except MemoryError:
-            remedy = "run again with fewer --workers or a coarser case (bird.particles, plate.elements)"
-            ended(["a simulation does not fit into memory"], RunFailed.exit_code, remedy=remedy)
-        except OSError as error:
-            if error.errno in DISK_FULL:
-                what = "" if error.filename is None else f" {error.filename}"
-                ended([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
-            if error.filename is None:
-                raise
-            ended([f"{error.filename}: {error.strerror}"], UserError.exit_code)
-        except KeyboardInterrupt:
-            ended(["interrupted; run the same command again to resume"], INTERRUPTED)
-        else:
-            if kwargs.get("json"):
-                print_json(with_warnings(outcome or {}, heard))
+        except EXPECTED as error:
+            _fail(ending(error), as_json)
+        if as_json:
+            print_json(with_warnings(outcome or {}, heard))
 
     return run
 
@@ -147,17 +163,17 @@ def plain_warnings() -> Iterator[list[str]]:
             errors.print(f"{len(heard) - MOST_WARNINGS} more warnings were given; --json lists them all")
 
 
-def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", *, as_json: bool) -> NoReturn:
+def _fail(end: Ending, as_json: bool) -> NoReturn:
     """Print why, and leave with the exit code."""
-    if heading:
-        errors.print(f"[bold red]{escape(heading)}[/]")
-    for line in lines:
+    if end.heading:
+        errors.print(f"[bold red]{escape(end.heading)}[/]")
+    for line in end.lines:
         errors.print(f"[red]{escape(line)}[/]")
-    if remedy:
-        errors.print(escape(remedy))
+    if end.remedy:
+        errors.print(escape(end.remedy))
     if as_json:
-        print_json({"exit_code": code, "errors": list(lines), "remedy": remedy or None})
-    raise typer.Exit(code)
+        print_json({"exit_code": end.code, "errors": list(end.lines), "remedy": end.remedy or None})
+    raise typer.Exit(end.code)
 
 
 def print_json(content: Mapping[str, Any]) -> None:
