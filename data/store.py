@@ -161,7 +161,7 @@ DAMAGE = (OSError, KeyError, ValueError, TypeError, RuntimeError)
 
 FAILED = ".failed.json"
 SYNC_EVERY_S = 1.0
-"""Runs that come faster than this are not each waited for: what a power failure then takes, its checksum tells."""
+"""Runs that come faster than this are not each waited for: what a power failure then damages shows by its checksum."""
 
 
 def run_key(canonical: Mapping[str, Any], solver_version: str, step_factor: float = 1.0) -> str:
@@ -236,6 +236,10 @@ class RunStore:
         found = json.loads(path.read_text(encoding="utf-8"))
         return {**found, "reason": str(found["reason"])}
 
+    def forget_failure(self, key: str) -> None:
+        """Remove a failure's record: the run has been made since."""
+        self.failure_path(key).unlink(missing_ok=True)
+
     def keys(self) -> list[str]:
         """Names of all finished runs."""
         return sorted(path.stem for path in self.folder.glob("*.h5"))
@@ -244,8 +248,10 @@ class RunStore:
         """Names of all runs of which a failure is on record."""
         return sorted(path.name.removesuffix(FAILED) for path in self.folder.glob(f"*{FAILED}"))
 
-    def _read(self, key: str, judge: Callable[[Path, Exception], str]) -> Histories | None:
+    def _read(self, key: str, damaged: Callable[[Path, Exception], str]) -> Histories | None:
         path = self.path(key)
+        if not path.exists():
+            return None
         try:
             return read_run(path)
         except FileNotFoundError:
@@ -253,7 +259,7 @@ class RunStore:
         except DAMAGE as error:
             if isinstance(error, OSError) and error.errno is not None:
                 raise  # the system refuses the file, which may be whole
-            warnings.warn(judge(path, error), stacklevel=3)
+            warnings.warn(damaged(path, error), stacklevel=3)
             return None
 
     def _set_aside(self, path: Path, error: Exception) -> str:

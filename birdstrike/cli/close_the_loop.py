@@ -14,7 +14,7 @@ from birdstrike.cli.frame import Json, RetryFailed, Settings, framed, overrides,
 from birdstrike.data.errors import RunFailed
 
 
-class Trainer(StrEnum):
+class LoopTrainer(StrEnum):
     """How the network is trained."""
 
     lm = "lm"
@@ -32,7 +32,7 @@ def command(
     runs: Annotated[int, typer.Option(help="Number of runs; a FILE is run whole.")] = 25,
     seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
-    trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)

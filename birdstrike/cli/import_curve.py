@@ -29,13 +29,13 @@ def import_curve(
 ) -> Measured:
     """Write a nodout, a two-column text or a CSV with other headers as a measured-data CSV, and return the record.
 
-    sensors: name in the case -> column ("" to find it); the others as in data.import_curve.Wanted. Raises UserError.
+    sensors: name in the case -> column ("" to find it); the others as in data.import_curve.ImportOptions. Raises UserError.
     """
     from birdstrike.data.curves import write_measured
-    from birdstrike.data.import_curve import Wanted, import_record
+    from birdstrike.data.import_curve import ImportOptions, import_record
 
-    wanted = Wanted(sensors, time, units or {}, scales or {}, shift, node, simulated)
-    record = import_record(path, wanted)
+    options = ImportOptions(sensors, time, units or {}, scales or {}, shift, node, simulated)
+    record = import_record(path, options)
     write_measured(out, record)
     return record
 

@@ -121,13 +121,18 @@ def state_of(stores: Sequence[RunStore], run: PlannedRun, retry: float = 0.0) ->
 def keep(
     stores: Sequence[RunStore], run: PlannedRun, step_factor: float, result: Histories | str, retry: float = 0.0
 ) -> State:
-    """Put an attempt's end into the first store, whole or not at all, and say how the run stands then."""
+    """Put an attempt's end into the first store, whole or not at all, and say how the run stands then.
+
+    Failures of this step factor and of smaller ones are forgotten where it succeeds; why it took a smaller one stays.
+    """
     key, store = run.keys[step_factor], stores[0]
     meta = {"values": dict(run.values), "step_factor": step_factor, "solver_version": run.version}
     if isinstance(result, str):
         store.save_failure(key, result, meta)
         return state_of(stores, run, retry)
     store.save(key, result, meta)
+    for other in [other for factor, other in run.keys.items() if factor <= step_factor]:
+        store.forget_failure(other)
     return _finished(store, key, step_factor, result)
 
 

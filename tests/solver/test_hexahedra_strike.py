@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from birdstrike.data.fields import write_fields
+from birdstrike.data.vtu import write_fields
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Strike
