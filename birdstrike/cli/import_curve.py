@@ -29,7 +29,7 @@ def import_curve(
 ) -> Measured:
     """Write a nodout, a two-column text or a CSV with other headers as a measured-data CSV, and return the record.
 
-    sensors: name in the case -> column ("" to find it); the others as in data.import_curve.ImportOptions. Raises UserError.
+    sensors: name in the case -> column ("" to find it); the others as in data.import_curve. Raises UserError.
     """
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record

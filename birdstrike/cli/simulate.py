@@ -102,8 +102,8 @@ def _with_effects(histories: Histories, case: Case) -> Histories:
 def write_simulation(out: Path, histories: Histories, pictured: Case | None = None) -> None:
     """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.vtu import write_fields
     from birdstrike.data.files import write_json
+    from birdstrike.data.vtu import write_fields
     from birdstrike.solver.plate.build import mesh_of
 
     write_histories(out / "histories.csv", histories)

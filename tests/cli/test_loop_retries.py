@@ -16,14 +16,14 @@ from tests.cli.test_close_the_loop import RUNS, Solver, ledger, record, short_pa
 
 __all__ = ["record", "short_page", "solver"]
 
-OWN = '''
+OWN = """
 from birdstrike.effects import Effect
 
 def change(case, size):
     return {"plate": {"thickness": f"{{case.plate.thickness + {factor} * size!r}} m"}}
 
 EFFECT = Effect("rolling_tolerance", "another thickness of the sheet", "m", change, lambda case: 1e-4)
-'''
+"""
 
 
 @pytest.fixture

@@ -42,7 +42,8 @@ def nodout(times: Iterable[float], nodes: Sequence[int], z: float = -1.25e-3, ro
 
 def test_nodout_gives_the_component_of_the_node(tmp_path: Path) -> None:
     times = np.array([0.0, 0.1, 0.2, 0.3])
-    options = ImportOptions({"displacement_centre": "z-disp"}, units=MM_MS, scales={"displacement_centre": -1.0}, node=1026)
+    turned = {"displacement_centre": -1.0}
+    options = ImportOptions({"displacement_centre": "z-disp"}, units=MM_MS, scales=turned, node=1026)
     found = imported(tmp_path / "nodout", nodout(times, (7, 1026)), options)
     assert found.time == pytest.approx(1e-3 * times, rel=1e-12)
     assert found.channels["displacement_centre"] == pytest.approx(1.25e-6 * 1026 * times, rel=1e-4)
@@ -102,7 +103,8 @@ def test_two_columns_however_they_are_written(tmp_path: Path, kind: str) -> None
 
 def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
     text = "Date;11/21\nSample;t (ms);Disp Z (mm);Force (kN)\n1;0.0;0.0;\n2;0.1;-0.5;12.5\n3;0.2;;13.5\n"
-    options = ImportOptions({"displacement_centre": "disp z", "contact_force": "4"}, "t", scales={"displacement_centre": -2.0})
+    columns = {"displacement_centre": "disp z", "contact_force": "4"}
+    options = ImportOptions(columns, "t", scales={"displacement_centre": -2.0})
     found = imported(tmp_path / "daq.csv", text, options)
     assert found.time.tolist() == [0.0, 1e-4, 2e-4]
     np.testing.assert_array_equal(found.channels["displacement_centre"], [0.0, 1e-3, np.nan])
@@ -152,13 +154,15 @@ WRONG = [
     ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", ImportOptions(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "z"}), r'has no column "z"; its columns: t, a'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
-    ("just text\nand more\n", ImportOptions(CENTRE), r"holds no table: no two lines in a row of two or more numbers each"),
+    ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
 
 
 @pytest.mark.parametrize(("text", "options", "why"), WRONG)
-def test_what_is_wrong_is_said_with_its_line_and_a_remedy(tmp_path: Path, text: str, options: ImportOptions, why: str) -> None:
+def test_what_is_wrong_is_said_with_its_line_and_a_remedy(
+    tmp_path: Path, text: str, options: ImportOptions, why: str
+) -> None:
     with pytest.raises(UserError, match=why):
         imported(tmp_path / "curve.txt", text, options)
 

@@ -17,9 +17,8 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
-from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.inventory import inventory
-from birdstrike.doe.campaign.run import Finished
+from birdstrike.doe.campaign.run import Finished, retry_before
 from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.stand_in import attempts, design, reference, strike
 from tests.doe.test_campaign import HIGHEST, campaign, snapshot

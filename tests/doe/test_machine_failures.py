@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.solver.case.case import Case
@@ -63,6 +64,6 @@ def out_of_memory(case: Case, **_: object) -> Histories:  # noqa: ARG001 (a solv
 
 def test_an_error_that_memory_caused_is_not_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.doe.test_campaign.strike", out_of_memory)
-    with pytest.raises(Exception, match="neighbour list|none of the"):
+    with pytest.raises(RunFailed, match="none of the 6"):
         campaign(tmp_path)
     assert RunStore(tmp_path / "runs").failed_keys() == []
