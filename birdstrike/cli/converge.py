@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
-from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
     from birdstrike.doe.attempt import Simulate
@@ -46,11 +44,12 @@ def converge(
     """
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.inversion.mesh_convergence.convergence import judge_meshes, run_meshes
     from birdstrike.inversion.mesh_convergence.meshes import choose_meshes
     from birdstrike.solver.case.case import load_case
 
-    at_a_time = checked_workers(workers)
+    at_a_time = worker_count(workers)
     loaded = load_case(case) if isinstance(case, str | Path) else case
     chosen = choose_meshes(loaded, ratio, meshes, place)
     announce(chosen)
@@ -60,13 +59,6 @@ def converge(
     found = judge_meshes(chosen, runs)
     _write(Path(out), loaded, ratio, found)
     return found
-
-
-def checked_workers(workers: int | None) -> int:
-    """Processes at a time, all cores by default; raises UserError."""
-    if workers is not None and workers < 1:
-        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
-    return workers or os.cpu_count() or 1
 
 
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
@@ -107,9 +99,10 @@ def command(
 
     Example: birdstrike converge reference_strike --out meshes --ratio 1.3
     """
+    from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.solver.case.case import load_case
 
-    at_a_time = checked_workers(workers)
+    at_a_time = worker_count(workers)
     loaded = load_case(case, overrides(settings))
     with progress_bar("meshes") as progress:
         found = converge(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -10,17 +9,20 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import inactivity_sentences, load_dataset, running, settled, write_curves
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, plan
 from birdstrike.doe.campaign.runner import RunCounts, Runner
-from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
+
+NAMED_FAILURES = 5
+"""Failed runs that are named one by one; summary.json names all."""
 
 
 def run_campaign(
@@ -52,7 +54,7 @@ def run_campaign(
     finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
     begins with the held rows (one of doe.campaign.planned, a file with rows appended) extends the campaign.
     """
-    count = _workers(workers)
+    count = worker_count(workers)
     solver = solver_for(case, simulate)
     if solver_version is not None:
         solver = solver._replace(version=solver_version)
@@ -71,12 +73,6 @@ def run_campaign(
     return _finish(folder, summary, runner, say)
 
 
-def _workers(workers: int | None) -> int:
-    if workers is not None and workers < 1:
-        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
-    return workers or os.cpu_count() or 1
-
-
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
     return process_pool(workers) if executor is None else nullcontext(executor)
 
@@ -93,13 +89,11 @@ def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, 
 def _announce(
     design: Design, runs: Sequence[PlannedRun], folder: CampaignFolder, version: str, say: Callable[[str], None]
 ) -> None:
-    """What the user should know before the runs start, each once."""
+    """What the user should know before the runs start, each once, the gravest first."""
     quality = design.quality()
-    for line in design.warnings:
-        say(line)
     if quality.deficient:
         say(quality.sentence)
-    for line in inactivity_sentences(design, runs):
+    for line in (*design.warnings, *inactivity_sentences(design, runs)):
         say(line)
     held = folder.read_summary().get("solver_version", version)
     if held != version:
@@ -120,7 +114,9 @@ def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, 
         number, first = next(iter(failed.items()))
         remedy = "run the same command again" if first.due else "check the case"
         raise RunFailed(f"none of the {len(failed)} runs finished; run {number}: {first.reason}", remedy)
-    for number, outcome in failed.items():
+    for number, outcome in list(failed.items())[:NAMED_FAILURES]:
         what = "was ended by the machine" if outcome.due else "failed twice"
         say(f"run {number} {what} and is left out: {outcome.reason}")
+    if len(failed) > NAMED_FAILURES:
+        say(f"{len(failed) - NAMED_FAILURES} more runs are left out; {folder.summary} holds their reasons")
     return load_dataset(folder.path)

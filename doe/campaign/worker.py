@@ -12,7 +12,16 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
+from birdstrike.data.errors import UserError
+
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def worker_count(workers: int | None) -> int:
+    """Processes at a time, all cores by default; raises UserError."""
+    if workers is not None and workers < 1:
+        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
+    return workers or os.cpu_count() or 1
 
 
 class UninterruptedPool(ProcessPoolExecutor):
