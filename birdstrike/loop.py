@@ -1,4 +1,4 @@
-"""Close the loop: campaign, inversion with its verification, diagnosis, report, from one case and one record."""
+"""Close the loop: campaign, inversion with its verification, diagnosis and report of one case and one record."""
 
 from __future__ import annotations
 
@@ -12,17 +12,27 @@ from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.paths import resolve_measured
-from birdstrike.stages import Display, Ledger, Progress, Stage, digest, quiet, run_stages, source_digest
+from birdstrike.stages import (
+    Display,
+    Ledger,
+    Progress,
+    Stage,
+    digest,
+    effects_digest,
+    quiet,
+    run_stages,
+    source_digest,
+)
 
 if TYPE_CHECKING:
-    from birdstrike.doe.campaign.runner import Progress as Counts
-    from birdstrike.doe.designs.registry import Design
+    from birdstrike.doe.campaign.runner import RunCounts
+    from birdstrike.doe.designs.design import Design
     from birdstrike.solver.case.case import Case
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is to be closed. say: takes what the user should know, one line at a time."""
+class LoopPlan:
+    """What the loop is asked to do. say: takes what the user should know, one line at a time."""
 
     case: Case
     measured: Path
@@ -33,6 +43,7 @@ class Plan:
     trainer: str
     say: Callable[[str], None]
     diagnosed: bool = True
+    retry_failed: bool = False
 
     @property
     def doe(self) -> Path:
@@ -71,26 +82,28 @@ def close_the_loop(
     workers: int | None = None,
     trainer: str = "lm",
     diagnosis: bool = True,
+    retry_failed: bool = False,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
     """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
 
-    case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect. The campaign's
-    workers are started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and
-    RunFailed; after either, and after Ctrl-C, the same call resumes.
+    case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
+    with a failure on record are tried again, and stages that hold some are done again. The campaign's workers are
+    started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed; after
+    either, and after Ctrl-C, the same call resumes.
     """
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured)
-        planned = planned_strikes(loaded, design, runs, seed, progress)
-    plan = Plan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis)
-    plan.ledger.write(case=plan.case.name, measured=str(plan.measured))
+        planned = planned_runs(loaded, design, runs, seed, progress)
+    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry_failed)
+    plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
 
 
 def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
-    """The case and the record's file, which must fit each other; raises UserError before any strike is paid for."""
+    """The case and the record's file, which must fit each other; raises UserError before any simulation is paid for."""
     from birdstrike.data.curves import read_measured
     from birdstrike.solver.case.case import load_case
 
@@ -105,7 +118,7 @@ def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
     return loaded, record
 
 
-def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
+def planned_runs(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
     """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
     from birdstrike.doe.designs.registry import make_design
     from birdstrike.doe.designs.space import ParameterSpace
@@ -117,23 +130,25 @@ def planned_strikes(case: Case, design: str | Path, runs: int, seed: int, progre
     return planned
 
 
-def stages(plan: Plan) -> tuple[Stage, ...]:
+def stages(plan: LoopPlan) -> tuple[Stage, ...]:
     """The flow."""
     count = len(plan.design.numbers)
     diagnosis = Stage(
         "diagnosis",
-        "Diagnosis: strikes for every effect, refits, before and after",
+        "Diagnosis: simulations for every effect, refits, before and after",
         partial(_diagnosis_inputs, plan),
         tuple(plan.diagnosis / name for name in ("diagnosis.json", "diagnosis.csv")),
         partial(_diagnosis, plan),
+        partial(_failures_retried, plan, plan.diagnosis),
     )
     return (
         Stage(
             "doe",
-            f"Campaign: {count} strikes, {plan.design.kind} design",
+            f"Campaign: {count} runs, {plan.design.kind} design",
             partial(_campaign_inputs, plan),
             tuple(plan.doe / name for name in ("case.toml", "design.csv", "curves.csv", "summary.json")),
             partial(_campaign, plan),
+            partial(_campaign_unfinished, plan),
         ),
         Stage(
             "inversion",
@@ -141,13 +156,30 @@ def stages(plan: Plan) -> tuple[Stage, ...]:
             partial(_inversion_inputs, plan),
             tuple(plan.inversion / name for name in ("inversion.json", "verification.csv")),
             partial(_inversion, plan),
+            partial(_failures_retried, plan, plan.inversion),
         ),
         *((diagnosis,) if plan.diagnosed else ()),
         Stage("report", "Report", partial(_report_inputs, plan), (plan.report,), partial(_report, plan)),
     )
 
 
-def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
+def _campaign_unfinished(plan: LoopPlan) -> bool:
+    """Whether the machine ended runs of the campaign, or runs have failed and the user asks for a retry."""
+    from birdstrike.doe.campaign.folder import read_json
+
+    summary = read_json(plan.doe / "summary.json")
+    ended = any(run["status"] == "pending" for run in summary.get("runs", []))
+    return ended or (plan.retry_failed and bool(summary.get("failed")))
+
+
+def _failures_retried(plan: LoopPlan, folder: Path) -> bool:
+    """Whether the user asks for a retry, and runs of the stage's folder have failed."""
+    from birdstrike.data.store import RunStore
+
+    return plan.retry_failed and bool(RunStore(folder / "runs").failed_keys())
+
+
+def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     from birdstrike.doe.solvers import solver_for
 
     return {
@@ -160,10 +192,11 @@ def _campaign_inputs(plan: Plan) -> Mapping[str, Any]:
     }
 
 
-def _campaign(plan: Plan, progress: Progress) -> None:
+def _campaign(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.doe.campaign.campaign import run_campaign
+    from birdstrike.doe.campaign.run import retry_before
 
-    def counted(counts: Counts) -> None:
+    def counted(counts: RunCounts) -> None:
         progress((counts.finished + counts.failed) / counts.total)
 
     _hand_over(plan)
@@ -174,13 +207,14 @@ def _campaign(plan: Plan, progress: Progress) -> None:
         workers=plan.workers,
         progress=counted,
         say=plan.say,
+        retry=retry_before(plan.retry_failed),
     )
 
 
-def _hand_over(plan: Plan) -> None:
+def _hand_over(plan: LoopPlan) -> None:
     """Let a campaign of another case or design take over `doe/`, where the loop itself has made that folder.
 
-    Only the claim on the folder goes; the strikes in `runs/` are named by what defines them and stay of use.
+    Only the claim on the folder goes; the results in `runs/` are named by what defines them and stay of use.
     """
     claims = [plan.doe / name for name in ("case.json", "design.csv")]
     if plan.ledger.read().get("campaign_is_own") or not any(claim.exists() for claim in claims):
@@ -189,7 +223,7 @@ def _hand_over(plan: Plan) -> None:
             claim.unlink(missing_ok=True)
 
 
-def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
+def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     from birdstrike.doe.solvers import solver_for
 
     return {
@@ -203,8 +237,8 @@ def _inversion_inputs(plan: Plan) -> Mapping[str, Any]:
     }
 
 
-def _inversion(plan: Plan, progress: Progress) -> None:
-    from birdstrike.inversion.train_and_invert import train_and_invert
+def _inversion(plan: LoopPlan, progress: Progress) -> None:
+    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
     train_and_invert(
         plan.doe,
@@ -213,38 +247,40 @@ def _inversion(plan: Plan, progress: Progress) -> None:
         trainer=plan.trainer,
         seed=plan.seed,
         progress=progress,
+        extras=Extras(retry_failed=plan.retry_failed),
     )
 
 
-def _diagnosis_inputs(plan: Plan) -> Mapping[str, Any]:
+def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     inputs = _inversion_inputs(plan)
-    return {name: inputs[name] for name in ("solver", "campaign", "measured", "name", "seed", "code")}
+    kept = {name: inputs[name] for name in ("solver", "campaign", "measured", "name", "seed", "code")}
+    return {**kept, "effects": effects_digest()}
 
 
-def _diagnosis(plan: Plan, progress: Progress) -> None:
+def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
 
     @contextmanager
-    def counted() -> Iterator[Callable[[Counts], None]]:
+    def counted() -> Iterator[Callable[[RunCounts], None]]:
         yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
 
     wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say)
-    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes)
+    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes, retry_failed=plan.retry_failed)
 
 
-def _report_inputs(plan: Plan) -> Mapping[str, Any]:
+def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     made = [plan.doe / "summary.json", plan.inversion / "inversion.json", plan.inversion / "verification.csv"]
     made += [plan.diagnosis / "diagnosis.json"] if plan.diagnosed else []
     return {"made": digest(*made), "code": source_digest("reports")}
 
 
-def _report(plan: Plan, progress: Progress) -> None:
+def _report(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.reports.page.page import report
 
     report(plan.out, plan.report, progress=progress, diagnosed=plan.diagnosed)
 
 
-def conclude(plan: Plan) -> dict[str, Any]:
+def conclude(plan: LoopPlan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
     from birdstrike.doe.campaign.folder import read_json
     from birdstrike.reports.results.findings import findings, key_figures

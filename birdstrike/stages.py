@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
+import sys
 import time
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 from birdstrike.data.files import plain, write_json
@@ -26,7 +30,7 @@ class Stage:
     """One arrow of the flow.
 
     inputs: all that changes its outcome, asked when the stages before it are done; outputs: files that it leaves; run:
-    does the work.
+    does the work; retries: whether it holds failed runs that are to be tried again, so that it runs in any case.
     """
 
     name: str
@@ -34,6 +38,7 @@ class Stage:
     inputs: Callable[[], Any]
     outputs: tuple[Path, ...]
     run: Callable[[Progress], None]
+    retries: Callable[[], bool] = lambda: False
 
     def fingerprint(self) -> str:
         """Digest of the inputs: what the stage left is valid while it stays the same."""
@@ -73,7 +78,8 @@ def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = quiet
     for stage in stages:
         done, fingerprint = ledger.read().get("stages", {}), stage.fingerprint()
         before = done.get(stage.name, {})
-        if before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs):
+        valid = before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs)
+        if valid and not stage.retries():
             with display(f"{stage.heading}: still valid"):
                 ledger.write(stages={**done, stage.name: {**before, "reused": True}})
             continue
@@ -96,3 +102,38 @@ def source_digest(*packages: str) -> str:
     """SHA-256 over the sources of birdstrike's packages: another version of the code makes its results stale."""
     files = (path for package in packages for path in sorted((PACKAGE / package).rglob("*")))
     return digest(*(path for path in files if path.suffix in SOURCES))
+
+
+def effects_digest() -> str:
+    """SHA-256 over the effects of the library, of installed packages and of one's own: their data and their sources."""
+    from birdstrike.solver.effects.registry import effects  # late: it brings in pydantic
+
+    whole = hashlib.sha256()
+    for name, effect in effects().items():
+        whole.update(f"{name} {effect.unit} {effect.meaning} {effect.group}".encode())
+        for function in (effect.change, effect.size, effect.least, effect.refuses):
+            whole.update(function_digest(function).encode())
+    return whole.hexdigest()
+
+
+def function_digest(function: Callable[..., Any]) -> str:
+    """SHA-256 over the file that defines a function, or over its package's files; without a file, over its code."""
+    while isinstance(function, partial):
+        function = function.func
+    defined = function if inspect.isroutine(function) else type(function)
+    top = sys.modules.get(defined.__module__.partition(".")[0])
+    folders = getattr(top, "__path__", None)
+    if folders and not str(PACKAGE).startswith(str(Path(next(iter(folders))))):
+        return digest(*(path for folder in folders for path in sorted(Path(folder).rglob("*.py"))))
+    file = inspect.getsourcefile(defined)
+    if file is not None and Path(file).is_file():
+        return digest(Path(file))
+    return hashlib.sha256(repr(_code(getattr(defined, "__code__", None))).encode()).hexdigest()
+
+
+def _code(code: CodeType | None) -> tuple[Any, ...]:
+    """What a function computes, where no file holds its source: its instructions, names and constants."""
+    if code is None:
+        return ()
+    constants = [_code(entry) if isinstance(entry, CodeType) else repr(entry) for entry in code.co_consts]
+    return (code.co_code.hex(), code.co_names, tuple(constants))

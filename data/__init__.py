@@ -1,1 +1,7 @@
-"""Units, curves, run store, and the cases, measured and reference data that ship with birdstrike."""
+"""Units, curves and the run store, and the cases, measured and reference data that ship with birdstrike.
+
+In: files of users (curves, histories of other programs) and results of runs. Out: SI arrays, and files that are whole
+or absent. Read in this order: units.py (the only conversion) and unit_systems.py, errors.py, histories.py and
+dataset.py (what a run and a campaign give), csv_table.py and curves.py (a measured record), loose_table.py, nodout.py
+and import_curve.py (other programs' files), files.py and store.py (writing), vtu.py (pictures), paths.py.
+"""

@@ -136,7 +136,7 @@ def write_histories(path: str | Path, histories: Histories) -> None:
 
 
 def read_histories(path: str | Path) -> Histories:
-    """Time, channels and units of a `histories.csv`; its books stand in `summary.json`."""
+    """Time, channels and units of a `histories.csv`; its energies stand in `summary.json`."""
     header = Path(path).read_text(encoding="utf-8").split("\n", 1)[0].split(",")
     values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, dtype=np.float64)
     named = [split_unit(column) for column in header[1:]]

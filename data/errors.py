@@ -1,4 +1,4 @@
-"""The two ways a command can end badly: the user's input (exit code 1) or a run that failed (exit code 2)."""
+"""How a command can end badly: the user's input (exit code 1), or a run that failed or was ended (exit code 2)."""
 
 from __future__ import annotations
 
@@ -43,4 +43,18 @@ class RunFailed(Exception):
         super().__init__(f"{reason}; {remedy}" if remedy else reason)
 
     def __reduce__(self) -> tuple[type[RunFailed], tuple[str, str]]:
+        return type(self), (self.reason, self.remedy)
+
+
+class MachineFailure(Exception):
+    """A run that the machine ended (memory, disk, a signal): that says nothing of the run, which stays due."""
+
+    exit_code = 2
+
+    def __init__(self, reason: str, remedy: str = "run the same command again") -> None:
+        self.reason = reason
+        self.remedy = remedy
+        super().__init__(f"{reason}; {remedy}")
+
+    def __reduce__(self) -> tuple[type[MachineFailure], tuple[str, str]]:
         return type(self), (self.reason, self.remedy)

@@ -1,4 +1,4 @@
-"""What one strike leaves behind: sensor histories on a common clock, its books, and a few snapshots."""
+"""Result of one simulation: sensor histories on a common clock, its energy balance, and a few snapshots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The strike at one instant, for pictures and ParaView.
+    """The simulation at one instant, for pictures and ParaView.
 
     time: [s]; particles: (n, 3) positions [m]; pressure: (n,) [Pa]; velocity: (n, 3) [m/s];
     eroded: (n,) bool; bird_stress: (n,) von Mises [Pa];
@@ -37,10 +37,10 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Histories:
-    """Histories of one strike.
+    """Histories of one simulation.
 
     time: (n,) [s], uniform; channels: sensor name -> (n,) in SI; units: sensor name -> SI unit ("m", "N", "");
-    summary: the run's books and figures, the content of `summary.json`; snapshots: in order of time.
+    summary: the run's energies and figures, the content of `summary.json`; snapshots: in order of time.
     """
 
     time: Array

@@ -19,7 +19,7 @@ from birdstrike.data.units import scaled, si_unit, to_si
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ImportOptions:
     """What to take from a file.
 
     sensors: name in the case -> column, "" to find it; time: the clock's column, "" for the first; units: sensor or
@@ -36,21 +36,21 @@ class Wanted:
     simulated: bool = False
 
 
-def import_record(path: str | Path, wanted: Wanted) -> Measured:
+def import_record(path: str | Path, options: ImportOptions) -> Measured:
     """The curves as a record with its provenance, checked like any record; raises MeasuredError and UnitError."""
     nodout = is_nodout(path)
-    table = read_nodout(path, wanted.node) if nodout else read_loose_table(path)
-    if wanted.node is not None and not nodout:
+    table = read_nodout(path, options.node) if nodout else read_loose_table(path)
+    if options.node is not None and not nodout:
         raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")
-    clock = table.index(wanted.time) if wanted.time else 0
-    columns = {name: _place(table, name, column, clock, nodout) for name, column in wanted.sensors.items()}
-    time = _column(table, clock, "time", wanted)
+    clock = table.index(options.time) if options.time else 0
+    columns = {name: _place(table, name, column, clock, nodout) for name, column in options.sensors.items()}
+    time = _column(table, clock, "time", options)
     if time.unit != "s":
         raise MeasuredError(f'{path}: "{time.header}" is no time; choose the clock\'s column: --time NAME')
-    shift = to_si(wanted.shift, "s") if wanted.shift else 0.0
+    shift = to_si(options.shift, "s") if options.shift else 0.0
     shifted = Column(time.header, time.header_line, "time", "s", time.values + shift, time.texts, time.lines)
-    sensors = [_column(table, index, name, wanted) for name, index in columns.items()]
-    notes = _provenance(table, wanted, [clock, *columns.values()], nodout)
+    sensors = [_column(table, index, name, options) for name, index in columns.items()]
+    notes = _provenance(table, options, [clock, *columns.values()], nodout)
     return measured_from(Table((shifted, *sensors), notes), path)
 
 
@@ -71,9 +71,9 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int, nodout: bool
         ) from None
 
 
-def _column(table: LooseTable, index: int, name: str, wanted: Wanted) -> Column:
+def _column(table: LooseTable, index: int, name: str, options: ImportOptions) -> Column:
     """A column in SI, times its scale; an empty cell is NaN."""
-    unit, scale = _unit(table, index, name, wanted.units.get(name)), wanted.scales.get(name, 1.0)
+    unit, scale = _unit(table, index, name, options.units.get(name)), options.scales.get(name, 1.0)
     texts = tuple(cells[index] for _, cells in table.rows)
     values = np.array([scaled(str(Decimal(text) * Decimal(repr(scale))), unit) if text else np.nan for text in texts])
     lines = tuple(line for line, _ in table.rows)
@@ -94,13 +94,13 @@ def _unit(table: LooseTable, index: int, name: str, given: str | None) -> str:
     return given or own or ""
 
 
-def _provenance(table: LooseTable, wanted: Wanted, used: Sequence[int], nodout: bool) -> tuple[str, ...]:
+def _provenance(table: LooseTable, options: ImportOptions, used: Sequence[int], nodout: bool) -> tuple[str, ...]:
     """Where the curves came from and what was done to them; a solver's output counts as simulated."""
     digest = hashlib.sha256(table.path.read_bytes()).hexdigest()[:16]
     columns = ", ".join(f'"{table.names[i]}"' for i in dict.fromkeys(used))
     lines = [f"Imported by birdstrike from {table.path.name} (SHA-256 {digest}), columns {columns}."]
-    if nodout or wanted.simulated:
+    if nodout or options.simulated:
         lines.insert(0, f"SIMULATED{' (nodout of LS-DYNA)' if nodout else ''}, NOT MEASURED.")
-    lines += [f"{name} was multiplied by {scale:g}." for name, scale in wanted.scales.items() if scale != 1.0]
-    lines += [f"{wanted.shift} was added to the clock."] if wanted.shift else []
+    lines += [f"{name} was multiplied by {scale:g}." for name, scale in options.scales.items() if scale != 1.0]
+    lines += [f"{options.shift} was added to the clock."] if options.shift else []
     return (*lines, *(f"its head: {note[:120]}" for note in table.notes[:12]))

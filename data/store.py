@@ -134,7 +134,7 @@ def _array(entry: Entry) -> np.ndarray:
 
 def _text(entry: Entry) -> str:
     if not isinstance(entry.value, str):
-        raise ValueError("a book holds no text")
+        raise ValueError("an entry holds no text")
     return entry.value
 
 
@@ -167,7 +167,7 @@ DAMAGE = (OSError, KeyError, ValueError, TypeError, RuntimeError)
 
 FAILED = ".failed.json"
 SYNC_EVERY_S = 1.0
-"""Runs that come faster than this are not each waited for: what a power failure then takes, its checksum tells."""
+"""Runs that come faster than this are not each waited for: what a power failure then damages shows by its checksum."""
 
 
 def run_key(canonical: Mapping[str, Any], solver_version: str, step_factor: float = 1.0) -> str:
@@ -232,17 +232,20 @@ class RunStore:
         return read_meta(self.path(key))
 
     def save_failure(self, key: str, reason: str, meta: Mapping[str, Any] | None = None) -> None:
-        """Record why a run failed."""
-        write_json(self.failure_path(key), {"reason": reason, **(meta or {})})
+        """Record why a run failed, and when [s, Unix]."""
+        write_json(self.failure_path(key), {"reason": reason, "recorded": time.time(), **(meta or {})})
 
-    def failure(self, key: str) -> str | None:
-        """Why a run failed, or None when no failure is on record; a record that is damaged is set aside."""
+    def failure(self, key: str, since: float = 0.0) -> str | None:
+        """Why a run failed, or None when no failure is on record from the time `since` [s, Unix] on.
+
+        A record without a time is older than any; one that is damaged is set aside.
+        """
         try:
             found = self.failure_record(key)
         except (ValueError, KeyError, TypeError) as error:
             warnings.warn(self._set_aside(self.failure_path(key), error), stacklevel=2)
             return None
-        return None if found is None else found["reason"]
+        return None if found is None or float(found.get("recorded", 0.0)) < since else found["reason"]
 
     def failure_record(self, key: str) -> dict[str, Any] | None:
         """The reason and what was saved beside it, or None; a damaged one raises ValueError, KeyError or TypeError."""
@@ -253,7 +256,7 @@ class RunStore:
         return {**found, "reason": str(found["reason"])}
 
     def forget_failure(self, key: str) -> None:
-        """Let a run that failed be tried again."""
+        """Remove a failure's record: the run has been made since."""
         self.failure_path(key).unlink(missing_ok=True)
 
     def keys(self) -> list[str]:
@@ -264,8 +267,10 @@ class RunStore:
         """Names of all runs of which a failure is on record."""
         return sorted(path.name.removesuffix(FAILED) for path in self.folder.glob(f"*{FAILED}"))
 
-    def _read(self, key: str, judge: Callable[[Path, Exception], str]) -> Histories | None:
+    def _read(self, key: str, damaged: Callable[[Path, Exception], str]) -> Histories | None:
         path = self.path(key)
+        if not path.exists():
+            return None
         try:
             return read_run(path)
         except FileNotFoundError:
@@ -273,7 +278,7 @@ class RunStore:
         except DAMAGE as error:
             if isinstance(error, OSError) and error.errno is not None:
                 raise  # the system refuses the file, which may be whole
-            warnings.warn(judge(path, error), stacklevel=3)
+            warnings.warn(damaged(path, error), stacklevel=3)
             return None
 
     def _set_aside(self, path: Path, error: Exception) -> str:

@@ -1,1 +1,6 @@
-"""Designs of a campaign (which strikes to run), their quality, and the campaign that runs them."""
+"""Design of experiments: the runs of a campaign, chosen over the parameters of a case, and carried out.
+
+In: a case with its ranges (inversion.parameters), a design's name or file. Out: a campaign's folder and its Dataset.
+Read in this order: designs/ (which runs), attempt.py (one attempt at a run, and whose fault its failure is),
+solvers.py (ours or an external one, external/), campaign/ (all runs, resumable).
+"""

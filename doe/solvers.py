@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from birdstrike.doe.campaign.attempt import Simulate
+from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.solver.case.case import Case
-
-STEP_FACTORS = (1.0, 0.5)
-"""A strike that fails is tried once more with half the time step."""
-
-
-class Solver(NamedTuple):
-    """simulate; version: what makes its results another solver's; step_factors: of the attempts at a strike."""
-
-    simulate: Simulate
-    version: str
-    step_factors: tuple[float, ...] = STEP_FACTORS
 
 
 def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
@@ -25,11 +12,11 @@ def solver_for(case: Case, embedded: Simulate | None = None) -> Solver:
     Raises CaseError for an external solver whose template does not fit the case.
     """
     if case.solver.name == "external":
-        from birdstrike.doe.external.external import external_solver
+        from birdstrike.doe.external.external import external_solver  # late: jinja2 and pandas, for start-up time
 
         return external_solver(case)
     if embedded is None:
         from birdstrike.solver.simulate import simulate as embedded  # late: it brings the compiled kernels
-    from birdstrike.solver.version import SOLVER_VERSION
+    from birdstrike.solver.version import SOLVER_VERSION  # late: it reads every source of the solver
 
     return Solver(embedded, SOLVER_VERSION)

@@ -9,8 +9,7 @@ from typing import Protocol, runtime_checkable
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.attempt import attempt
-from birdstrike.doe.campaign.run import Failed, Finished, Strike, consult, record
+from birdstrike.doe.campaign.run import Failed, PlannedRun, carried_out
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.simulate import simulate
@@ -21,12 +20,16 @@ Forward = Callable[[Mapping[str, float]], Histories]
 
 @dataclass(frozen=True)
 class StoredSolver:
-    """The solver at given parameters, each run paid once; read: further stores in which a run may already lie."""
+    """The solver at given parameters, each run paid once; read: further stores in which a run may already lie.
+
+    retry: runs whose failure was stored before this time [s, Unix] are tried again.
+    """
 
     case: Case
     store: RunStore
     read: tuple[RunStore, ...] = ()
     progress: Callable[[float], None] | None = None
+    retry: float = 0.0
 
     def __call__(self, theta: Mapping[str, float]) -> Histories:
         """A stored run or a new one, its key in the summary as `run_key`.
@@ -34,12 +37,9 @@ class StoredSolver:
         A run that fails gets its second chance as in a campaign. Raises RunFailed.
         """
         solver = solver_for(self.case, simulate)
+        run = PlannedRun.of(0, theta, self.case.with_values(theta), solver)
         stores = (self.store, *self.read)
-        strike = Strike.of(0, theta, self.case.with_values(theta), solver)
-        state = consult(stores, strike)
-        while not isinstance(state, Finished | Failed):
-            result = attempt(solver.simulate, self.case, theta, state, progress=self.progress)
-            state = record(stores, strike, state, result)
+        state = carried_out(stores, run, solver, self.case, self.retry, progress=self.progress)
         if isinstance(state, Failed):
             raise RunFailed(state.reason, "see the case and the parameters' ranges")
         found = state.histories

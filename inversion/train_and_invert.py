@@ -16,7 +16,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.nuisances import (
     case_nuisances,
@@ -54,7 +55,7 @@ class Extras:
     training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
     of a mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
-    else the intervals are linearised.
+    else the intervals are linearised; retry_failed: runs with a failure on record are tried again.
     """
 
     refine: int = 0
@@ -64,6 +65,7 @@ class Extras:
     mesh: Path | None = None
     filter: str | None = None
     posterior: bool = True
+    retry_failed: bool = False
 
 
 def train_and_invert(
@@ -105,8 +107,9 @@ def train_and_invert(
             f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
             "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
         )
+    retry = retry_before(more.retry_failed)
     shots = [
-        _shot(folders, record, own, folder, options, more, forward)
+        _shot(folders, record, own, folder, options, more, forward, retry)
         for record, own in _with_cases(_listed(measured), cases)
     ]
     _refuse_unused(folders, shots)
@@ -216,12 +219,13 @@ def _shot(
     options: Options,
     more: Extras,
     forward: Forward | None,
+    retry: float,
 ) -> Shot:
     """A record with the campaign of its case."""
     dataset, base, campaign = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
     stores = tuple(RunStore(folder / "runs") for folder in folders)
-    solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores)
+    solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores, retry=retry)
     if more.filter:
         dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
         solver = FilteredForward(solver, more.filter)

@@ -21,7 +21,7 @@ from birdstrike.surrogate.training import Samples, Training
 STEADY = 1e-5  # relative change of F and of gamma below which nothing more is learnt
 STEADY_FOR = 20  # epochs
 NOISE = 0.01  # of a parameter's range, root mean square: the outputs are not taken to be known better than this
-INTERPOLATES = 0.9  # effective weights, as a share of the residuals, from which nothing is left to judge the fit by
+INTERPOLATES = 0.9  # effective weights, as a share of the residuals, from which none are left to check the fit by
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A Gaussian process over scaled features with a nugget for the solver's jitter, judged by leave-one-out."""
+"""A Gaussian process over scaled features with a nugget for the solver's scatter, checked by leave-one-out."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ class GaussianProcess:
     def fit(cls, u: Array, y: Array, seed: int) -> GaussianProcess:
         """Anisotropic Matern 5/2 plus white noise by maximum likelihood; u (n, d), y (n,)."""
         model = GaussianProcessRegressor(kernel_of(u.shape[1]), n_restarts_optimizer=RESTARTS, random_state=seed)
-        return cls._judged(model, u, y)
+        return cls._checked(model, u, y)
 
     @classmethod
     def with_kernel(cls, u: Array, y: Array, kernel: Kernel) -> GaussianProcess:
         """The process with hyperparameters already known."""
         fixed: Any = None  # no optimiser
-        return cls._judged(GaussianProcessRegressor(kernel, optimizer=fixed), u, y)
+        return cls._checked(GaussianProcessRegressor(kernel, optimizer=fixed), u, y)
 
     @classmethod
-    def _judged(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
+    def _checked(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
         scale = float(np.sqrt(np.mean(y * y))) or 1.0
         # A feature without influence drives its length scale to the bound, which is the wanted answer; and matrices of
         # a few dozen rows lose more to waking threads than they gain.

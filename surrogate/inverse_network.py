@@ -147,4 +147,4 @@ def _notes(inputs: Scaling) -> tuple[str, ...]:
     if not constant:
         return ()
     many = f"{constant} of the network's {len(inputs.constant)} inputs"
-    return (f"{many} are the same in all training runs and tell it nothing",)
+    return (f"{many} are the same in all training runs and carry no information",)

@@ -15,7 +15,7 @@ class Validation:
 
     q2: 1 - sum of squared errors over sum of squared deviations from the mean curve (1 = perfect, 0 = no better than
     the mean); rmse: root mean square over runs and instants, in the channel's SI unit; standardised: (runs, components)
-    errors of the component scores in units of their predicted standard deviation; about N(0, 1) when that is honest.
+    errors of the component scores in units of their predicted standard deviation; about N(0, 1) when that is right.
     Optimistic where runs jitter: the mean curve and the components include the run that is left out.
     """
 

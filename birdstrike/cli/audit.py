@@ -1,4 +1,4 @@
-"""`birdstrike audit`: the blind test of the diagnosis on planted experiments."""
+"""`birdstrike audit`: the blind test of the diagnosis on experiments of known truth."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, console, framed, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say
 
 
 @framed
 def command(
-    out: Annotated[Path, typer.Option(help="Folder for audit.json, the page, campaigns and strikes.")],
+    out: Annotated[Path, typer.Option(help="Folder for audit.json, the page, campaigns and runs.")],
     experiments: Annotated[
         Path | None, typer.Option(help="Folder of <name>.toml, .csv and .truth.toml; by default the shipped ones.")
     ] = None,
@@ -27,9 +27,10 @@ def command(
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Experiments at a time; all cores by default.")] = None,
+    retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Score the diagnosis against the sealed truths of planted experiments.
+    """Score the diagnosis against the sealed truths of virtual experiments.
 
     Run again to resume: scores stay in OUT/scores as long as nothing that made them has changed.
 
@@ -45,7 +46,15 @@ def command(
     folder = MEASURED / "virtual" if experiments is None else experiments
     with progress_bar("experiments") as progress:
         content = audit(
-            folder, out, wishes=wishes, draws=draws, confirm=confirm, channels=channels, progress=progress, say=say
+            folder,
+            out,
+            wishes=wishes,
+            draws=draws,
+            confirm=confirm,
+            channels=channels,
+            progress=progress,
+            say=say,
+            retry_failed=retry_failed,
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -53,14 +62,14 @@ def command(
     write_atomically(out / "audit.md", audit_markdown(content))
     say(f"Written to {out}: audit.json, audit.md, {page.name}")
     missed = list(missing(content))
-    say(f"gates missed: {'; '.join(missed) if missed else 'none'}")
+    say(f"acceptance criteria missed: {'; '.join(missed) if missed else 'none'}")
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
 
 
 def table(name: str, entry: Mapping[str, Any]) -> Table:
-    """Gates with their figures."""
+    """Acceptance criteria with their figures."""
     shown = Table(title=f"{name}, {entry['curves']} curves", title_justify="left")
-    for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "gate", "met"):
+    for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "criterion", "met"):
         shown.add_column(head, overflow="fold")
     for gate in entry["gates"]:
         ends = (_interval(gate["interval_95"]), _interval(gate["exact_95"]))
@@ -82,6 +91,6 @@ def word(gate: Mapping[str, Any]) -> str:
 
 
 def missing(content: Mapping[str, Any]) -> Iterator[str]:
-    """Gates that are missed."""
+    """Acceptance criteria that are missed."""
     for name, entry in content["tables"].items():
         yield from (f"{name}: {gate['figure']}" for gate in entry["gates"] if gate["met"] is False)

@@ -1,4 +1,4 @@
-"""The bar of a campaign: strikes done, running and failed, and the time left."""
+"""The bar of a campaign: runs done, running and failed, and the time left."""
 
 from __future__ import annotations
 
@@ -13,20 +13,18 @@ from rich.progress import Progress as Bar
 from birdstrike.cli.frame import PLAIN_EVERY_S, errors
 
 if TYPE_CHECKING:
-    from birdstrike.doe.campaign.runner import Progress
+    from birdstrike.doe.campaign.runner import RunCounts
 
 
 @contextmanager
-def campaign_bar() -> Iterator[Callable[[Progress], None]]:
-    """A bar that takes a campaign's Progress; off a terminal, one plain line now and then."""
+def campaign_bar() -> Iterator[Callable[[RunCounts], None]]:
+    """A bar that takes a campaign's RunCounts; off a terminal, one plain line now and then."""
     counts = TextColumn("{task.fields[running]} running, {task.fields[failed]} failed")
-    bar = Bar(
-        "strikes", BarColumn(), MofNCompleteColumn(), counts, TimeRemainingColumn(), console=errors, transient=True
-    )
-    task = bar.add_task("strikes", total=None, start=False, running=0, failed=0)
+    bar = Bar("runs", BarColumn(), MofNCompleteColumn(), counts, TimeRemainingColumn(), console=errors, transient=True)
+    task = bar.add_task("runs", total=None, start=False, running=0, failed=0)
     spoken = time.monotonic()
 
-    def show(state: Progress) -> None:
+    def show(state: RunCounts) -> None:
         nonlocal spoken
         over = state.finished + state.failed
         if not bar.tasks[0].started:  # what the store held already says nothing about the time left
@@ -38,7 +36,7 @@ def campaign_bar() -> Iterator[Callable[[Progress], None]]:
                 bar.start()
         elif time.monotonic() - spoken > PLAIN_EVERY_S:
             spoken = time.monotonic()
-            errors.print(f"strikes: {over} of {state.total} done, {state.running} running, {state.failed} failed")
+            errors.print(f"runs: {over} of {state.total} done, {state.running} running, {state.failed} failed")
 
     try:
         yield show

@@ -24,7 +24,7 @@ def check_campaign(path: Path) -> dict[str, Any]:
         found = inventory(path, progress)
     planned = len(found.finished) + len(found.failed) + len(found.due)
     counts = f"{len(found.finished)} finished, {len(found.failed)} failed, {len(found.due)} to be run"
-    say(f"{path}: a campaign of {planned} strikes ({found.state}); with solver version {found.version}: {counts}.")
+    say(f"{path}: a campaign of {planned} runs ({found.state}); with solver version {found.version}: {counts}.")
     for number, reason in found.failed.items():
         say(f"run {number} failed: {reason}")
     for version, names in found.other_versions.items():
@@ -70,7 +70,7 @@ def check(case: str | Path | Case) -> dict[str, Any]:
     """Derived facts of a case, SI; raises CaseError with all its errors.
 
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
-    inactive (erosion limits that erode nothing) and case_hash.
+    inactive (erosion limits that erode nothing at their values) and case_hash.
     """
     from birdstrike.solver.case.case import case_hash, load_case
     from birdstrike.solver.simulate import estimate
@@ -113,7 +113,7 @@ def command(
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
-    from birdstrike.doe.external.deck import uncarried
+    from birdstrike.doe.external.deck import unsupported_by_deck
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import case_hash
     from birdstrike.solver.effects.registry import effects
@@ -121,13 +121,13 @@ def _check_external(given: str, case: Case) -> dict[str, Any]:
     solver = solver_for(case)
     names = ", ".join(parameter.name for parameter in case.parameters())
     say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
-    uncarriable = {name: one.refuses(case) or uncarried(case, name) for name, one in effects().items()}
-    say(f"Effects that the deck carries: {', '.join(name for name, reason in uncarriable.items() if not reason)}.")
-    for name, reason in uncarriable.items():
+    unsupported = {name: one.refuses(case) or unsupported_by_deck(case, name) for name, one in effects().items()}
+    say(f"Effects that the deck carries: {', '.join(name for name, reason in unsupported.items() if not reason)}.")
+    for name, reason in unsupported.items():
         if reason:
             say(f"Not {name}: {reason}.")
     if len(solver.step_factors) == 1:
-        say("It holds no {{ step_factor }}: a strike that fails has no second chance with half the time step.")
+        say("It holds no {{ step_factor }}: a run that fails gets no second attempt with half the time step.")
     say(f"Next: birdstrike simulate {given} --out strike")
     return {"solver_version": solver.version, "case_hash": case_hash(case), "step_factors": list(solver.step_factors)}
 
@@ -162,7 +162,7 @@ def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
     material = case.bird.material
     remarks = [
-        f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): nothing erodes by it"
+        f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): no particle erodes by it"
         for name in facts["inactive"]
     ]
     remarks += remarks_on(case)

@@ -10,11 +10,11 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, Settings, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import RunFailed
 
 
-class Trainer(StrEnum):
+class LoopTrainer(StrEnum):
     """How the network is trained."""
 
     lm = "lm"
@@ -29,11 +29,12 @@ def command(
     design: Annotated[
         str, typer.Option(help="uniform, orthogonal, lhs, sobol, or a CSV file of runs.", metavar="NAME|FILE")
     ] = "uniform",
-    runs: Annotated[int, typer.Option(help="Number of strikes; a FILE is run whole.")] = 25,
+    runs: Annotated[int, typer.Option(help="Number of runs; a FILE is run whole.")] = 25,
     seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
-    trainer: Annotated[Trainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = Trainer.lm,
+    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
+    trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
+    retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -54,6 +55,7 @@ def command(
         workers=workers,
         trainer=trainer.value,
         diagnosis=diagnosis,
+        retry_failed=retry_failed,
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )
@@ -70,9 +72,8 @@ def stage_display(heading: str) -> Iterator[Callable[[float], None]]:
 
 
 def _last_lines(closed: Mapping[str, Any]) -> None:
-    """Warnings, the report's path, the five findings; RunFailed when strikes had to be left out."""
-    for line in closed["warnings"]:
-        say(f"warning: {line}")
+    """Warnings, the report's path, the five findings; RunFailed when runs had to be left out."""
+    warn(closed["warnings"], "the report")
     seconds = {name: stage["seconds"] for name, stage in closed["stages"].items() if not stage["reused"]}
     parts = ", ".join(f"{name} {spent:.0f} s" for name, spent in seconds.items())
     say(f"Time: {parts}." if parts else "Nothing was due.")
@@ -83,6 +84,6 @@ def _last_lines(closed: Mapping[str, Any]) -> None:
         say(f"Diagnosis: {closed['diagnosis']['sentence']}")
     if failed := closed["failed_strikes"]:
         raise RunFailed(
-            f"strikes of the campaign failed and are left out: {', '.join(failed)}",
-            "the report stands on the others; the reasons are in it",
+            f"runs of the campaign failed and are left out: {', '.join(failed)}",
+            "the report stands on the others and gives the reasons; --retry-failed tries them again",
         )

@@ -1,4 +1,4 @@
-"""`birdstrike compare-methods`: all inversions on a strike with known truth, and whether the intervals hold."""
+"""`birdstrike compare-methods`: all inversions on a case with known truth, and the coverage of their intervals."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, framed, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 
 if TYPE_CHECKING:
     from birdstrike.inversion.coverage import Coverage
     from birdstrike.inversion.method_comparison import Bench, Row
 
 CASE = "synthetic_strike"
+SEED = 0
+"""Of the noise on the records, of the truths and of the posteriors' draws; it stands in comparison.json."""
 
 
 @framed
@@ -28,6 +30,7 @@ def command(
     truths: Annotated[int, typer.Option(min=0, help="Emulator-made truths for the coverage of the intervals.")] = 200,
     solver_truths: Annotated[int, typer.Option(min=0, help="Solver-made truths for the same.")] = 20,
     table: Annotated[bool, typer.Option(help="The table of all methods, 12 conditions.")] = True,
+    retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Run every method on records of known truth, errors, runs and seconds beside the information bound.
@@ -37,7 +40,7 @@ def command(
 
     Example: birdstrike compare-methods campaign --out comparison
     """
-    rows = compare_methods(doe, out, case, truths, solver_truths, table)
+    rows = compare_methods(doe, out, case, truths, solver_truths, table, retry_failed)
     say(f"Written to {out}: comparison.json, comparison.md.")
     return {"out": str(out), "rows": len(rows)}
 
@@ -49,15 +52,17 @@ def compare_methods(
     truths: int = 200,
     solver_truths: int = 20,
     table: bool = True,
+    retry_failed: bool = False,
 ) -> list[Row]:
     """Write comparison.json and comparison.md into `out` and return the table's rows (see inversion.side_by_side).
 
-    The truth is the case's own values; raises UserError for a campaign of another case.
+    The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
+    for a campaign of another case.
     """
     from birdstrike.inversion.method_comparison import side_by_side
 
     doe, out = Path(doe), Path(out)
-    bench, channels = _bench(doe, out, case)
+    bench, channels = _bench(doe, out, case, retry_failed)
     rows: list[Row] = []
     found: dict[str, list[Coverage]] = {}
     if table:
@@ -78,6 +83,7 @@ def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, lis
     content = {
         "campaign_runs": len(bench.dataset.runs),
         "truth": dict(bench.truth),
+        "seed": SEED,
         "table": [asdict(row) for row in rows],
         "coverage": {name: [asdict(entry) for entry in entries] for name, entries in found.items()},
     }
@@ -85,10 +91,11 @@ def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, lis
     write_atomically(out / "comparison.md", markdown(rows, found))
 
 
-def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
+def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[Bench, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
     from birdstrike.data.store import RunStore
-    from birdstrike.doe.campaign.campaign import load_dataset
+    from birdstrike.doe.campaign.results import load_dataset
+    from birdstrike.doe.campaign.run import retry_before
     from birdstrike.inversion.forward import StoredSolver
     from birdstrike.inversion.method_comparison import Bench
     from birdstrike.inversion.train_and_invert import campaign_case
@@ -98,7 +105,8 @@ def _bench(doe: Path, out: Path, case: str) -> tuple[Bench, tuple[str, ...]]:
     dataset = load_dataset(doe)
     loaded = campaign_case(doe, dataset, load_case(case))
     truth = {name: float(at(loaded.model_dump(), name)) for name in dataset.names}
-    solver = StoredSolver(loaded, RunStore(out / "runs"), (RunStore(doe / "runs"),))
+    stores = RunStore(out / "runs"), (RunStore(doe / "runs"),)
+    solver = StoredSolver(loaded, *stores, retry=retry_before(retry_failed))
     channels = tuple(dataset.curves)
     return Bench.of(dataset, solver, truth, channels), channels
 
@@ -114,11 +122,11 @@ def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: in
     for condition in (Condition(0.05e-3, 12, channels[:1]), Condition(0.02e-3, 200, channels)):
         emulator = bench.emulators[condition.channels]
         coordinates = parameter_coordinates(bench.dataset, emulator.regions)
-        calibrator = Calibrator(CurveModel(emulator, bench.record(condition)), coordinates, 0.0)
+        calibrator = Calibrator(CurveModel(emulator, bench.record(condition, SEED)), coordinates, 0.0)
         for count, forward in ((many, None), (by_solver, bench.forward)):
             if count:
                 with progress_bar(f"{count} truths, {condition}") as progress:
-                    yield str(condition), coverage(calibrator, count, 0, forward, progress)
+                    yield str(condition), coverage(calibrator, count, SEED, forward, progress)
 
 
 def markdown(rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,11 +11,10 @@ from rich.box import SIMPLE
 from rich.markup import escape
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
-from birdstrike.data.errors import UserError
+from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 
 if TYPE_CHECKING:
-    from birdstrike.doe.campaign.attempt import Simulate
+    from birdstrike.doe.attempt import Simulate
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
     from birdstrike.solver.case.case import Case
@@ -35,35 +33,32 @@ def converge(
     progress: Callable[[float], None] = lambda _: None,
     announce: Callable[[list[Mesh]], None] = lambda _: None,
     simulate: Simulate | None = None,
+    retry_failed: bool = False,
 ) -> MeshConvergence:
-    """Strike on systematically refined meshes; write `convergence.json`, `.csv` and `.png` into `out`.
+    """Simulate on systematically refined meshes; write `convergence.json`, `.csv` and `.png` into `out`.
 
     ratio: of the spacings of neighbouring meshes; place: of the user's mesh among them, "middle", "finest", "coarsest"
-    or "auto" (see inversion.meshes); announce: takes the meshes before the first strike. Runs are kept in `out/runs`:
-    after an error or Ctrl-C the same call resumes. Raises UserError and RunFailed. The workers are started afresh: a
-    script that calls this needs `if __name__ == "__main__":`.
+    or "auto" (see inversion.meshes); announce: takes the meshes before the first run; retry_failed: runs with a failure
+    on record are tried again. Runs are kept in `out/runs`: after an error or Ctrl-C the same call resumes. Raises
+    UserError, RunFailed. The workers are started afresh: a script that calls this needs `if __name__ == "__main__":`.
     """
     from birdstrike.data.store import RunStore
+    from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.inversion.mesh_convergence.convergence import judge_meshes, run_meshes
     from birdstrike.inversion.mesh_convergence.meshes import choose_meshes
     from birdstrike.solver.case.case import load_case
 
-    at_a_time = checked_workers(workers)
+    at_a_time = worker_count(workers)
     loaded = load_case(case) if isinstance(case, str | Path) else case
     chosen = choose_meshes(loaded, ratio, meshes, place)
     announce(chosen)
     Path(out).mkdir(parents=True, exist_ok=True)
-    runs = run_meshes(chosen, RunStore(Path(out) / "runs"), at_a_time, progress=progress, simulate=simulate)
+    store, retry = RunStore(Path(out) / "runs"), retry_before(retry_failed)
+    runs = run_meshes(chosen, store, at_a_time, progress=progress, simulate=simulate, retry=retry)
     found = judge_meshes(chosen, runs)
     _write(Path(out), loaded, ratio, found)
     return found
-
-
-def checked_workers(workers: int | None) -> int:
-    """Processes at a time, all cores by default; raises UserError."""
-    if workers is not None and workers < 1:
-        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
-    return workers or os.cpu_count() or 1
 
 
 def _write(out: Path, case: Case, ratio: float, found: MeshConvergence) -> None:
@@ -96,16 +91,18 @@ def command(
             help="Of your own mesh: middle, finest, coarsest; auto is middle where that costs at most 10 core minutes.",
         ),
     ] = "auto",
-    workers: Annotated[int | None, typer.Option(help="Strikes at a time; all cores by default.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
+    retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Say how much of a case's answer the mesh makes: observed order, extrapolated value, grid convergence index.
 
     Example: birdstrike converge reference_strike --out meshes --ratio 1.3
     """
+    from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.solver.case.case import load_case
 
-    at_a_time = checked_workers(workers)
+    at_a_time = worker_count(workers)
     loaded = load_case(case, overrides(settings))
     with progress_bar("meshes") as progress:
         found = converge(
@@ -116,13 +113,14 @@ def command(
             place=place,
             workers=workers,
             progress=progress,
+            retry_failed=retry_failed,
             announce=lambda chosen: _announce(chosen, at_a_time),
         )
     return _conclude(loaded.name, out, found)
 
 
 def _announce(meshes: list[Mesh], workers: int) -> None:
-    """The meshes and what they cost, before the first strike."""
+    """The meshes and what they cost, before the first run."""
     for mesh in meshes:
         yours = "  (your mesh)" if mesh.level == 0 else ""
         shells = f"{mesh.elements[0]} x {mesh.elements[1]} shells of {1e3 * mesh.plate_spacing:.2f} mm"
@@ -142,15 +140,14 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
     say("† your mesh; h the bird's particle spacing; GCI of the finest mesh and of yours")
     if any(entry.order is None for _, entry, _ in found.scalars.values()):
         say("* no monotonic convergence: the spread of the meshes stands for the index")
-    for line in warnings_of(found):
-        say(f"warning: {line}")
+    warn(warnings_of(found), f"{out / 'convergence.json'}")
     for channel, curve in found.curves.items():
         band = curve.bands[found.own]
         largest, unit = display(float(band.max()), found.histories[found.user].units[channel])
         peak = float(abs(found.histories[found.user].channels[channel]).max())
         share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
         say(f"{channel}: over the whole curve within {largest:.3g} {unit}{share}")
-    say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the strikes).")
+    say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the simulations).")
     say("Next: birdstrike run-doe CASE --out campaign")
     return {"out": str(out), **as_json(found)}
 

@@ -1,4 +1,4 @@
-"""`birdstrike diagnose`: is the miss of the calibrated model real, and which effect does it lack?"""
+"""`birdstrike diagnose`: is the residual of the calibrated model significant, and which effect does it lack?"""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 
 if TYPE_CHECKING:
     from birdstrike.inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
@@ -28,11 +28,12 @@ def command(
     heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the simulated p-values and of the starts.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Strikes at a time; all cores by default.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Runs at a time; all cores by default.")] = None,
+    retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Trace the residual of the calibrated model to an effect that it lacks, or say why that cannot be told.
+    """Trace the residual of the calibrated model to an effect that it lacks, or say why it cannot be attributed.
 
     Example: birdstrike diagnose demo --measured table7_group5 --out diagnosis
     """
@@ -41,8 +42,9 @@ def command(
     from birdstrike.solver.case.case import load_case
 
     wishes = Wishes(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
-    found = diagnose(load_case(case, overrides(settings)), measured, out, doe, heldout, wishes)
+    found = diagnose(load_case(case, overrides(settings)), measured, out, doe, heldout, wishes, retry_failed)
     page = write_diagnosis_page(out)
+    warn(found.warnings, f"{out / 'diagnosis.json'}")
     for line in lines(found):
         say(line)
     console.print(table(found))
@@ -57,12 +59,10 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 
 def lines(found: Diagnosis) -> Iterator[str]:
-    """What stands above the table: warnings, provenance, noise, the verdict in words."""
+    """What stands above the table: provenance, noise, the verdict in words."""
     from birdstrike.inversion.diagnosis.words import HEADS
     from birdstrike.inversion.formatting import quantity
 
-    for warning in found.warnings:
-        yield f"warning: {warning}"
     if found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     for name, entry in found.noise["sensors"].items():
@@ -79,7 +79,7 @@ def lines(found: Diagnosis) -> Iterator[str]:
 
 
 def table(found: Diagnosis) -> Table:
-    """Every model: what the data say of it, its magnitude, what could have been detected."""
+    """Every model: its p-value, its magnitude, the smallest magnitude that could have been detected."""
     title = f"effects; * consistent with the record (p of at least {found.alpha:g}), the likeliest first"
     shown_table = Table(title=title, title_justify="left")
     shown_table.add_column("effect", no_wrap=True)
@@ -115,8 +115,8 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     if found.next_measurement is not None:
         yield f"next measurement: {found.next_measurement.sentence}"
     strikes = found.strikes
-    paid = f"{strikes['paid']} more, {strikes['reused']} found in the store"
-    yield f"strikes: {strikes['campaign']} of the campaign, {paid}"
+    paid = f"{strikes['paid']} more made, {strikes['reused']} found in the store"
+    yield f"simulations: {strikes['campaign']} of the campaign, {paid}"
     files = ["diagnosis.json", "diagnosis.csv", page.name, "before_after.png", "effects.png"]
     yield f"Written to {out}: {', '.join(files + ([found.case_after] if found.case_after else []))}"
     if found.case_after:
@@ -124,7 +124,7 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
 
 
 def before_after(found: Diagnosis) -> str:
-    """The error in the sensors' units and against the noise, of one strike at each fit; and held out."""
+    """The error in the sensors' units and against the noise, of one simulation at each fit; and held out."""
     from birdstrike.inversion.formatting import quantity
 
     parts: list[str] = []
@@ -144,10 +144,10 @@ def before_after(found: Diagnosis) -> str:
 
 
 def hidden(found: Diagnosis) -> Iterator[str]:
-    """Effects that the calibrated parameters could carry unseen."""
+    """Effects that the calibrated parameters could absorb."""
     lost = [one.name for one in found.effects if one.absorbed is not None and one.absorbed > 0.9]
     if lost:
-        yield f"more than 90 % absorbed by the calibrated parameters, which may carry them: {', '.join(lost)}"
+        yield f"not identifiable, more than 90 % absorbed by the calibrated parameters: {', '.join(lost)}"
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:

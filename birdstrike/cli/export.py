@@ -18,7 +18,7 @@ class Target(StrEnum):
     lsdyna = "lsdyna"
 
 
-class Method(StrEnum):
+class AnswerOf(StrEnum):
     """Whose answer is exported."""
 
     best = "best"
@@ -65,7 +65,7 @@ def command(
     units: Annotated[
         str, typer.Option(help=f"Unit system: {', '.join(SYSTEMS)}.", autocompletion=lambda: list(SYSTEMS))
     ] = DEFAULT_UNITS,
-    method: Annotated[Method, typer.Option(help="Whose answer: best is what the solver confirms best.")] = Method.best,
+    method: Annotated[AnswerOf, typer.Option(help="Whose answer: best is the one verified best.")] = AnswerOf.best,
     case: Annotated[str | None, typer.Option(help="The inversion's case, where DIR does not hold it.")] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

@@ -1,22 +1,24 @@
-"""What every command has in common: exit codes, error lines, the --json line, the progress bar."""
+"""What every command has in common: exit codes, error lines, warnings, the --json line, the progress bar."""
 
 from __future__ import annotations
 
 import errno
 import functools
 import json
+import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Annotated, Any, NoReturn
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.errors import MachineFailure, RunFailed, UserError
 
 console = Console(highlight=False, soft_wrap=True)
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -28,7 +30,23 @@ PLAIN_EVERY_S = 15.0
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """What the system answers when nothing more can be written: no space, no quota, no larger file."""
 
+MOST_WARNINGS = 5
+"""On the terminal, in all of a command; --json and the files of the command keep every one."""
+
+GRAVITY = tuple(
+    re.compile(stems, re.IGNORECASE)
+    for stems in (
+        r"cannot|failed|fails|not verified|never reach|does not reach|no contact|nothing can|not finite|no measurement",
+        r"not converge|R-hat|diverg|oscillat|energy|momentum|tore|squeezed|erosion|eroded|erode|reaction force is zero",
+        r"outside|beyond|clipped|saturat|correlat|disagree|differ|too |wider|covariance|half the time step|needed",
+    )
+)
+"""Stems of warnings, the gravest first: no result, a result that may be wrong, an interval or a sensor that may be."""
+
 Json = Annotated[bool, typer.Option("--json", help="End with one machine-readable JSON line.")]
+RetryFailed = Annotated[
+    bool, typer.Option("--retry-failed", help="Run again what is on record as failed; each failed run once.")
+]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]
@@ -39,62 +57,123 @@ def say(text: str = "") -> None:
     console.print(escape(text))
 
 
+@dataclass
+class _Room:
+    """How many more warnings of the running command go to the terminal."""
+
+    left: int = MOST_WARNINGS
+
+    def take(self) -> bool:
+        """Whether there was room for one."""
+        self.left -= 1
+        return self.left >= 0
+
+
+_room = _Room()
+
+
+def gravity(line: str) -> int:
+    """Place of a warning among others, 0 the gravest."""
+    return next((rank for rank, stems in enumerate(GRAVITY) if stems.search(line)), len(GRAVITY))
+
+
+def warn(lines: Iterable[str], where: str) -> None:
+    """The warnings of a result, each once, the gravest first, at most MOST_WARNINGS; where: what holds all of them."""
+    held = 0
+    for line in sorted(dict.fromkeys(lines), key=gravity):
+        if _room.take():
+            say(f"warning: {line}")
+        else:
+            held += 1
+    if held:
+        say(f"{held} more {'warning' if held == 1 else 'warnings'} in {where}")
+
+
+class Ending(NamedTuple):
+    """How a command ends badly: its error lines, its exit code, what stands above and below them."""
+
+    lines: Iterable[str]
+    code: int
+    heading: str = ""
+    remedy: str = ""
+
+
+def ending(error: BaseException) -> Ending:
+    """The ending that an error means; raises the error itself where it is the programmer's."""
+    if isinstance(error, UserError):
+        return Ending(error.errors, error.exit_code, error.heading)
+    if isinstance(error, RunFailed | MachineFailure):
+        return Ending([error.reason], error.exit_code, remedy=error.remedy)
+    if isinstance(error, MemoryError):
+        remedy = "run again with fewer --workers or a coarser case (bird.particles, plate.elements)"
+        return Ending(["a simulation does not fit into memory"], RunFailed.exit_code, remedy=remedy)
+    if isinstance(error, KeyboardInterrupt):
+        return Ending(["interrupted; run the same command again to resume"], INTERRUPTED)
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        what = "" if error.filename is None else f" {error.filename}"
+        return Ending([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
+    if isinstance(error, OSError) and error.filename is not None:
+        return Ending([f"{error.filename}: {error.strerror}"], UserError.exit_code)
+    raise error
+
+
+EXPECTED = (UserError, RunFailed, MachineFailure, MemoryError, OSError, KeyboardInterrupt)
+
+
 def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., None]:
     """A command with the common ending: its return is the --json line; UserError, RunFailed, Ctrl-C exit 1, 2, 130."""
 
     @functools.wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
-        ended = functools.partial(_fail, as_json=bool(kwargs.get("json")))
+        as_json = bool(kwargs.get("json"))
         try:
-            with plain_warnings():
+            with plain_warnings() as heard:
                 outcome = command(*args, **kwargs)
-        except UserError as error:
-            ended(error.errors, error.exit_code, error.heading)
-        except RunFailed as error:
-            ended([error.reason], error.exit_code, remedy=error.remedy)
-        except OSError as error:
-            if error.errno in DISK_FULL:
-                what = "" if error.filename is None else f" {error.filename}"
-                ended([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
-            if error.filename is None:
-                raise
-            ended([f"{error.filename}: {error.strerror}"], UserError.exit_code)
-        except KeyboardInterrupt:
-            ended(["interrupted; run the same command again to resume"], INTERRUPTED)
-        else:
-            if kwargs.get("json"):
-                print_json(outcome or {})
+        except EXPECTED as error:
+            _fail(ending(error), as_json)
+        if as_json:
+            print_json(with_warnings(outcome or {}, heard))
 
     return run
 
 
+def with_warnings(outcome: Mapping[str, Any], heard: list[str]) -> Mapping[str, Any]:
+    """The --json line's content with the warnings that were given on the way."""
+    return {**outcome, "warnings": [*outcome.get("warnings", ()), *heard]} if heard else outcome
+
+
 @contextmanager
-def plain_warnings() -> Iterator[None]:
-    """Warnings meant for the user as one line of plain text, without the source line that gave them."""
+def plain_warnings() -> Iterator[list[str]]:
+    """Warnings meant for the user as one line of plain text, without the source line; gives the list of them all."""
+    heard, _room.left = list[str](), MOST_WARNINGS
     with warnings.catch_warnings():
         with_source = warnings.showwarning
 
         def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
             if category is UserWarning:
-                errors.print(escape(f"warning: {message}"))
+                heard.append(str(message))
+                if _room.take():
+                    errors.print(escape(f"warning: {message}"))
             else:
                 with_source(message, category, *place, **more)
 
         warnings.showwarning = show
-        yield
+        yield heard
+        if len(heard) > MOST_WARNINGS:
+            errors.print(f"{len(heard) - MOST_WARNINGS} more warnings were given; --json lists them all")
 
 
-def _fail(lines: Iterable[str], code: int, heading: str = "", remedy: str = "", *, as_json: bool) -> NoReturn:
+def _fail(end: Ending, as_json: bool) -> NoReturn:
     """Print why, and leave with the exit code."""
-    if heading:
-        errors.print(f"[bold red]{escape(heading)}[/]")
-    for line in lines:
+    if end.heading:
+        errors.print(f"[bold red]{escape(end.heading)}[/]")
+    for line in end.lines:
         errors.print(f"[red]{escape(line)}[/]")
-    if remedy:
-        errors.print(escape(remedy))
+    if end.remedy:
+        errors.print(escape(end.remedy))
     if as_json:
-        print_json({"exit_code": code, "errors": list(lines), "remedy": remedy or None})
-    raise typer.Exit(code)
+        print_json({"exit_code": end.code, "errors": list(end.lines), "remedy": end.remedy or None})
+    raise typer.Exit(end.code)
 
 
 def print_json(content: Mapping[str, Any]) -> None:

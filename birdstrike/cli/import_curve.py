@@ -29,13 +29,13 @@ def import_curve(
 ) -> Measured:
     """Write a nodout, a two-column text or a CSV with other headers as a measured-data CSV, and return the record.
 
-    sensors: name in the case -> column ("" to find it); the others as in data.import_curve.Wanted. Raises UserError.
+    sensors: name in the case -> column ("" to find it); the others as in data.import_curve. Raises UserError.
     """
     from birdstrike.data.curves import write_measured
-    from birdstrike.data.import_curve import Wanted, import_record
+    from birdstrike.data.import_curve import ImportOptions, import_record
 
-    wanted = Wanted(sensors, time, units or {}, scales or {}, shift, node, simulated)
-    record = import_record(path, wanted)
+    options = ImportOptions(sensors, time, units or {}, scales or {}, shift, node, simulated)
+    record = import_record(path, options)
     write_measured(out, record)
     return record
 
@@ -60,7 +60,7 @@ def command(
     simulated: Annotated[bool, typer.Option("--simulated", help="No instrument took this curve.")] = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Turn a peer's curve into measured-data CSV, with its provenance; every error has its line number.
+    """Convert a curve file of another program into measured-data CSV, with its provenance; errors name their line.
 
     Example: birdstrike import shot.txt --sensor displacement_centre --unit mm --time-unit ms --out shot.csv
     """

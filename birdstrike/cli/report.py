@@ -18,13 +18,13 @@ def command(
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/report.html.")] = None,
     models: Annotated[
         bool,
-        typer.Option(help="Also strike with the three standard birds; each strike is paid once."),
+        typer.Option(help="Also simulate the three standard birds; each run is paid once."),
     ] = True,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Write one HTML page with figures, tables, an animation and findings; it needs no network and opens from disk.
 
-    The strikes of the bird models are made when they are not in DIR/models yet; after Ctrl-C the finished ones stay.
+    The runs of the bird models are made when they are not in DIR/models yet; after Ctrl-C the finished ones stay.
 
     Example: birdstrike report loop --out shot_7.html
     """

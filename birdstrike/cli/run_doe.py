@@ -1,4 +1,4 @@
-"""`birdstrike run-doe`: a campaign of strikes over the parameters of a case."""
+"""`birdstrike run-doe`: a campaign of simulations over the parameters of a case."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say
 from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
-    from birdstrike.doe.campaign.campaign import Progress
+    from birdstrike.doe.campaign.runner import RunCounts
+    from birdstrike.doe.designs.design import Design
     from birdstrike.doe.designs.quality import Quality
-    from birdstrike.doe.designs.registry import Design
     from birdstrike.solver.case.case import Case
 
 RUNS = 25
@@ -34,17 +34,19 @@ def run_doe(
     *,
     scheduler: str | None = None,
     retry_failed: bool = False,
-    progress: Callable[[Progress], None] = lambda _: None,
+    progress: Callable[[RunCounts], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
 ) -> Dataset:
-    """Run the campaign, or what is left of it, and return the strikes that finished (see doe.campaign).
+    """Run the campaign, or what is left of it, and return the runs that finished (see doe.campaign).
 
     design: uniform, orthogonal, lhs, sobol, or a CSV file, of which all rows are run; more `runs` than the campaign in
-    `out` has are added to it. scheduler: address of a Dask scheduler. The workers are started afresh: a script that
+    `out` has are added to it. scheduler: address of a Dask scheduler; retry_failed: runs with a failure on record are
+    tried again. The workers are started afresh: a script that
     calls this needs `if __name__ == "__main__":`.
     """
     from birdstrike.doe.campaign.campaign import run_campaign
-    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.campaign.planned import planned_design
+    from birdstrike.doe.campaign.run import retry_before
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.solver.case.case import load_case
 
@@ -56,7 +58,7 @@ def run_doe(
         out,
         workers=workers,
         scheduler=scheduler,
-        retry_failed=retry_failed,
+        retry=retry_before(retry_failed),
         progress=progress,
         say=say,
     )
@@ -77,28 +79,24 @@ def command(
     ] = "uniform",
     runs: Annotated[
         int,
-        typer.Option(help="Number of strikes; more than the folder holds are added to them. A FILE is run whole."),
+        typer.Option(help="Number of runs; more than the folder holds are added to them. A FILE is run whole."),
     ] = RUNS,
     seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Strikes at a time, each on one core; all cores by default.")
-    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Runs at a time, each on one core; all cores by default.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster in place of this machine: tcp://host:8786.")
     ] = None,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Try strikes again that are on record as failed.")
-    ] = False,
+    retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Run the strikes of a design: the data from which the bird's parameters are learnt.
+    """Run the simulations of a design: the data from which the bird's parameters are calibrated.
 
     The case says what is varied and how far (inversion.parameters). Whatever
     stops the campaign, the same command resumes it and loses at most the
-    strikes in flight. A strike that fails is tried once more with half the
+    runs in flight. A run that fails is tried once more with half the
     step, then left out by number. The folder gets design.csv, curves.csv,
-    projections.svg, summary.json and runs/, one file a strike. It can be
+    projections.svg, summary.json and runs/, one file a run. It can be
     moved, and the runs/ of two campaigns merged, by copying; what it holds:
     birdstrike check FOLDER.
 
@@ -107,6 +105,7 @@ def command(
     Then, 15 more: birdstrike run-doe reference_strike --out campaign --runs 40
     """
     from birdstrike.doe.campaign.campaign import run_campaign
+    from birdstrike.doe.campaign.run import retry_before
     from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case, overrides(settings))
@@ -120,7 +119,7 @@ def command(
             out,
             workers=workers,
             scheduler=scheduler,
-            retry_failed=retry_failed,
+            retry=retry_before(retry_failed),
             claimed=lambda: draw_projections(planned, out / "projections.svg"),
             progress=progress,
             say=say,
@@ -129,7 +128,7 @@ def command(
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
-    from birdstrike.doe.designs.completion import planned_design
+    from birdstrike.doe.campaign.planned import planned_design
     from birdstrike.doe.designs.space import ParameterSpace
 
     with progress_bar("design") as progress:
@@ -151,7 +150,7 @@ def draw_projections(design: Design, path: Path) -> None:
 
 
 def quality_table(design: Design, quality: Quality) -> Table:
-    """What the design can tell apart, before any strike is paid for."""
+    """Quality of the design, before any simulation is paid for."""
     seed = "" if design.seed is None else f", seed {design.seed}"
     table = Table(title=f"{design.source or design.kind} design, {quality.runs} runs{seed}", title_justify="left")
     table.add_column("quality")
@@ -176,19 +175,19 @@ def _among_random(value: float | None, percentile: float | None) -> str:
 
 
 def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
-    """The last lines; RunFailed when strikes had to be left out, after everything has been written."""
+    """The last lines; RunFailed when runs had to be left out, after everything has been written."""
     from birdstrike.doe.campaign.folder import read_json
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
     files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
-    say(f"Written to {out}: {finished} of {planned} strikes ({files}).")
+    say(f"Written to {out}: {finished} of {planned} runs ({files}).")
     allowed = " --allow-rank-deficient" if quality.deficient else ""
     say(f"Next: birdstrike train-and-invert {out} --measured shot.csv --out inversion{allowed}")
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
         raise RunFailed(
-            f"{len(summary['failed'])} of {planned} strikes failed and are left out: run {numbers}",
-            f"their reasons stand in {out / 'summary.json'}; the other strikes can be used",
+            f"{len(summary['failed'])} of {planned} runs failed and are left out: {numbers}",
+            f"their reasons stand in {out / 'summary.json'}; the others can be used; --retry-failed tries these again",
         )
     return {"out": str(out), "runs": planned, "finished": finished, "failed": [], "design": quality.as_json()}

@@ -1,4 +1,4 @@
-"""`birdstrike simulate`: one strike, its histories and its books."""
+"""`birdstrike simulate`: one simulation, its histories and its energy balance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.check import pieces
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def simulate(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Histories:
-    """Run one strike of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
+    """Simulate one shot of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import load_case
 
@@ -47,7 +47,7 @@ def command(
     threads: Annotated[int | None, typer.Option(min=1, help="Threads; the bits do not depend on them.")] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Simulate one strike.
+    """Simulate one shot: the histories of its sensors and its energy balance.
 
     Example: birdstrike simulate reference_strike --out strike --set impact.speed="80 m/s" --fields
     """
@@ -64,12 +64,11 @@ def command(
     for line in stated(loaded):
         say(line)
     histories = _with_effects(_run(loaded, threads or loaded.solver.threads), loaded)
-    write_strike(out, histories, loaded if fields else None)
+    write_simulation(out, histories, loaded if fields else None)
     if noise is not None:
         write_record(out / "record.csv", loaded, histories, noise)
     console.print(_table(loaded, histories))
-    for line in _warnings(histories):
-        say(f"warning: {line}")
+    warn(_warnings(histories), f"{out / 'summary.json'}")
     more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
     say(f"Written to {out}: histories.csv, summary.json{more}.")
     say(_next(case, loaded))
@@ -91,7 +90,7 @@ def _run(case: Case, threads: int | None) -> Histories:
     from birdstrike.doe.solvers import solver_for
 
     available = numba.get_num_threads()  # all there are; asking for more is an error in numba
-    with progress_bar("strike") as progress:
+    with progress_bar("simulation") as progress:
         return solver_for(case).simulate(case, threads=min(threads or available, available), progress=progress)
 
 
@@ -100,11 +99,11 @@ def _with_effects(histories: Histories, case: Case) -> Histories:
     return replace(histories, summary={**histories.summary, "effects": case.effects}) if case.effects else histories
 
 
-def write_strike(out: Path, histories: Histories, pictured: Case | None = None) -> None:
+def write_simulation(out: Path, histories: Histories, pictured: Case | None = None) -> None:
     """`histories.csv` and `summary.json`, with the case to be pictured the VTU series, in place of an earlier run's."""
     from birdstrike.data.curves import write_histories
-    from birdstrike.data.fields import write_fields
     from birdstrike.data.files import write_json
+    from birdstrike.data.vtu import write_fields
     from birdstrike.solver.build import mesh_of
 
     write_histories(out / "histories.csv", histories)
@@ -134,7 +133,7 @@ def write_record(path: Path, case: Case, histories: Histories, seed: int) -> Non
 
 
 def _table(case: Case, histories: Histories) -> Table:
-    """Peaks of the sensors and the books of the run."""
+    """Peaks of the sensors, size and balances of the run."""
     table = Table(title=case.name, show_header=False, title_justify="left")
     for name, values in histories.channels.items():
         table.add_row(f"largest {name}", _peak(histories, name, values))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, console, framed, progress_bar, say
+from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say, warn
 
 if TYPE_CHECKING:
     from birdstrike.inversion.inversion import Answer, ChannelScore, Estimate, Inversion
@@ -63,11 +63,12 @@ def command(
         str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
     ] = None,
     posterior: Annotated[
-        bool, typer.Option(help="Draw the posterior and say what is identifiable; else linearised intervals.")
+        bool, typer.Option(help="Draw the posterior and its identifiability; else linearised intervals.")
     ] = True,
     allow_rank_deficient: Annotated[
         bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
     ] = False,
+    retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Train on a campaign, invert one or several measured curves, and re-run the solver at each answer.
@@ -76,7 +77,7 @@ def command(
     """
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
-    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior)
+    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior, retry_failed)
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
             doe,
@@ -91,6 +92,7 @@ def command(
             allow_rank_deficient,
             extras,
         )
+    warn(inversion.warnings, f"{out / 'inversion.json'}")
     for line in lines(inversion):
         say(line)
     for name, answer in inversion.methods.items():
@@ -113,9 +115,7 @@ def _neurons(text: str) -> int | None:
 
 
 def lines(inversion: Inversion) -> Iterator[str]:
-    """What stands above the tables: warnings, provenance, training, time origin."""
-    for warning in inversion.warnings:
-        yield f"warning: {warning}"
+    """What stands above the tables: provenance, training, time origin, posterior."""
     if inversion.measured.simulated:
         yield f"measurement: {inversion.measured.path} is simulated, not measured"
     if inversion.training is not None:
@@ -125,11 +125,11 @@ def lines(inversion: Inversion) -> Iterator[str]:
         known = "no variance to predict" if q2 is None else f"leave-one-out Q2 {q2:.4f}"
         yield f"emulator of {channel}: {inversion.emulator.components[channel]} components, {known}"
     yield inversion.time_offset.sentence
-    yield from told(inversion)
+    yield from posterior_lines(inversion)
 
 
-def told(inversion: Inversion) -> Iterator[str]:
-    """Posterior, directions, refinement and shots, one line each."""
+def posterior_lines(inversion: Inversion) -> Iterator[str]:
+    """Known errors, shots, refinement, posterior and directions, one line each."""
     if inversion.known_errors:
         yield f"carried by the model: {'; '.join(inversion.known_errors)}"
     for shot in inversion.shots:
@@ -138,7 +138,7 @@ def told(inversion: Inversion) -> Iterator[str]:
         few = len(inversion.shots)
         yield (
             f"shot-to-shot scatter of the curves' size: {100 * inversion.shot_scatter:g} % (1 sigma), the most likely "
-            f"value and low on average: {few} shots hardly tell it, and 0 is no proof that there is none"
+            f"value and low on average: {few} shots determine it poorly, and 0 is no proof that there is none"
         )
     if inversion.refinement is not None:
         ends = inversion.refinement
@@ -155,7 +155,7 @@ def told(inversion: Inversion) -> Iterator[str]:
     if inversion.identifiability is not None and inversion.cloud.inside:
         weak = [d.words for d in inversion.identifiability.directions if d.null]
         if weak:
-            yield f"directions the record does not tell: {'; '.join(weak)}"
+            yield f"directions that are not identifiable from this record: {'; '.join(weak)}"
 
 
 def table(inversion: Inversion, name: str, answer: Answer) -> Table:

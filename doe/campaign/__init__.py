@@ -1,1 +1,7 @@
-"""See ARCHITECTURE.md."""
+"""Campaign: the runs of a design on all cores or a cluster, resumable, into a folder.
+
+In: a case, a Design, a folder. Out: design.csv, runs/, curves.csv, summary.json, and the Dataset read back from them.
+Read in this order: campaign.py (the whole), run.py (one run, its stored results, its retry), runner.py (runs to an
+executor), worker.py (processes) and cluster.py (Dask), folder.py (whose folder it is), planned.py (a longer design for
+it), results.py (its files and the Dataset), inventory.py (what it holds).
+"""

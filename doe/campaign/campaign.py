@@ -1,28 +1,28 @@
-"""The campaign: every strike of a design, on all cores, resumable, into a folder and a Dataset."""
+"""The campaign: every run of a design, on all cores, resumable, into a folder and a Dataset."""
 
 from __future__ import annotations
 
-import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.attempt import Simulate
+from birdstrike.doe.attempt import Simulate, Solver
 from birdstrike.doe.campaign.folder import CampaignFolder
-from birdstrike.doe.campaign.results import activity_sentences, load_dataset, running, settled, write_curves
-from birdstrike.doe.campaign.run import Failed, Finished, plan
-from birdstrike.doe.campaign.runner import Progress, Runner
-from birdstrike.doe.campaign.worker import process_pool
-from birdstrike.doe.designs.registry import Design
-from birdstrike.doe.solvers import Solver, solver_for
+from birdstrike.doe.campaign.results import inactivity_sentences, load_dataset, running, settled, write_curves
+from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun, plan
+from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.worker import process_pool, worker_count
+from birdstrike.doe.designs.design import Design
+from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
 
-__all__ = ["Progress", "load_dataset", "run_campaign"]
+NAMED_FAILURES = 5
+"""Failed runs that are named one by one; summary.json names all."""
 
 
 def run_campaign(
@@ -33,52 +33,44 @@ def run_campaign(
     workers: int | None = None,
     simulate: Simulate | None = None,
     solver_version: str | None = None,
-    progress: Callable[[Progress], None] = lambda _: None,
+    progress: Callable[[RunCounts], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
     executor: Executor | None = None,
     scheduler: str | None = None,
-    retry_failed: bool = False,
+    retry: float = 0.0,
     claimed: Callable[[], None] = lambda: None,
 ) -> Dataset:
-    """Run what `out` does not hold yet of the design's strikes and return all that finished.
+    """Run what `out` does not hold yet of the design's runs and return all that finished.
 
-    workers: processes, one strike on one thread each; all cores by default. simulate, solver_version: another solver
-    and its version in the store's keys. executor: in place of the process pool; it runs `workers` strikes at a time.
-    scheduler: address of a Dask scheduler, in place of both; workers is then the most strikes handed over at a time.
-    retry_failed: strikes with a failure on record are tried again. claimed: called once the folder is this campaign's.
-    progress: called at every change. say: takes what the user should know, one line at a time.
+    workers: processes, one run on one thread each; all cores by default. simulate, solver_version: another solver and
+    its version in the store's keys. executor: in place of the process pool; it takes `workers` runs at a time.
+    scheduler: address of a Dask scheduler, in place of both; workers is then the most runs handed over at a time.
+    retry: runs whose failure was stored before this time [s, Unix] are tried again (run.retry_before gives it).
+    claimed: called once the folder is this campaign's. progress: called at every change. say: takes what the user
+    should know, one line at a time.
 
-    A strike that fails is tried again with half the time step, then left out by number; its reason stands in
-    summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no strike
+    A run that fails is tried again with half the time step, then left out by number; its reason stands in
+    summary.json. Raises UserError (the folder holds another campaign, the case refuses a run) and RunFailed (no run
     finished, a worker died); after either, and after Ctrl-C or a kill, the same call resumes. A longer design that
-    begins with the held rows (one of doe.planned, a file with rows appended) extends the campaign.
+    begins with the held rows (one of doe.campaign.planned, a file with rows appended) extends the campaign.
     """
-    count = _workers(workers)
+    count = worker_count(workers)
     solver = solver_for(case, simulate)
     if solver_version is not None:
         solver = solver._replace(version=solver_version)
-    strikes = plan(case, design, solver)
+    runs = plan(case, design, solver)
     folder = CampaignFolder(Path(out))
     folder.claim(case, design)
-    _announce(design, folder, solver.version, say)
-    summary = running(folder, case, design, solver.version)
+    _announce(design, runs, folder, solver.version, say)
+    summary = running(folder, case, design, runs, solver.version)
     claimed()
-    store = RunStore(folder.runs)
-    for key in (key for strike in strikes if retry_failed for key in strike.keys.values()):
-        store.forget_failure(key)
-    runner = Runner(store, strikes, progress)
+    runner = Runner(RunStore(folder.runs), runs, progress, retry)
     if runner.due and scheduler is not None:
         _run_on_cluster(runner, scheduler, solver, case, workers)
     elif runner.due:
         with _pool(executor, min(count, len(runner.due))) as ready:
             runner.run(ready, solver.simulate, case, count)
     return _finish(folder, summary, runner, say)
-
-
-def _workers(workers: int | None) -> int:
-    if workers is not None and workers < 1:
-        raise UserError(f"--workers = {workers} is below 1; leave it out to use all cores")
-    return workers or os.cpu_count() or 1
 
 
 def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Executor]:
@@ -94,33 +86,37 @@ def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, 
         runner.run(found.executor, simulate, case, found.threads, ahead=workers or AHEAD, lost=found.lost)
 
 
-def _announce(design: Design, folder: CampaignFolder, version: str, say: Callable[[str], None]) -> None:
-    """What the user should know before the strikes run, each once."""
+def _announce(
+    design: Design, runs: Sequence[PlannedRun], folder: CampaignFolder, version: str, say: Callable[[str], None]
+) -> None:
+    """What the user should know before the runs start, each once, the gravest first."""
     quality = design.quality()
-    for line in design.warnings:
-        say(line)
     if quality.deficient:
         say(quality.sentence)
-    for line in activity_sentences(design):
+    for line in (*design.warnings, *inactivity_sentences(design, runs)):
         say(line)
     held = folder.read_summary().get("solver_version", version)
     if held != version:
         say(
-            f"{folder.path} was run with solver version {held}, this is {version}: the old strikes stay in "
-            f"{folder.runs} but are not used; all strikes run anew"
+            f"{folder.path} was run with solver version {held}, this is {version}: the old runs stay in "
+            f"{folder.runs} but are not used; all runs are made anew"
         )
 
 
 def _finish(folder: CampaignFolder, summary: dict[str, object], runner: Runner, say: Callable[[str], None]) -> Dataset:
     outcomes = dict(sorted(runner.outcomes.items()))
     finished = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Finished)}
-    failed = {number: outcome.reason for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
+    failed = {number: outcome for number, outcome in outcomes.items() if isinstance(outcome, Failed)}
     if finished:
         write_curves(folder.curves, ((number, run.store.curves(run.key)) for number, run in finished.items()))
     settled(folder, summary, outcomes)
     if not finished:
-        number, reason = next(iter(failed.items()))
-        raise RunFailed(f"none of the {len(failed)} strikes finished; run {number}: {reason}", "check the case")
-    for number, reason in failed.items():
-        say(f"run {number} failed twice and is left out: {reason}")
+        number, first = next(iter(failed.items()))
+        remedy = "run the same command again" if first.due else "check the case"
+        raise RunFailed(f"none of the {len(failed)} runs finished; run {number}: {first.reason}", remedy)
+    for number, outcome in list(failed.items())[:NAMED_FAILURES]:
+        what = "was ended by the machine" if outcome.due else "failed twice"
+        say(f"run {number} {what} and is left out: {outcome.reason}")
+    if len(failed) > NAMED_FAILURES:
+        say(f"{len(failed) - NAMED_FAILURES} more runs are left out; {folder.summary} holds their reasons")
     return load_dataset(folder.path)

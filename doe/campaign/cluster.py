@@ -1,4 +1,4 @@
-"""A campaign on a Dask cluster: the same futures, from workers that a scheduler hands the strikes to."""
+"""A campaign on a Dask cluster: the same futures, from workers that a scheduler hands the runs to."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.doe.campaign.attempt import Simulate
+from birdstrike.doe.attempt import Simulate
 from birdstrike.solver.case.case import Case
 
 if TYPE_CHECKING:
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 ANSWER_S = 20.0
 AHEAD = 1000
-"""Strikes handed over at a time: enough for an adaptive cluster to see that it should grow."""
+"""Runs handed over at a time: enough for an adaptive cluster to see that it should grow."""
 
 
 class WrongWorker(UserError, OSError):
-    """A worker with another solver than the campaign's: the machine's fault, not the strike's."""
+    """A worker with another solver than the campaign's: the machine's fault, not the run's."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class SameSolver:
 
 
 class Cluster(NamedTuple):
-    """executor; threads: strikes that run at a time now; lost: raised for a strike under which its workers died."""
+    """executor; threads: runs at a time now; lost: raised for a run under which its workers died."""
 
     executor: Executor
     threads: int

@@ -22,56 +22,16 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically, write_json
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.write import copy_case
-
-
-def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], same_ranges: bool) -> bool:
-    """Whether the held rows are the first of `text`, bit for bit, in a design of the same kind, seed and ranges.
-
-    text, held_text: design.csv as asked and as held; held: the folder's summary.json, which is written after it: rows
-    beyond those it counts were planned by a call that was stopped there. Where it is missing nothing vouches for the
-    ranges, and the answer is no.
-    """
-    if not held or not _same_family(design, held["design"]) or not same_ranges or len(text) <= len(held_text):
-        return False
-    vouched = "".join(held_text.splitlines(keepends=True)[: held["design"]["runs"] + 1])
-    return text.startswith(vouched)
-
-
-def remedy(design: Design, held_runs: int, held: Mapping[str, Any], same_ranges: bool) -> str:
-    """What to do about a design that neither resumes nor extends the held one of `held_runs` runs."""
-    again = "choose another --out, or repeat the first options to resume"
-    if not held or not _same_family(design, held["design"]):
-        return again
-    if len(design.numbers) < held_runs:
-        return f"a campaign cannot be shortened: {again}"
-    if not same_ranges:
-        return f"the parameters or their ranges (inversion.parameters) differ: {again}"
-    return f"rows may only be appended to the first {held_runs}, which differ: {again}"
-
-
-def _same_family(design: Design, held: Mapping[str, Any]) -> bool:
-    return (design.kind, design.seed) == (held["kind"], held["seed"])
-
 
 DAY = 86400.0
 """[s] No save takes that long: a younger file may belong to a campaign that runs beside this one."""
 
 _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
 """Names that data.files.whole_file gives to the files of data.store.RunStore while they are written."""
-
-
-def remove_leftovers(runs: Path) -> None:
-    """Delete the store's own temporary files older than a day; what cannot be deleted stays."""
-    oldest = time.time() - DAY
-    for path in runs.iterdir():
-        if _TEMPORARY.fullmatch(path.name):
-            with suppress(OSError):
-                if path.lstat().st_mtime < oldest:
-                    path.unlink()
 
 
 @dataclass(frozen=True)
@@ -142,6 +102,45 @@ class CampaignFolder:
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
             f"{remedy(design, runs, held, same_ranges)}"
         )
+
+
+def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], same_ranges: bool) -> bool:
+    """Whether the held rows are the first of `text`, bit for bit, in a design of the same kind, seed and ranges.
+
+    text, held_text: design.csv as asked and as held; held: the folder's summary.json, which is written after it: rows
+    beyond those it counts were planned by a call that was stopped there. Where it is missing nothing vouches for the
+    ranges, and the answer is no.
+    """
+    if not held or not _same_family(design, held["design"]) or not same_ranges or len(text) <= len(held_text):
+        return False
+    vouched = "".join(held_text.splitlines(keepends=True)[: held["design"]["runs"] + 1])
+    return text.startswith(vouched)
+
+
+def remedy(design: Design, held_runs: int, held: Mapping[str, Any], same_ranges: bool) -> str:
+    """What to do about a design that neither resumes nor extends the held one of `held_runs` runs."""
+    again = "choose another --out, or repeat the first options to resume"
+    if not held or not _same_family(design, held["design"]):
+        return again
+    if len(design.numbers) < held_runs:
+        return f"a campaign cannot be shortened: {again}"
+    if not same_ranges:
+        return f"the parameters or their ranges (inversion.parameters) differ: {again}"
+    return f"rows may only be appended to the first {held_runs}, which differ: {again}"
+
+
+def _same_family(design: Design, held: Mapping[str, Any]) -> bool:
+    return (design.kind, design.seed) == (held["kind"], held["seed"])
+
+
+def remove_leftovers(runs: Path) -> None:
+    """Delete the store's own temporary files older than a day; what cannot be deleted stays."""
+    oldest = time.time() - DAY
+    for path in runs.iterdir():
+        if _TEMPORARY.fullmatch(path.name):
+            with suppress(OSError):
+                if path.lstat().st_mtime < oldest:
+                    path.unlink()
 
 
 def design_text(design: Design) -> str:

@@ -12,8 +12,8 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows
-from birdstrike.doe.campaign.run import Strike, plan
-from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.campaign.run import PlannedRun, plan
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import load_case
@@ -46,22 +46,22 @@ def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: No
     folder = CampaignFolder(Path(path))
     if not folder.design.exists() or not (folder.path / "case.toml").exists():
         raise UserError(f"{path} holds no campaign (case.toml, design.csv); make one with: birdstrike run-doe")
-    strikes, version = _planned(folder)
+    runs, version = _planned(folder)
     found = Inventory(str(folder.read_summary().get("state", "unknown")), version)
-    store, own = RunStore(folder.runs), {key for strike in strikes for key in strike.keys.values()}
+    store, own = RunStore(folder.runs), {key for run in runs for key in run.keys.values()}
     found.damaged.extend(sorted(file.name for file in folder.runs.glob("*.corrupt")))
     finished, failed = store.keys(), store.failed_keys()
     keys = [*((key, True) for key in finished), *((key, False) for key in failed)]
     for i, (key, whole) in enumerate(keys):
         progress(i / len(keys))
         _file(found, store, key, whole, own)
-    for strike in strikes:
-        _count(found, strike)
+    for run in runs:
+        _count(found, run)
     return found
 
 
-def _planned(folder: CampaignFolder) -> tuple[list[Strike], str]:
-    """The folder's strikes under the present version of the solver, and that version."""
+def _planned(folder: CampaignFolder) -> tuple[list[PlannedRun], str]:
+    """The folder's runs under the present version of the solver, and that version."""
     case = load_case(folder.path / "case.toml")
     solver, space = solver_for(case), ParameterSpace.of(case.parameters())
     numbers, values = design_rows(folder.design.read_text(encoding="utf-8").splitlines())
@@ -69,7 +69,7 @@ def _planned(folder: CampaignFolder) -> tuple[list[Strike], str]:
 
 
 def _file(found: Inventory, store: RunStore, key: str, finished: bool, own: set[str]) -> None:
-    """Judge one file of the store."""
+    """Enter one file of the store where it belongs."""
     name = (store.path(key) if finished else store.failure_path(key)).name
     meta = _meta(store, key, finished)
     if meta is None:
@@ -93,12 +93,12 @@ def _meta(store: RunStore, key: str, finished: bool) -> Mapping[str, Any] | None
         return None if store.look_up(key) is None else store.meta(key)
 
 
-def _count(found: Inventory, strike: Strike) -> None:
-    """Enter a strike under finished, failed or due; what is damaged counts as not there."""
-    reasons = [found.own.get(key, DUE) for key in strike.keys.values()]
+def _count(found: Inventory, run: PlannedRun) -> None:
+    """Enter a run under finished, failed or due; what is damaged counts as not there."""
+    reasons = [found.own.get(key, DUE) for key in run.keys.values()]
     if None in reasons:
-        found.finished.append(strike.number)
+        found.finished.append(run.number)
     elif DUE in reasons:
-        found.due.append(strike.number)
+        found.due.append(run.number)
     else:
-        found.failed[strike.number] = str(reasons[-1])
+        found.failed[run.number] = str(reasons[-1])

@@ -1,11 +1,11 @@
-"""A campaign's record: `summary.json` while it runs and when it is done, and the Dataset read back from the folder."""
+"""Results of a campaign: `curves.csv`, `summary.json` while it runs and when it is done, and the Dataset read back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,40 +18,17 @@ from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.folder import CampaignFolder, design_text, rows_digest, space_json
-from birdstrike.doe.campaign.run import Failed, Finished
-from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
+from birdstrike.doe.designs.design import Design
 from birdstrike.solver.case.case import Case, case_hash
-
-Test = Callable[[Array], NDArray[np.bool_]]
-
-INACTIVE: Mapping[str, tuple[Test, str]] = MappingProxyType(
-    {
-        "bird.material.tension_erosion": (lambda v: v <= 1.0, "V/V0 <= 1 (or 0, off)"),
-        "bird.material.compression_erosion": (lambda v: (v <= 0.0) | (v >= 1.0), "V/V0 >= 1 (or 0, off)"),
-    }
-)
-"""Dotted key -> which values (n,) of V/V0 never erode, and the same in words."""
-
-
-def inactive_runs(design: Design) -> dict[str, int]:
-    """Number of runs of the design in which an erosion limit does not act, by dotted key."""
-    varied = {name: design.values[:, j] for j, name in enumerate(design.names) if name in INACTIVE}
-    return {name: int(np.sum(INACTIVE[name][0](values))) for name, values in varied.items()}
-
-
-def activity_sentences(design: Design) -> list[str]:
-    """One line for every erosion limit that is inactive in part of the design."""
-    return [
-        f"{name} is inactive in {count} of {len(design.numbers)} runs ({INACTIVE[name][1]}): there it changes nothing"
-        for name, count in inactive_runs(design).items()
-        if count
-    ]
-
 
 Numbered = tuple[int, Histories]
 
 AT_A_TIME = 200
 """Runs that are held in memory while the file is written."""
+
+SMOOTH_LIMIT = 0.05
+"""Largest eroded share of the bird's mass for which a run still belongs to the smooth regime."""
 
 
 def write_curves(path: Path, histories: Iterable[Numbered]) -> None:
@@ -104,11 +81,24 @@ def read_curves(path: Path) -> tuple[NDArray[np.int64], Array, dict[str, Array],
     return numbers, by_run[0, :, 1].copy(), curves, named
 
 
-SMOOTH_LIMIT = 0.05
-"""Largest eroded share of the bird's mass for which a run still belongs to the smooth regime."""
+def inactive_runs(design: Design, runs: Iterable[PlannedRun]) -> dict[str, int]:
+    """Number of runs in which a varied erosion limit erodes nothing, by its dotted key, where there are any."""
+    counts = Counter(name for run in runs for name in run.inactive)
+    return {name: counts[name] for name in design.names if counts[name]}
 
 
-def running(folder: CampaignFolder, case: Case, design: Design, version: str) -> dict[str, Any]:
+def inactivity_sentences(design: Design, runs: Sequence[PlannedRun]) -> list[str]:
+    """One line for every varied erosion limit that is inactive in part of the design."""
+    return [
+        f"{name} is inactive in {count} of {len(runs)} runs (no particle can erode by it at its value there): these "
+        "runs do not depend on it"
+        for name, count in inactive_runs(design, runs).items()
+    ]
+
+
+def running(
+    folder: CampaignFolder, case: Case, design: Design, runs: Sequence[PlannedRun], version: str
+) -> dict[str, Any]:
     """Write the summary of a campaign that has not finished, and return it."""
     summary: dict[str, Any] = {
         "state": "running",
@@ -124,7 +114,7 @@ def running(folder: CampaignFolder, case: Case, design: Design, version: str) ->
             **design.quality().as_json(),
         },
         "space": space_json(design.space),
-        "inactive_runs": inactive_runs(design),
+        "inactive_runs": inactive_runs(design, runs),
         "runs": [{"run": int(number), "status": "pending"} for number in design.numbers],
         "failed": [],
     }
@@ -133,7 +123,7 @@ def running(folder: CampaignFolder, case: Case, design: Design, version: str) ->
 
 
 def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mapping[int, Finished | Failed]) -> None:
-    """Write the summary of a campaign whose strikes have all ended, one way or the other."""
+    """Write the summary of a campaign whose runs have all ended, one way or the other."""
     failed = [{"run": n, "reason": outcome.reason} for n, outcome in outcomes.items() if isinstance(outcome, Failed)]
     runs = [{"run": number, **_fate(outcome)} for number, outcome in outcomes.items()]
     write_json(folder.summary, {**summary, "state": "finished", "runs": runs, "failed": failed})
@@ -141,19 +131,19 @@ def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mappin
 
 def _fate(outcome: Finished | Failed) -> dict[str, Any]:
     if isinstance(outcome, Failed):
-        return {"status": "failed", "reason": outcome.reason}
+        return {"status": "pending" if outcome.due else "failed", "reason": outcome.reason}
     return {
         "status": "finished",
         "key": outcome.key,
         "step_factor": outcome.step_factor,
-        "smooth": is_smooth(outcome.books),
-        **outcome.books,
+        "smooth": is_smooth(outcome.figures),
+        **outcome.figures,
     }
 
 
-def is_smooth(books: Mapping[str, Any]) -> bool:
+def is_smooth(figures: Mapping[str, Any]) -> bool:
     """Whether the bird kept its mass but for SMOOTH_LIMIT; a solver that reports no erosion has none."""
-    lost = books.get("eroded_mass_fraction")
+    lost = figures.get("eroded_mass_fraction")
     return not (isinstance(lost, int | float) and lost > SMOOTH_LIMIT)
 
 
@@ -192,5 +182,5 @@ def _remedy(summary: Mapping[str, Any]) -> str:
     if not summary:
         return "make one with: birdstrike run-doe CASE --out DIR"
     if summary.get("state") == "finished":
-        return "none of its strikes finished: see its summary.json"
+        return "none of its runs finished: see its summary.json"
     return "it was stopped midway: run the same birdstrike run-doe again to resume"

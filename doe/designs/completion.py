@@ -1,20 +1,14 @@
-"""The design that a campaign's folder asks for: the one it holds, that one completed to more runs, or a fresh one."""
+"""Runs added to a design where they fill the parameter space best: coordinate exchange on the discrepancy."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
-from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, rows_digest, space_json
-from birdstrike.doe.designs.registry import KINDS, Design, make_design
-from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.doe.designs.uniform import LARGEST, cd2
+from birdstrike.doe.designs.design import Progress
+from birdstrike.doe.designs.quality import cd2
+from birdstrike.doe.designs.uniform import LARGEST
 
 STARTS, SWEEPS, CANDIDATES = 30, 20, 200
 WORK = 1e9
@@ -22,7 +16,7 @@ WORK = 1e9
 their product with the runs squared, whichever is reached first (15 runs added to 25 of 4 parameters: about 1 s)."""
 
 
-def completed(held: Array, runs: int, seed: int, progress: Callable[[float], None] = lambda _: None) -> Array:
+def completed(held: Array, runs: int, seed: int, progress: Progress = lambda _: None) -> Array:
     """`runs` points (runs, k) in 0..1, the first of them `held` (n, k), of a low centred L2 discrepancy.
 
     The added points' coordinates stand at the middles of `runs` equal cells; each in turn is put where the discrepancy
@@ -92,49 +86,3 @@ def _single(x: Array) -> Array:
     """s(x) = 1 + |x - 1/2|/2 - |x - 1/2|^2/2."""
     z = np.abs(x - 0.5)
     return 1.0 + 0.5 * z * (1.0 - z)
-
-
-def planned_design(
-    kind: str | Path,
-    space: ParameterSpace,
-    runs: int,
-    seed: int,
-    out: str | Path,
-    progress: Callable[[float], None] = lambda _: None,
-) -> Design:
-    """`make_design`, but of a campaign in `out` of the same kind, seed and ranges its runs stay, bit for bit.
-
-    More runs than it holds are added where they fill the box best; a Sobol sequence goes on instead. Raises UserError.
-    """
-    held = _held(str(kind), space, seed, CampaignFolder(Path(out)))
-    if held is None or runs < len(held[0]) or (kind == "sobol" and runs > len(held[0])):
-        return make_design(kind, space, runs, seed, progress)
-    numbers, values = held
-    design = Design(str(kind), seed, space, numbers, values, space.to_unit(values))
-    return design if runs == len(numbers) else _extended(design, runs, progress)
-
-
-def _extended(design: Design, runs: int, progress: Callable[[float], None]) -> Design:
-    n, space, seed = len(design.numbers), design.space, design.seed or 0
-    unit = completed(design.unit, runs, seed, progress)
-    said = f"the {n} runs of the {design.kind} design stay; {runs - n} are added where they fill the box best"
-    if design.kind == "orthogonal":
-        said += f": together they are no orthogonal array, the first {n} are"
-    numbers = np.concatenate([design.numbers, design.numbers.max() + np.arange(1, runs - n + 1)])
-    values = np.vstack([design.values, space.to_physical(unit[n:])])
-    return replace(design, numbers=numbers, values=values, unit=unit, warnings=(said,))
-
-
-def _held(
-    kind: str, space: ParameterSpace, seed: int, folder: CampaignFolder
-) -> tuple[NDArray[np.int64], Array] | None:
-    """Run numbers and values of the folder's design where its summary vouches for kind, seed, ranges and every row."""
-    summary = folder.read_summary()
-    design = summary.get("design", {})
-    same = (design.get("kind"), design.get("seed"), summary.get("space")) == (kind, seed, space_json(space))
-    if kind not in KINDS or not same or not folder.design.exists():
-        return None
-    rows = folder.design.read_text(encoding="utf-8").splitlines()[: design["runs"] + 1]
-    if rows_digest(rows) != design.get("digest"):
-        return None
-    return design_rows(rows)

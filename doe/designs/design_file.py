@@ -15,11 +15,30 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED, UnitError, scaled, si_unit
+from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.space import ParameterSpace
 
 _HEADER = re.compile(r"\s*(.+?)\s*(?:\[\s*([^\]]*?)\s*\])?\s*")
 
 Lines = list[tuple[int, list[str]]]
+
+
+def file_design(path: str | Path, space: ParameterSpace) -> Design:
+    """The design of a user's file; runs outside the case's ranges are kept, with a warning. Raises UserError."""
+    numbers, values = read_design(path, space)
+    outside = _outside(numbers, values, space)
+    return Design("file", None, space, numbers, values, space.to_unit(values), str(path), outside)
+
+
+def _outside(numbers: NDArray[np.int64], values: Array, space: ParameterSpace) -> tuple[str, ...]:
+    """One warning a parameter whose range some runs leave: the user's own design is run all the same."""
+    outside = space.outside(values)
+    return tuple(
+        f"{name}: {outside[:, j].sum()} of {len(numbers)} runs are outside the case's range "
+        f"(first: run {numbers[outside[:, j]][0]}); they are run as the file says"
+        for j, name in enumerate(space.names)
+        if outside[:, j].any()
+    )
 
 
 def read_design(path: str | Path, space: ParameterSpace) -> tuple[NDArray[np.int64], Array]:

@@ -1,4 +1,4 @@
-"""What a design can tell apart: rank, condition and correlation of its columns, and how evenly it fills the box."""
+"""Quality of a design: rank, condition and correlation of its columns, and how evenly it fills the parameter space."""
 
 from __future__ import annotations
 
@@ -96,6 +96,11 @@ def design_quality(unit: Array, names: Sequence[str] | None = None, ranked: bool
         min_distance=float(pdist(unit).min()) if n > 1 else 0.0,
         sentence=_sentence(n, rank, directions[:rank], names or [f"parameter {j + 1}" for j in range(k)]),
     )
+
+
+def cd2(unit: Array) -> float:
+    """Squared centred L2 discrepancy of points (n, k) in 0..1."""
+    return float(qmc.discrepancy(unit, method="CD"))
 
 
 def _largest_correlation(unit: Array) -> float:

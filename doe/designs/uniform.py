@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.design import DesignKind, Progress
+from birdstrike.doe.designs.quality import cd2
 
 Levels = NDArray[np.int64]
 
@@ -29,7 +29,7 @@ For 25 runs of 4 parameters 16 million swaps, 2 to 3 s; the bound is in swaps, s
 """
 
 
-def uniform_design(runs: int, columns: int, seed: int, progress: Callable[[float], None] = lambda _: None) -> Array:
+def uniform_design(runs: int, columns: int, seed: int, progress: Progress = lambda _: None) -> Array:
     """(runs, columns) in 0..1, levels at (2i - 1)/(2 runs), each once in every column.
 
     The best of `STARTS` annealings by swaps, one from the best good-lattice-point design, the rest from random
@@ -59,18 +59,13 @@ def discrepancy(levels: Levels) -> float:
     return cd2(centred(levels))
 
 
-def cd2(unit: Array) -> float:
-    """Squared centred L2 discrepancy of points (n, k) in 0..1."""
-    return float(qmc.discrepancy(unit, method="CD"))
-
-
 def _annealed(start: Levels, rng: np.random.Generator) -> Levels:
     """The best design of one annealing from `start`.
 
     Temperatures follow the size of a swap's effect, about 1/n of the discrepancy of a good design; that comes from a
     short cold search, so that the schedule holds for any number of runs and columns.
     """
-    from birdstrike.doe.designs.exchange import anneal  # brings in numba: only a uniform design pays for that
+    from birdstrike.doe.designs.annealing import anneal  # brings in numba: only a uniform design pays for that
 
     runs, columns = start.shape
     steps, reach = max(min(SWAPS, WORK // runs), 1000), max(1, runs // 8)
@@ -93,3 +88,6 @@ def _good_lattice(runs: int, columns: int) -> Levels:
     if not lattices:  # too few units modulo n for that many columns
         return np.tile(np.arange(runs), (columns, 1)).T
     return min(lattices[:few], key=discrepancy)
+
+
+UNIFORM = DesignKind("uniform", uniform_design)

@@ -7,21 +7,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from birdstrike.data.errors import CaseError
-from birdstrike.doe.external.template import NAMED, filled, strike_values
+from birdstrike.doe.external.template import NAMED, case_values, filled
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.effects.registry import effects
 
 
-def no_place(case: Case, changed: Case) -> tuple[str, ...]:
-    """Dotted keys by which two cases strike differently and for which the deck has no place; none: all have one.
+def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
+    """Dotted keys in which two cases differ and for which the deck has no place; none: all have one.
 
     Our own solver has a place for every key. A key has one where another value of it alone changes the filled template:
     through whatever arithmetic, condition or component of the velocity.
     """
     if case.solver.name != "external":
         return ()
-    before, after = strike_values(case), strike_values(changed)
+    before, after = case_values(case), case_values(changed)
     deck = filled(case, before)
     return tuple(
         name
@@ -31,7 +31,7 @@ def no_place(case: Case, changed: Case) -> tuple[str, ...]:
     )
 
 
-def uncarried(case: Case, name: str) -> str:
+def unsupported_by_deck(case: Case, name: str) -> str:
     """Why the deck cannot carry an effect of a plausible size; empty where it can, and for our own solver."""
     if case.solver.name != "external":
         return ""
@@ -39,16 +39,16 @@ def uncarried(case: Case, name: str) -> str:
     size = case.effects.get(name, effects()[name].size(bare))
     try:
         changed = bare.with_effects({**bare.effects, name: size})
-        missing = no_place(bare, changed)
+        missing = missing_in_deck(bare, changed)
         if not missing:
-            filled(changed, strike_values(changed))
+            filled(changed, case_values(changed))
     except CaseError as error:
         return "; ".join(error.errors)
     return f"the deck has no place for {', '.join(missing)}" if missing else ""
 
 
 def _kept(case: Case) -> dict[str, Any]:
-    """What says how the strike goes; instruments act on what the solver has written."""
+    """What defines the simulation; instruments act on what the solver has written."""
     return {name: table for name, table in case.canonical().items() if name in NAMED}
 
 

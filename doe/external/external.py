@@ -14,25 +14,27 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.data.errors import CaseError, MachineFailure, RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.attempt import STEP_FACTORS, Solver
 from birdstrike.doe.external import guard
-from birdstrike.doe.external.deck import uncarried
+from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.doe.external.output import read_sensor
 from birdstrike.doe.external.template import rendered
-from birdstrike.doe.solvers import STEP_FACTORS, Solver
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.external import External
 
 LOG = "solver.log"
 TAIL = 300
 """Characters of the log's end that stand in a failure's reason."""
+MACHINE_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.ENOMEM)
+"""What the system tells a program when the disk or the memory is full: that is no failure of the run."""
 
 
 def external_solver(case: Case) -> Solver:
     """The case's external solver; raises CaseError where the template cannot be filled or leaves out what is asked.
 
-    A strike gets its second chance only where the template holds `step_factor`: nothing else would be safer.
+    A run gets its second attempt only where the template holds `step_factor`: nothing else would be safer.
     """
     assert case.external is not None
     deck = rendered(case)
@@ -43,14 +45,14 @@ def external_solver(case: Case) -> Solver:
         for p in case.parameters()
         if rendered(case.with_values({p.name: p.low})) == rendered(case.with_values({p.name: p.high}))
     ]
-    errors += [f"effects.{name}: {reason}" for name in case.effects if (reason := uncarried(case, name))]
+    errors += [f"effects.{name}: {reason}" for name in case.effects if (reason := unsupported_by_deck(case, name))]
     if errors:
         raise CaseError(errors, f"case {case.name} does not fit its template")
     safer = rendered(case, STEP_FACTORS[-1]) != deck
-    return Solver(strike_external, f"external: {case.external.version}", STEP_FACTORS if safer else STEP_FACTORS[:1])
+    return Solver(simulate_external, f"external: {case.external.version}", STEP_FACTORS if safer else STEP_FACTORS[:1])
 
 
-def strike_external(
+def simulate_external(
     case: Case,
     *,
     step_factor: float = 1.0,
@@ -60,20 +62,21 @@ def strike_external(
     """Run the external command over the filled template and return the sensors' histories on the case's clock.
 
     threads: for the command's `{threads}`. Raises RunFailed (exit code, time limit, output that is missing, unreadable
-    or ends early) and FileNotFoundError when there is no such command.
+    or ends early), MachineFailure (killed by a signal, disk or memory full) and FileNotFoundError when there is no such
+    command.
     """
     external, started = case.external, time.perf_counter()
     assert external is not None
-    folder = Path(tempfile.mkdtemp(prefix="strike-", dir=external.scratch))
+    folder = Path(tempfile.mkdtemp(prefix="run-", dir=external.scratch))
     stays = external.keep == "all"
     try:
         deck = _lay_out(folder, external, rendered(case, step_factor))
         _run(folder, external, _words(external, deck, threads))
         clock, channels = _read(folder, case, external)
-    except RunFailed as failure:
+    except (RunFailed, MachineFailure) as failure:
         stays = external.keep != "none"
         where = f"; its folder is kept: {folder}" if stays else ""
-        raise RunFailed(f"{failure.reason}{where}") from failure
+        raise type(failure)(f"{failure.reason}{where}") from failure
     finally:
         if not stays:
             shutil.rmtree(folder, ignore_errors=True)
@@ -119,9 +122,20 @@ def _run(folder: Path, external: External, command: list[str]) -> None:
     if code == guard.TIME_IS_UP and time.perf_counter() - begun >= external.time_limit:
         raise RunFailed(f"{name} was stopped at external.time_limit = {external.time_limit:g} s{tail}")
     if code != 0:
+        _raise_machine_failure(name, code, text)
         raise RunFailed(f"{name} ended with exit code {code}{tail}")
     if external.success is not None and external.success not in text:
         raise RunFailed(f'{name} has not written "{external.success}"{tail}')
+
+
+def _raise_machine_failure(name: str, code: int, log: str) -> None:
+    """Raise MachineFailure where the exit code is that of a signal, or the log names a full disk or memory."""
+    killed = guard.signal_of(code)
+    if killed:
+        raise MachineFailure(f"{name} was killed by signal {killed}")
+    for error in MACHINE_ERRORS:
+        if os.strerror(error) in log:
+            raise MachineFailure(f"{name} stopped: {os.strerror(error)}", "free some and run the same command again")
 
 
 def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str, Array]]:

@@ -29,6 +29,12 @@ def end_with_the_lifeline(process: "subprocess.Popen[bytes]") -> None:
     end(process)
 
 
+def signal_of(code: int) -> int:
+    """The signal that ended a command with this exit code (128 + signal, or -signal as Python has it); 0 for none."""
+    found = -code if code < 0 else code - 128
+    return found if 0 < found < 65 else 0
+
+
 def main(limit: float, command: "list[str]") -> int:
     """Run the command for at most `limit` seconds."""
     try:

@@ -61,7 +61,7 @@ def card(value: float, width: int = 10) -> str:
 
 def rendered(case: Case, step_factor: float = 1.0) -> str:
     """The deck of a case; raises CaseError with the line of the template that cannot be filled."""
-    return filled(case, strike_values(case), step_factor)
+    return filled(case, case_values(case), step_factor)
 
 
 def filled(case: Case, values: Mapping[str, Any], step_factor: float = 1.0) -> str:
@@ -78,7 +78,7 @@ def filled(case: Case, values: Mapping[str, Any], step_factor: float = 1.0) -> s
         raise CaseError(f"{path} is not UTF-8 text: {error}") from error
 
 
-def strike_values(case: Case) -> dict[str, Any]:
+def case_values(case: Case) -> dict[str, Any]:
     """What of a case a template may name, nested, SI; the bird's mass and density as they are, whichever is stated."""
     tree = case.model_dump(include=NAMED)
     tree["bird"] |= {"density": case.bird.actual_density, "mass": case.bird.actual_mass}

@@ -13,6 +13,7 @@ from typing import Any
 
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.inversion.audit.bench import Bench, digest
 from birdstrike.inversion.audit.circular import emulator_made
@@ -50,15 +51,19 @@ def audit(
     made: int = MADE,
     progress: Callable[[float], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
+    retry_failed: bool = False,
 ) -> dict[str, Any]:
     """Score every experiment of `folder` and write `out/audit.json`; returns its content.
 
     draws: of the noise on each curve; confirm: the solver is asked as `diagnose` asks it (some thirty strikes an
     experiment); channels: only records of so many; read: whole records drawn of each kind of noise; made: truths of the
     emulator itself. Every score is kept in `out/scores` and used again, so that a killed audit loses those in flight
-    only. A script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed.
+    only.
+    retry_failed: runs with a failure on record are tried again. A script that calls this
+    needs `if __name__ == "__main__":`. Raises UserError and RunFailed.
     """
     choice, place = wishes or Wishes(), Path(out)
+    choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     if draws < FEWEST_DRAWS:
         raise UserError(f"--draws = {draws} is below {FEWEST_DRAWS}: rates would be coarse; 200 is the gate's")
     found = [one for one in experiments(Path(folder)) if channels in (None, len(read_measured(one.record).channels))]

@@ -43,9 +43,19 @@ class Bench:
             design = make_design("uniform", ParameterSpace.of(case.parameters()), self.wishes.runs, self.wishes.seed)
             workers = self.wishes.workers
             with self.wishes.counter() as bar:
-                dataset = run_campaign(case, design, folder / "doe", workers=workers, progress=bar, say=lambda _: None)
+                dataset = run_campaign(
+                    case,
+                    design,
+                    folder / "doe",
+                    workers=workers,
+                    progress=bar,
+                    say=lambda _: None,
+                    retry=self.wishes.retry,
+                )
             bar = self.stack.enter_context(self.wishes.counter())
-            strikes = self.stack.enter_context(Strikes(folder / "runs", (folder / "doe" / "runs",), workers, bar))
+            retry = self.wishes.retry
+            read = (folder / "doe" / "runs",)
+            strikes = self.stack.enter_context(Strikes(folder / "runs", read, workers, bar, retry))
             self.studies[key] = Study(prepare(case, dataset, channels, strikes, lambda _: None), strikes, self.wishes)
         return self.studies[key]
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.paths import resolve_measured
-from birdstrike.doe.campaign.campaign import load_dataset, run_campaign
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
@@ -28,13 +31,16 @@ def diagnose(
     doe: str | Path | None = None,
     heldout: str | Path | Measured | None = None,
     wishes: Wishes | None = None,
+    retry_failed: bool = False,
 ) -> Diagnosis:
     """Diagnose the record and write `diagnosis.json`, the curves and, where an effect helps, the case with it.
 
     doe: folder of a finished campaign of the case (else one is run in `out/doe`); heldout: another shot of the same
-    case, which nothing is fitted to. Raises UserError and RunFailed; every strike that was paid stays in `out/runs`.
+    case, which nothing is fitted to; retry_failed: runs with a failure on record are tried again.
+    Raises UserError and RunFailed; every strike that was paid stays in `out/runs`.
     """
     choice, folder = wishes or Wishes(), Path(out)
+    choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
     loaded = load_case(case) if isinstance(case, str | Path) else case
@@ -43,7 +49,8 @@ def diagnose(
     _refuse_unknown(loaded, record, shot)
     folder.mkdir(parents=True, exist_ok=True)
     dataset, campaign = _campaign(loaded, folder, doe, choice)
-    with choice.counter() as shown, Strikes(folder / "runs", (campaign / "runs",), choice.workers, shown) as strikes:
+    read, workers, retry = (campaign / "runs",), choice.workers, choice.retry
+    with choice.counter() as shown, Strikes(folder / "runs", read, workers, shown, retry) as strikes:
         with choice.display("Emulator, and strikes for every effect and numerical choice") as progress:
             ground = prepare(loaded, dataset, tuple(record.channels), strikes, progress)
         found = Study(ground, strikes, choice).diagnosis(record, shot)
@@ -75,7 +82,15 @@ def _campaign(case: Case, folder: Path, doe: str | Path | None, choice: Wishes) 
         return dataset, Path(doe)
     design = make_design("uniform", ParameterSpace.of(case.parameters()), choice.runs, choice.seed)
     with choice.counter() as shown:
-        dataset = run_campaign(case, design, folder / "doe", workers=choice.workers, progress=shown, say=lambda _: None)
+        dataset = run_campaign(
+            case,
+            design,
+            folder / "doe",
+            workers=choice.workers,
+            progress=shown,
+            say=lambda _: None,
+            retry=choice.retry,
+        )
     return dataset, folder / "doe"
 
 

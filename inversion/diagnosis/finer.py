@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.histories import Array
-from birdstrike.doe.external.deck import no_place
+from birdstrike.doe.external.deck import missing_in_deck
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw, overlay
@@ -125,4 +125,4 @@ def _changed(case: Case, changes: Raw) -> Case | None:
         changed = case_from_table(overlay(case._raw, changes), case.name)
     except CaseError:
         return None
-    return None if no_place(case, changed) else changed
+    return None if missing_in_deck(case, changed) else changed

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.doe.external.deck import uncarried
+from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.diagnosis.following import by_channel, followed
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import Effect, effects
@@ -65,7 +65,7 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     """Effects that the case can carry, and why it cannot carry the others."""
     known, refused = [], {}
     for name, effect in effects().items():
-        if reason := effect.refuses(case) or _declared(case, name) or uncarried(case, name):
+        if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
             continue
         size, least = effect.size(case), effect.least(case)

@@ -9,16 +9,17 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from birdstrike.data.errors import MachineFailure
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.run import Finished, Strike
-from birdstrike.doe.campaign.runner import Progress, Runner
+from birdstrike.doe.campaign.run import Finished, PlannedRun
+from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.simulate import simulate
 
-Shown = Callable[[Progress], None]
+Shown = Callable[[RunCounts], None]
 
 
 class Strikes:
@@ -28,11 +29,17 @@ class Strikes:
     """
 
     def __init__(
-        self, store: str | Path, read: tuple[Path, ...] = (), workers: int | None = None, shown: Shown = lambda _: None
+        self,
+        store: str | Path,
+        read: tuple[Path, ...] = (),
+        workers: int | None = None,
+        shown: Shown = lambda _: None,
+        retry: float = 0.0,
     ) -> None:
         self.store, self.read = RunStore(store), tuple(RunStore(path) for path in read)
         self.workers, self.shown = workers or os.cpu_count() or 1, shown
         self.paid, self.reused, self.failures = 0, 0, dict[str, str]()
+        self.retry = retry
         self._stack, self._pool = ExitStack(), None
 
     def __enter__(self) -> Strikes:
@@ -46,7 +53,7 @@ class Strikes:
         strikes = {label: _strike(i, case) for i, (label, case) in enumerate(cases.items())}
         for strike in strikes.values():
             self._fetch(strike)
-        runner = Runner(self.store, list(strikes.values()), self.shown)
+        runner = Runner(self.store, list(strikes.values()), self.shown, self.retry)
         self.paid += len(runner.due)
         self.reused += runner.finished
         if runner.due:
@@ -57,6 +64,8 @@ class Strikes:
             outcome = runner.outcomes[strike.number]
             if isinstance(outcome, Finished):
                 found[label] = outcome.histories
+            elif outcome.due:
+                raise MachineFailure(outcome.reason)
             else:
                 self.failures[label] = outcome.reason
         return found
@@ -66,7 +75,7 @@ class Strikes:
             self._pool = self._stack.enter_context(process_pool(self.workers))
         return self._pool
 
-    def _fetch(self, strike: Strike) -> None:
+    def _fetch(self, strike: PlannedRun) -> None:
         """Bring a run that another store holds into one's own."""
         if any(self.store.path(key).exists() for key in strike.keys.values()):
             return
@@ -78,7 +87,7 @@ class Strikes:
                     return
 
 
-def _strike(number: int, case: Case) -> Strike:
+def _strike(number: int, case: Case) -> PlannedRun:
     """A case by its effects' keys: workers know the library of effects, but no effect of the user's own."""
     plain = case.resolved()
-    return replace(Strike.of(number, {}, plain, solver_for(plain, simulate)), case=plain)
+    return replace(PlannedRun.of(number, {}, plain, solver_for(plain, simulate)), case=plain)

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
-from birdstrike.doe.campaign.runner import Progress as Counts
+from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.inversion.diagnosis.verdict import ALPHA
 
 RUNS = 25
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-Counter = Callable[[], AbstractContextManager[Callable[[Counts], None]]]
+Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
 
 
 def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
@@ -20,14 +20,14 @@ def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
     return nullcontext(lambda _: None)
 
 
-def uncounted() -> AbstractContextManager[Callable[[Counts], None]]:
+def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
     """No bar of strikes."""
     return nullcontext(lambda _: None)
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """How to diagnose. alpha: rate of false alarms; runs: of the campaign where none is given."""
+    """How to diagnose. alpha: rate of false alarms; runs: of the campaign where none is given; retry: see Runner."""
 
     alpha: float = ALPHA
     seed: int = 0
@@ -36,3 +36,4 @@ class Wishes:
     display: Display = quiet
     counter: Counter = uncounted
     say: Callable[[str], None] = warnings.warn
+    retry: float = 0.0

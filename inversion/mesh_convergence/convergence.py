@@ -12,9 +12,9 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.attempt import Simulate
-from birdstrike.doe.campaign.run import Failed, Finished, Strike
-from birdstrike.doe.campaign.runner import Progress, Runner
+from birdstrike.doe.attempt import Simulate
+from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
+from birdstrike.doe.campaign.runner import RunCounts, Runner
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion.mesh_convergence.grid_convergence import (
@@ -60,23 +60,24 @@ def run_meshes(
     progress: Callable[[float], None] = lambda _: None,
     simulate: Simulate | None = None,
     executor: Executor | None = None,
+    retry: float = 0.0,
 ) -> tuple[Finished, ...]:
     """Strike on each mesh, or take the run that the store holds; dearest first, one thread each.
 
     progress: takes the share of the estimated cost that is done. Raises RunFailed naming the meshes that failed, when
-    all others are kept.
+    all others are kept. retry: runs whose failure was stored before this time [s, Unix] are tried again.
     """
     solver = solver_for(meshes[0].case, simulate)
     order = sorted(range(len(meshes)), key=lambda i: -meshes[i].cost)
-    strikes = [replace(Strike.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
+    strikes = [replace(PlannedRun.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
     total = sum(mesh.cost for mesh in meshes)
 
-    def tell(_: Progress) -> None:
+    def tell(_: RunCounts) -> None:
         progress(sum(meshes[i].cost for i in runner.outcomes) / total)
 
-    runner = Runner(store, strikes, lambda _: None)
+    runner = Runner(store, strikes, lambda _: None, retry)
     runner.progress = tell
-    tell(Progress(len(meshes), 0, 0, 0, 0))
+    tell(RunCounts(len(meshes), 0, 0, 0, 0))
     if runner.due:
         with nullcontext(executor) if executor is not None else process_pool(min(workers, len(runner.due))) as pool:
             runner.run(pool, solver.simulate, meshes[0].case, workers)

@@ -16,7 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
-from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.inversion import Answer, Inversion, ShotFigures
 from birdstrike.reports.results.results import Convergence, Results, RunSummary
 from birdstrike.solver.case.case import load_case

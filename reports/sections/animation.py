@@ -23,7 +23,6 @@ from birdstrike.reports.figures.shapes import PRESSURE_COLOURS, pressure_scale
 from birdstrike.reports.figures.stress import PLATE_COLOURS
 from birdstrike.reports.figures.switches import COLOURS
 from birdstrike.reports.figures.views import Scene, mid_line, window
-from birdstrike.reports.results import Results
 from birdstrike.reports.results.results import Results
 from birdstrike.solver.build import mesh_of
 

@@ -13,7 +13,6 @@ from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure
 from birdstrike.reports.figures.views import Scene, nearest, push_direction
-from birdstrike.reports.results import Results
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.animation import animation
 from birdstrike.solver.build import mesh_of

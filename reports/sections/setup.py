@@ -6,7 +6,6 @@ from birdstrike.data.units import display
 from birdstrike.reports.blocks import Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.setup import SetUp, setup_figure
-from birdstrike.reports.results import Results
 from birdstrike.reports.results.measurement import origin, short_name
 from birdstrike.reports.results.results import Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial

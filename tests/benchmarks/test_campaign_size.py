@@ -12,7 +12,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from birdstrike.doe.campaign.campaign import Progress, run_campaign
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.runner import RunCounts
 from tests.doe.stand_in import VERSION, design, reference, strike
 
 RUNS = 10_000
@@ -37,7 +38,7 @@ def timed_strike(runs: int = 200) -> float:
 def test_ten_thousand_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     memory: dict[int, float] = {}
 
-    def note(state: Progress) -> None:
+    def note(state: RunCounts) -> None:
         if state.finished in (2000, RUNS - 100):
             memory[state.finished] = resident()
 

@@ -15,7 +15,8 @@ from scipy.stats import qmc
 
 from birdstrike.doe.designs.completion import completed
 from birdstrike.doe.designs.orthogonal import orthogonal_design, rao_hamming
-from birdstrike.doe.designs.uniform import cd2, uniform_design
+from birdstrike.doe.designs.quality import cd2
+from birdstrike.doe.designs.uniform import uniform_design
 
 RUNS, FACTORS = 25, 4
 Draw = Callable[[int], np.ndarray]

@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.cli.run_doe import run_doe
 from birdstrike.data.paths import REFERENCE
-from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.doe.campaign.results import load_dataset
 from tests.doe.stand_in import strike
 
 FILES = "design.csv, projections.svg, curves.csv, summary.json, runs/"

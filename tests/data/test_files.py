@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError, RunFailed, UserError
-from birdstrike.data.fields import write_fields
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Snapshot
+from birdstrike.data.vtu import write_fields
 
 NO_CELLS = np.empty((0, 8), np.int64)
 

@@ -10,16 +10,16 @@ import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.import_curve import Wanted, import_record
+from birdstrike.data.import_curve import ImportOptions, import_record
 from birdstrike.data.units import scaled
 
 CENTRE = {"displacement_centre": ""}
 MM_MS = {"time": "ms", "displacement_centre": "mm"}
 
 
-def imported(path: Path, text: str, wanted: Wanted, encoding: str = "utf-8") -> Measured:
+def imported(path: Path, text: str, options: ImportOptions, encoding: str = "utf-8") -> Measured:
     path.write_text(text, encoding=encoding)
-    return import_record(path, wanted)
+    return import_record(path, options)
 
 
 def nodout(times: Iterable[float], nodes: Sequence[int], z: float = -1.25e-3, rotations: bool = True) -> str:
@@ -42,8 +42,9 @@ def nodout(times: Iterable[float], nodes: Sequence[int], z: float = -1.25e-3, ro
 
 def test_nodout_gives_the_component_of_the_node(tmp_path: Path) -> None:
     times = np.array([0.0, 0.1, 0.2, 0.3])
-    wanted = Wanted({"displacement_centre": "z-disp"}, units=MM_MS, scales={"displacement_centre": -1.0}, node=1026)
-    found = imported(tmp_path / "nodout", nodout(times, (7, 1026)), wanted)
+    turned = {"displacement_centre": -1.0}
+    options = ImportOptions({"displacement_centre": "z-disp"}, units=MM_MS, scales=turned, node=1026)
+    found = imported(tmp_path / "nodout", nodout(times, (7, 1026)), options)
     assert found.time == pytest.approx(1e-3 * times, rel=1e-12)
     assert found.channels["displacement_centre"] == pytest.approx(1.25e-6 * 1026 * times, rel=1e-4)
     assert found.units == {"displacement_centre": "m"}
@@ -55,25 +56,25 @@ def test_numbers_of_a_nodout_that_touch_are_told_apart_by_their_columns(tmp_path
     found = imported(
         tmp_path / "nodout",
         nodout([0.0, 1.0], [3]),
-        Wanted({"displacement_centre": "x-coor"}, units={"time": "s", "displacement_centre": "m"}),
+        ImportOptions({"displacement_centre": "x-coor"}, units={"time": "s", "displacement_centre": "m"}),
     )
     assert found.channels["displacement_centre"].tolist() == [-1.5e101, -1.5e101]
 
 
 def test_several_nodes_and_no_choice_is_an_error_that_lists_them(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"holds 2 nodes; choose one: --node 7 \(there are 7, 1026\)"):
-        imported(tmp_path / "nodout", nodout([0.0, 1.0], (7, 1026)), Wanted({"a": "z-disp"}, units=MM_MS))
+        imported(tmp_path / "nodout", nodout([0.0, 1.0], (7, 1026)), ImportOptions({"a": "z-disp"}, units=MM_MS))
     with pytest.raises(UserError, match="has no node 8; it has 7, 1026"):
-        import_record(tmp_path / "nodout", Wanted({"a": "z-disp"}, units=MM_MS, node=8))
+        import_record(tmp_path / "nodout", ImportOptions({"a": "z-disp"}, units=MM_MS, node=8))
     with pytest.raises(UserError, match=r'which column is "a"\? Write --sensor a="z-disp"'):
-        import_record(tmp_path / "nodout", Wanted({"a": ""}, units=MM_MS, node=7))
+        import_record(tmp_path / "nodout", ImportOptions({"a": ""}, units=MM_MS, node=7))
 
 
 def test_nodout_that_was_cut_short_is_an_error_with_its_line(tmp_path: Path) -> None:
     whole = nodout([0.0, 1.0], [7], rotations=False)
     cut = whole[: whole.rindex("7") + 60]
     with pytest.raises(UserError, match=rf"line {len(cut.splitlines())}: value \d+ is .*cut short\?"):
-        imported(tmp_path / "nodout", cut, Wanted({"a": "x-disp"}, units={"time": "ms", "a": "mm"}))
+        imported(tmp_path / "nodout", cut, ImportOptions({"a": "x-disp"}, units={"time": "ms", "a": "mm"}))
 
 
 TWO_COLUMNS = {
@@ -94,7 +95,7 @@ TWO_COLUMNS = {
 @pytest.mark.parametrize("kind", TWO_COLUMNS)
 def test_two_columns_however_they_are_written(tmp_path: Path, kind: str) -> None:
     text, units = TWO_COLUMNS[kind]
-    found = imported(tmp_path / "curve.txt", text, Wanted(CENTRE, units=units))
+    found = imported(tmp_path / "curve.txt", text, ImportOptions(CENTRE, units=units))
     assert found.time.tolist() == [0.34e-3, 0.59e-3]
     assert found.channels["displacement_centre"].tolist() == [scaled("0.121246", "mm"), scaled("1.232132", "mm")]
     assert not found.simulated
@@ -102,8 +103,9 @@ def test_two_columns_however_they_are_written(tmp_path: Path, kind: str) -> None
 
 def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
     text = "Date;11/21\nSample;t (ms);Disp Z (mm);Force (kN)\n1;0.0;0.0;\n2;0.1;-0.5;12.5\n3;0.2;;13.5\n"
-    wanted = Wanted({"displacement_centre": "disp z", "contact_force": "4"}, "t", scales={"displacement_centre": -2.0})
-    found = imported(tmp_path / "daq.csv", text, wanted)
+    columns = {"displacement_centre": "disp z", "contact_force": "4"}
+    options = ImportOptions(columns, "t", scales={"displacement_centre": -2.0})
+    found = imported(tmp_path / "daq.csv", text, options)
     assert found.time.tolist() == [0.0, 1e-4, 2e-4]
     np.testing.assert_array_equal(found.channels["displacement_centre"], [0.0, 1e-3, np.nan])
     np.testing.assert_array_equal(found.channels["contact_force"], [np.nan, 12.5e3, 13.5e3])
@@ -113,24 +115,24 @@ def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
 
 def test_the_last_letter_of_a_name_is_not_taken_for_a_unit(tmp_path: Path) -> None:
     """pint knows a year called a and a speed called c; a gauge called a is in neither."""
-    wanted = Wanted({"strain_1": "gauge_a"}, units={"strain_1": "um/m"})
-    found = imported(tmp_path / "a.csv", "t_ms,gauge_a\n0,0\n1,250\n", wanted)
+    options = ImportOptions({"strain_1": "gauge_a"}, units={"strain_1": "um/m"})
+    found = imported(tmp_path / "a.csv", "t_ms,gauge_a\n0,0\n1,250\n", options)
     assert found.channels["strain_1"].tolist() == [0.0, 250e-6]
 
 
 def test_a_byte_of_latin_1_in_the_head_does_no_harm(tmp_path: Path) -> None:
     text = "time (µs);w (µm)\n1;2\n3;4\n"
-    found = imported(tmp_path / "old.csv", text, Wanted(CENTRE), "latin-1")
+    found = imported(tmp_path / "old.csv", text, ImportOptions(CENTRE), "latin-1")
     assert found.channels["displacement_centre"].tolist() == [2e-6, 4e-6]
 
 
 def test_the_clock_can_be_shifted(tmp_path: Path) -> None:
-    found = imported(tmp_path / "a.csv", "t_ms,w_mm\n1.2,0\n1.3,1\n", Wanted(CENTRE, shift="-1.2 ms"))
+    found = imported(tmp_path / "a.csv", "t_ms,w_mm\n1.2,0\n1.3,1\n", ImportOptions(CENTRE, shift="-1.2 ms"))
     assert found.time == pytest.approx([0.0, 1e-4], abs=1e-18)
 
 
 def test_what_is_written_is_a_record_that_reads_back_bit_for_bit(tmp_path: Path) -> None:
-    found = imported(tmp_path / "a.csv", "t_s,w_in\n0.1,0.25\n0.2,0.31\n", Wanted(CENTRE, simulated=True))
+    found = imported(tmp_path / "a.csv", "t_s,w_in\n0.1,0.25\n0.2,0.31\n", ImportOptions(CENTRE, simulated=True))
     write_measured(tmp_path / "b.csv", found)
     again = read_measured(tmp_path / "b.csv")
     assert again.time.tolist() == found.time.tolist()
@@ -140,30 +142,32 @@ def test_what_is_written_is_a_record_that_reads_back_bit_for_bit(tmp_path: Path)
 
 
 WRONG = [
-    ("0 0\n1 1\n2 x\n3 3\n", Wanted(CENTRE, units=MM_MS), r'line 3: "2 x" is not 2 numbers as in line 1'),
-    ("0 0\n1 1\n2\n", Wanted(CENTRE, units=MM_MS), r'line 3: "2" is not 2 numbers'),
-    ("0,0\n1,1\n2,nan\n", Wanted(CENTRE, units=MM_MS), r'line 3: "2,nan" is not 2 numbers'),
-    ("0 0\n1 1\n1 2\n", Wanted(CENTRE, units=MM_MS), r"line 3: the time 1 does not increase"),
-    ("0,0\n,1\n2,2\n", Wanted(CENTRE, units=MM_MS), r"line 2: the time is missing"),
-    ("0 0\n1 1\n", Wanted(CENTRE), r'column "1" has no unit; say which: --time-unit ms'),
-    ("0 0\n1 1\n", Wanted(CENTRE, units={"time": "ms"}), r"no unit; say which: --unit displacement_centre=mm"),
-    ("t_ms,w_mm\n0,0\n1,1\n", Wanted(CENTRE, units={"time": "s"}), r'"t" is in ms, and --time-unit says s'),
-    ("w_mm,t_ms\n0,0\n1,1\n", Wanted(CENTRE), r'"w" is no time; choose the clock\'s column: --time NAME'),
-    ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", Wanted(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
-    ("t_ms,a_mm\n0,0\n1,1\n", Wanted({"w": "z"}), r'has no column "z"; its columns: t, a'),
-    ("t_ms,a_mm\n0,0\n1,1\n", Wanted({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
-    ("just text\nand more\n", Wanted(CENTRE), r"holds no table: no two lines in a row of two or more numbers each"),
-    ("t_ms,a_mm\n0,1e400\n1,1\n", Wanted(CENTRE), r"1e400.*is not|too large|not a finite"),
+    ("0 0\n1 1\n2 x\n3 3\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2 x" is not 2 numbers as in line 1'),
+    ("0 0\n1 1\n2\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2" is not 2 numbers'),
+    ("0,0\n1,1\n2,nan\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2,nan" is not 2 numbers'),
+    ("0 0\n1 1\n1 2\n", ImportOptions(CENTRE, units=MM_MS), r"line 3: the time 1 does not increase"),
+    ("0,0\n,1\n2,2\n", ImportOptions(CENTRE, units=MM_MS), r"line 2: the time is missing"),
+    ("0 0\n1 1\n", ImportOptions(CENTRE), r'column "1" has no unit; say which: --time-unit ms'),
+    ("0 0\n1 1\n", ImportOptions(CENTRE, units={"time": "ms"}), r"no unit; say which: --unit displacement_centre=mm"),
+    ("t_ms,w_mm\n0,0\n1,1\n", ImportOptions(CENTRE, units={"time": "s"}), r'"t" is in ms, and --time-unit says s'),
+    ("w_mm,t_ms\n0,0\n1,1\n", ImportOptions(CENTRE), r'"w" is no time; choose the clock\'s column: --time NAME'),
+    ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", ImportOptions(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
+    ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "z"}), r'has no column "z"; its columns: t, a'),
+    ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
+    ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
+    ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
 
 
-@pytest.mark.parametrize(("text", "wanted", "why"), WRONG)
-def test_what_is_wrong_is_said_with_its_line_and_a_remedy(tmp_path: Path, text: str, wanted: Wanted, why: str) -> None:
+@pytest.mark.parametrize(("text", "options", "why"), WRONG)
+def test_what_is_wrong_is_said_with_its_line_and_a_remedy(
+    tmp_path: Path, text: str, options: ImportOptions, why: str
+) -> None:
     with pytest.raises(UserError, match=why):
-        imported(tmp_path / "curve.txt", text, wanted)
+        imported(tmp_path / "curve.txt", text, options)
 
 
 def test_a_picture_is_no_curve(tmp_path: Path) -> None:
     (tmp_path / "plot.png").write_bytes(b"\x89PNG\0\0")
     with pytest.raises(UserError, match="is no text file"):
-        import_record(tmp_path / "plot.png", Wanted(CENTRE))
+        import_record(tmp_path / "plot.png", ImportOptions(CENTRE))

@@ -12,8 +12,9 @@ import numpy as np
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
-from birdstrike.doe.campaign.campaign import Progress
-from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.doe.designs.design import Design
+from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import Case, load_case
 
@@ -84,6 +85,6 @@ def design(runs: int = 6, seed: int = 0, kind: str = "lhs") -> Design:
     return make_design(kind, ParameterSpace.of(reference().parameters()), runs, seed)
 
 
-def recording(into: list[Progress]) -> partial[None]:
+def recording(into: list[RunCounts]) -> partial[None]:
     """A progress callback that keeps what it is told."""
     return partial(list.append, into)

@@ -14,8 +14,10 @@ import pytest
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.campaign import Progress, load_dataset, run_campaign
-from birdstrike.doe.designs.registry import Design
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.doe.designs.design import Design
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
 
@@ -174,7 +176,7 @@ def test_a_failing_strike_is_retried_with_half_the_step_then_left_out_by_number(
     assert all("unstable" in entry["reason"] for entry in summary["failed"])
     for number in broken:
         assert any(line.startswith(f"run {number} failed twice and is left out: unstable") for line in said)
-    assert states[-1] == Progress(6, 6 - len(broken), 0, 0, len(broken))
+    assert states[-1] == RunCounts(6, 6 - len(broken), 0, 0, len(broken))
 
 
 def test_a_recorded_failure_is_not_paid_for_again(tmp_path: Path) -> None:
@@ -202,7 +204,7 @@ def test_a_history_that_is_not_finite_is_a_failure(tmp_path: Path) -> None:
 
 
 def test_a_campaign_of_which_nothing_finishes_ends_with_the_first_reason(tmp_path: Path) -> None:
-    with pytest.raises(RunFailed, match="none of the 6 strikes finished; run 1: unstable"):
+    with pytest.raises(RunFailed, match="none of the 6 runs finished; run 1: unstable"):
         campaign(tmp_path, breaks_above=-1.0)
     with pytest.raises(UserError, match="none of its strikes finished"):
         load_dataset(tmp_path)
@@ -258,7 +260,7 @@ def test_what_the_user_should_know_is_said_once(tmp_path: Path) -> None:
 
 def test_a_rank_deficient_design_is_run_but_named_at_once(tmp_path: Path) -> None:
     said: list[str] = []
-    states: list[Progress] = []
+    states: list[RunCounts] = []
     planned = design()
     planned.values[:] = planned.space.to_physical(np.linspace(0.1, 0.9, 6)[:, None] * np.ones(4))
     planned.unit[:] = planned.space.to_unit(planned.values)

@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from birdstrike.doe.designs import completion
 from birdstrike.doe.designs.completion import completed
-from birdstrike.doe.designs.uniform import cd2
+from birdstrike.doe.designs.quality import cd2
 
 HELD = qmc.LatinHypercube(3, rng=5).random(10)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from birdstrike.data.errors import CaseError
-from birdstrike.doe.external.deck import no_place, uncarried
+from birdstrike.doe.external.deck import missing_in_deck, unsupported_by_deck
 from birdstrike.doe.external.external import external_solver
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
@@ -18,7 +18,7 @@ SPRINGS = '{% if plate.edges is mapping %}{{ plate.edges.rotational | to("kN*m/r
 
 def carried(case: Case) -> set[str]:
     """Effects that the case's deck can carry."""
-    return {name for name in effects() if not uncarried(case, name)}
+    return {name for name in effects() if not unsupported_by_deck(case, name)}
 
 
 OF_RECORD = {"time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift"}
@@ -47,23 +47,23 @@ def test_an_effect_needs_a_place_for_what_it_changes(tmp_path: Path, line: str, 
 def test_our_own_solver_has_a_place_for_everything() -> None:
     case = load_case("reference_strike")
     assert carried(case) == set(effects())
-    assert no_place(case, case.with_mesh(1000, (10, 8))) == ()
+    assert missing_in_deck(case, case.with_mesh(1000, (10, 8))) == ()
 
 
 def test_what_has_no_place_is_named(tmp_path: Path) -> None:
     case = oscillator(tmp_path)
-    assert uncarried(case, "plate_rate_hardening") == (
+    assert unsupported_by_deck(case, "plate_rate_hardening") == (
         "the deck has no place for plate.material.rate_c, plate.material.rate_p"
     )
-    assert uncarried(case, "clamp_rotation") == "the deck has no place for plate.edges.rotational"
-    assert no_place(case, case.with_mesh(1000, (12, 8))) == ("plate.elements", "bird.particles")
+    assert unsupported_by_deck(case, "clamp_rotation") == "the deck has no place for plate.edges.rotational"
+    assert missing_in_deck(case, case.with_mesh(1000, (12, 8))) == ("plate.elements", "bird.particles")
 
 
 def test_a_mesh_that_the_deck_makes_can_be_refined(tmp_path: Path) -> None:
     deck = DECK + "$ mesh {{ bird.particles }} {{ plate.elements[0] }} {{ solver.smoothing }}\n"
     case = oscillator(tmp_path, deck=deck)
-    assert no_place(case, case.with_mesh(1000, (12, 8))) == ()
-    assert no_place(case, case.overlaid({"solver": {"smoothing": 1.3, "courant": 0.5}})) == ("solver.courant",)
+    assert missing_in_deck(case, case.with_mesh(1000, (12, 8))) == ()
+    assert missing_in_deck(case, case.overlaid({"solver": {"smoothing": 1.3, "courant": 0.5}})) == ("solver.courant",)
 
 
 def test_an_effect_without_a_place_is_refused_before_anything_is_run(tmp_path: Path) -> None:

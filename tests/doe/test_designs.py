@@ -10,7 +10,8 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.folder import design_text
-from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.designs.design import Design
+from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import reference
 

@@ -14,10 +14,11 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import whole_file
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.campaign import load_dataset
 from birdstrike.doe.campaign.folder import DAY
-from birdstrike.doe.designs.completion import planned_design
-from birdstrike.doe.designs.registry import Design, make_design
+from birdstrike.doe.campaign.planned import planned_design
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.designs.design import Design
+from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import attempts, design, reference
 from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot

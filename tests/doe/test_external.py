@@ -22,7 +22,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.doe.external.external import external_solver, strike_external
+from birdstrike.doe.external.external import external_solver, simulate_external
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
@@ -42,7 +42,7 @@ def exact(time: Array, viscosity: float, speed: float = 91.1) -> Array:
 
 @pytest.mark.parametrize("reading", [NODOUT, CSV], ids=["nodout", "csv"])
 def test_a_strike_of_the_other_solver_is_its_exact_solution(tmp_path: Path, reading: str) -> None:
-    found = strike_external(oscillator(tmp_path, reading=reading))
+    found = simulate_external(oscillator(tmp_path, reading=reading))
     np.testing.assert_allclose(found.time, np.arange(101) * 20e-6)
     np.testing.assert_allclose(found.channels["displacement_centre"], exact(found.time, 400.0), rtol=0, atol=1e-7)
     assert found.units == {"displacement_centre": "m"}
@@ -55,7 +55,7 @@ def test_a_force_is_read_from_columns_and_passes_its_instrument(tmp_path: Path) 
     more = f'\n[external.sensors.contact_force]\n{FORCE}\n[sensors.contact_force]\nkind = "contact_force"\n'
     more += "[instrument.contact_force]\ngain = 2.0\n"
     path.write_text(path.read_text(encoding="utf-8") + more, encoding="utf-8")
-    found = strike_external(load_case(path)).channels
+    found = simulate_external(load_case(path)).channels
     spring = 2.0 * 20e6 * found["displacement_centre"]  # a force is a mean over 20 us of a period of 1.9 ms
     np.testing.assert_allclose(found["contact_force"][1:-1], spring[1:-1], rtol=0, atol=1e-3 * spring.max())
 
@@ -63,7 +63,7 @@ def test_a_force_is_read_from_columns_and_passes_its_instrument(tmp_path: Path) 
 def failing(folder: Path, behaviour: str) -> str:
     """The reason for which a strike fails."""
     with pytest.raises(RunFailed) as caught:
-        strike_external(oscillator(folder, behaviour=behaviour))
+        simulate_external(oscillator(folder, behaviour=behaviour))
     return str(caught.value)
 
 
@@ -94,7 +94,7 @@ def test_output_that_cannot_be_read_is_a_failure_that_names_it(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     with pytest.raises(RunFailed, match=message):
-        strike_external(changed(tmp_path, old, new))
+        simulate_external(changed(tmp_path, old, new))
 
 
 def test_nodout_as_fortran_writes_it(tmp_path: Path) -> None:
@@ -108,26 +108,27 @@ def test_nodout_as_fortran_writes_it(tmp_path: Path) -> None:
     program = tmp_path / "writes.py"
     program.write_text(f"open('nodout', 'w').write({blocks!r})\nprint('N o r m a l    t e r m i n a t i o n')\n")
     case = changed(tmp_path, str(PROGRAM), str(program))
-    np.testing.assert_allclose(strike_external(case).channels["displacement_centre"][-1], 1.5e-106, rtol=1e-9)
+    np.testing.assert_allclose(simulate_external(case).channels["displacement_centre"][-1], 1.5e-106, rtol=1e-9)
 
 
 def test_a_run_beyond_its_time_is_ended_with_all_that_it_started(tmp_path: Path) -> None:
     case = changed(tmp_path, 'time_limit = "30 s"', 'time_limit = "1 s"\nscratch = "."', behaviour="hang")
     kept = case.external.model_copy(update={"keep": "failed", "scratch": str(tmp_path)})  # type: ignore[union-attr]
     with pytest.raises(RunFailed, match=r"was stopped at external.time_limit = 1 s; its folder is kept"):
-        strike_external(case.model_copy(update={"external": kept}))
-    (note,) = tmp_path.glob("strike-*/strike.pids")
+        simulate_external(case.model_copy(update={"external": kept}))
+    (note,) = tmp_path.glob("run-*/strike.pids")
     until(lambda: all(gone(int(pid)) for pid in note.read_text().split()), 5.0)
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for left-over processes in /proc")
 def test_a_killed_worker_takes_the_solver_with_it(tmp_path: Path) -> None:
     case = written(tmp_path, behaviour="hang")
-    code = f"from doe.external import *; from solver.case import load_case; strike_external(load_case({str(case)!r}))"
+    imports = "from birdstrike.doe.external.external import simulate_external; from birdstrike import load_case"
+    code = f"{imports}; simulate_external(load_case({str(case)!r}))"
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     worker = subprocess.Popen([sys.executable, "-c", code], cwd=PROGRAM.parents[2], env=environment)
-    until(lambda: any(tmp_path.glob("strike-*/strike.pids")))
-    (note,) = tmp_path.glob("strike-*/strike.pids")
+    until(lambda: any(tmp_path.glob("run-*/strike.pids")))
+    (note,) = tmp_path.glob("run-*/strike.pids")
     worker.send_signal(signal.SIGKILL)
     worker.wait()
     until(lambda: all(gone(int(pid)) for pid in note.read_text().split()), 5.0)

@@ -17,7 +17,8 @@ import pytest
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
-from birdstrike.doe.campaign.campaign import load_dataset, run_campaign
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.solver.case.case import Case
 from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
 

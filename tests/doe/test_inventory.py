@@ -18,7 +18,7 @@ from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
-from birdstrike.doe.campaign.run import Finished
+from birdstrike.doe.campaign.run import Finished, retry_before
 from birdstrike.solver.version import SOLVER_VERSION
 from tests.doe.stand_in import attempts, design, reference, strike
 from tests.doe.test_campaign import HIGHEST, campaign, snapshot
@@ -124,7 +124,7 @@ def test_recorded_failures_are_tried_again_when_asked(tmp_path: Path) -> None:
     with ThreadPoolExecutor(1) as executor:
         second = run_campaign(
             reference(), design(), out, workers=1, simulate=partial(strike, diary=diary), solver_version="stand-in",
-            say=lambda _: None, executor=executor, retry_failed=True,
+            say=lambda _: None, executor=executor, retry=retry_before(True),
         )  # fmt: skip
     assert len(second.runs) == 6
     assert len(attempts(diary)) - begun == 6 - len(first.runs)

@@ -80,7 +80,7 @@ def test_two_processes_on_one_folder_end_alike_and_share_the_strikes(
     assert len(attempts(diary)) < 2 * RUNS  # what one has ended the other does not begin
 
 
-def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_strikes_in_flight(
+def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_runs_in_flight(
     tmp_path: Path, undisturbed: bytes, processes: multiprocessing.context.ForkServerContext
 ) -> None:
     out, diary = tmp_path / "out", tmp_path / "diary"
@@ -90,7 +90,7 @@ def test_twenty_kills_at_random_moments_change_no_byte_and_lose_only_strikes_in_
     first.join()
     longest = min(time.monotonic() - began, 1.0) / 3.0
     kept: set[str] = set()
-    for moment in np.random.default_rng().uniform(0.0, longest, KILLS):
+    for moment in np.random.default_rng(0).uniform(0.0, longest, KILLS):
         process = processes.Process(target=life, args=(out, diary, 0.01))
         process.start()
         time.sleep(float(moment))

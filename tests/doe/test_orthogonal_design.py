@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 from birdstrike.data.errors import UserError
-from birdstrike.doe.designs.orthogonal import orthogonal_design, prime_power, rao_hamming, sizes, tables
+from birdstrike.doe.designs.orthogonal import field_tables, orthogonal_design, prime_power, rao_hamming, sizes
 from birdstrike.doe.designs.quality import design_quality
 
 
@@ -70,7 +70,7 @@ def test_nine_runs_have_no_room_for_five_factors() -> None:
 
 @pytest.mark.parametrize("q", [2, 4, 5, 8, 9, 25, 27])
 def test_tables_are_those_of_a_field(q: int) -> None:
-    add, multiply = tables(q)
+    add, multiply = field_tables(q)
     elements = np.arange(q)
     for table, neutral in ((add, 0), (multiply, 1)):
         np.testing.assert_array_equal(table, table.T)
@@ -85,4 +85,4 @@ def test_only_prime_powers_have_a_field() -> None:
     assert [q for q in range(1, 28) if prime_power(q)] == [2, 3, 4, 5, 7, 8, 9, 11, 13, 16, 17, 19, 23, 25, 27]
     assert prime_power(27) == (3, 3)
     with pytest.raises(ValueError, match="6 is no power of a prime"):
-        tables(6)
+        field_tables(6)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError
-from birdstrike.doe.designs.completion import planned_design
+from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import load_case

@@ -10,7 +10,8 @@ from pathlib import Path
 import pandas as pd
 
 from birdstrike.data.histories import Histories
-from birdstrike.doe.campaign.campaign import Progress, run_campaign
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.solver.case.case import Case
 from tests.doe.stand_in import TIME, VERSION, design, reference, strike
 
@@ -26,7 +27,7 @@ def test_a_run_costs_little_beside_the_strike_and_leaves_nothing_in_memory(tmp_p
         made.append(weakref.ref(histories))
         return histories
 
-    def note(state: Progress) -> None:
+    def note(state: RunCounts) -> None:
         if state.finished == RUNS:
             alive.append(sum(reference() is not None for reference in made))
 

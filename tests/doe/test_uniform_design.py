@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 from birdstrike.data.errors import UserError
-from birdstrike.doe.designs import exchange
+from birdstrike.doe.designs import annealing
 from birdstrike.doe.designs.uniform import LARGEST, _good_lattice, centred, uniform_design
 
 
@@ -56,23 +56,23 @@ def test_the_exchange_s_increment_is_the_change_of_scipy_s_discrepancy() -> None
     rng = np.random.default_rng(0)
     n, k = 11, 3
     levels = np.stack([rng.permutation(n) for _ in range(k)])
-    pair, single = exchange._tables(n)
-    pairs, singles = exchange._products(levels.T, pair, single)
+    pair, single = annealing._tables(n)
+    pairs, singles = annealing._products(levels.T, pair, single)
     for _ in range(50):
         j = int(rng.integers(k))
         a, b = map(int, rng.choice(n, 2, replace=False))
         before, u, v = cd2(centred(levels.T)), levels[j, a], levels[j, b]
-        change = exchange._pair_change(pairs, levels[j], pair, 1.0 / pair, a, b) / n**2
+        change = annealing._pair_change(pairs, levels[j], pair, 1.0 / pair, a, b) / n**2
         change -= 2.0 / n * (singles[a] / single[u] - singles[b] / single[v]) * (single[v] - single[u])
-        exchange._exchange(pairs, singles, levels[j], pair, single, a, b)
+        annealing._exchange(pairs, singles, levels[j], pair, single, a, b)
         assert change == pytest.approx(cd2(centred(levels.T)) - before, rel=0, abs=1e-13)
-    np.testing.assert_allclose(pairs, exchange._products(levels.T, pair, single)[0], rtol=1e-12)
+    np.testing.assert_allclose(pairs, annealing._products(levels.T, pair, single)[0], rtol=1e-12)
 
 
 def test_the_walk_returns_a_design_no_worse_than_its_start() -> None:
     levels = np.ascontiguousarray(_good_lattice(13, 3).T)
     start, best = cd2(centred(levels.T)), np.empty_like(levels)
-    exchange.anneal(levels, 2000, 2, 1e-3, 1e-4, np.random.default_rng(0), best)
+    annealing.anneal(levels, 2000, 2, 1e-3, 1e-4, np.random.default_rng(0), best)
     assert cd2(centred(best.T)) <= start
 
 

@@ -6,8 +6,8 @@ import meshio
 import numpy as np
 import pytest
 
-from birdstrike.data.fields import write_fields
 from birdstrike.data.histories import Histories
+from birdstrike.data.vtu import write_fields
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.estimate import estimate

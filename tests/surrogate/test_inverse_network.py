@@ -14,7 +14,7 @@ from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spre
 
 
 @pytest.mark.parametrize("trainer", ["lm", "adam"])
-def test_learns_its_training_runs_and_judges_itself_on_the_others(trainer: str) -> None:
+def test_learns_its_training_runs_and_is_validated_on_the_others(trainer: str) -> None:
     dataset = campaign(spread(25))
     fit = fit_network(dataset, {CHANNEL: TIMES}, trainer)
     assert str(fit.network.shape) == "12-9-4"
@@ -39,7 +39,7 @@ def test_held_out_runs_have_no_influence() -> None:
 
 def test_inputs_that_never_change_are_named() -> None:
     fit = fit_network(campaign(spread(25)), {CHANNEL: np.array([0.0, 0.1e-3, 1.0e-3, 1.5e-3, 2.0e-3, 2.5e-3])})
-    assert fit.notes == ("2 of the network's 6 inputs are the same in all training runs and tell it nothing",)
+    assert fit.notes == ("2 of the network's 6 inputs are the same in all training runs and carry no information",)
     assert np.isfinite(fit.training.mse).all()
 
 

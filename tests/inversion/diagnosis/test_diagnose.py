@@ -16,7 +16,7 @@ import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import MeasuredError
-from birdstrike.doe.campaign.campaign import load_dataset
+from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.diagnosis.choice import Choice
 from birdstrike.inversion.diagnosis.diagnose import Study, Wishes, diagnose
 from birdstrike.inversion.diagnosis.groundwork import prepare

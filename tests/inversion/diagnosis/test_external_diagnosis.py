@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.doe.external.external import strike_external
+from birdstrike.doe.external.external import simulate_external
 from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
 from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
 from birdstrike.solver.case.case import load_case
@@ -55,7 +55,7 @@ def test_a_late_record_of_another_solver_s_strike_is_attributed_and_the_case_rep
     assert found.refused["clamp_rotation"] == "the deck has no place for plate.edges.rotational"
     assert any("numerical error is not known at all" in line for line in found.warnings)
     repaired = load_case(tmp_path / "out" / (found.case_after or ""))
-    again, shot = strike_external(repaired), record(late=6e-5)
+    again, shot = simulate_external(repaired), record(late=6e-5)
     off = np.interp(shot.time, again.time, again.channels["displacement_centre"]) - shot.channels["displacement_centre"]
     assert np.sqrt(np.mean(off**2)) == pytest.approx(NOISE, rel=0.2)
 

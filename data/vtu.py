@@ -16,7 +16,7 @@ def write_fields(folder: Path, snapshots: Sequence[Snapshot], resting: Array | N
     """`bird_0000.vtu` and `plate_0000.vtu` per snapshot, SI, and the series `bird.pvd`, `plate.pvd`; the files written.
 
     The time [s] stands among the point data and in the series, which ParaView opens with its clock. resting: (m, 3)
-    [m], the plate's nodes before the strike; with them its points carry their displacement.
+    [m], the plate's nodes before the impact; with them its points carry their displacement.
     """
     folder.mkdir(parents=True, exist_ok=True)
     birds = [_write_bird(folder / f"bird_{i:04d}.vtu", snapshot) for i, snapshot in enumerate(snapshots)]
