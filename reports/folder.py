@@ -17,7 +17,9 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
 from birdstrike.doe.campaign.campaign import load_dataset
-from birdstrike.inversion.inversion import Answer, Inversion, ShotFigures
+from birdstrike.inversion.results.estimates import Answer
+from birdstrike.inversion.results.ingredients import ShotFigures
+from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.reports.results import Books, Convergence, Results
 from birdstrike.solver.case.case import load_case
 
