@@ -37,7 +37,8 @@ class PriorPredictive:
 
     inside: False when the residual of the best fit in any channel is larger than noise and emulator error allow
     (chi-square at 0.1 % over all channels, and more than 1.5 of their standard deviations, since a stated noise is
-    rarely better known), when most points lie outside the runs' envelope, or when the emulator has been found too coarse;
+    rarely better known), when most points lie outside the runs' envelope, or when the emulator has been found too
+    coarse;
     fit: root mean square of the best fit's whitened residual (1 = noise and the emulator's error) in its worst channel;
     outside_envelope: share of points beyond the envelope by more than 3 standard deviations of the noise;
     coarse: why it may be the emulator that cannot follow the record, not the model; nearest_run: run number;

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from tests.inversion.estimation.test_calibration import calibrator
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.estimates import intervals
@@ -16,6 +15,7 @@ from birdstrike.inversion.estimation.residual_correlation import autocorrelation
 from birdstrike.inversion.estimation.time_origin import clock_drift, time_origin
 from birdstrike.inversion.invert import invert
 from birdstrike.surrogate.emulator import Emulator
+from tests.inversion.estimation.test_calibration import calibrator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, record, truth
 
 NOISE = 5e-5
