@@ -17,6 +17,9 @@ from birdstrike.solver.simulate import simulate
 Forward = Callable[[Mapping[str, float]], Histories]
 """forward({dotted case key: SI value}) -> Histories; may raise RunFailed."""
 
+Progress = Callable[[float], None]
+"""Takes the share of the work that is done, 0..1."""
+
 
 @dataclass(frozen=True)
 class StoredSolver:
@@ -28,7 +31,7 @@ class StoredSolver:
     case: Case
     store: RunStore
     read: tuple[RunStore, ...] = ()
-    progress: Callable[[float], None] | None = None
+    progress: Progress | None = None
     retry: float = 0.0
 
     def __call__(self, theta: Mapping[str, float]) -> Histories:
@@ -45,7 +48,7 @@ class StoredSolver:
         found = state.histories
         return replace(found, summary={**found.summary, "run_key": state.key})
 
-    def watched(self, progress: Callable[[float], None]) -> StoredSolver:
+    def watched(self, progress: Progress) -> StoredSolver:
         """The same with its progress reported, 0..1 for each run."""
         return replace(self, progress=progress)
 
@@ -54,11 +57,11 @@ class StoredSolver:
 class Watchable(Protocol):
     """A forward model that can report how far a run has come."""
 
-    def watched(self, progress: Callable[[float], None]) -> Forward:
+    def watched(self, progress: Progress) -> Forward:
         """The same with its progress reported."""
         ...
 
 
-def watched(forward: Forward, progress: Callable[[float], None]) -> Forward:
+def watched(forward: Forward, progress: Progress) -> Forward:
     """The forward model with its progress reported, where it can."""
     return forward.watched(progress) if isinstance(forward, Watchable) else forward

@@ -2,95 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
-from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.estimation.calibration import Calibrator
-from birdstrike.inversion.estimation.clock_drift import clock_drift
-from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
-from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.locate import (
+    InversionOptions,
+    Located,
+    locate,
+)
 from birdstrike.inversion.estimation.network_inversion import network_answer
 from birdstrike.inversion.estimation.nuisances import Columns, stacked
-from birdstrike.inversion.estimation.posterior import Posterior, Sampling, sample
-from birdstrike.inversion.estimation.proposal import Ground, Proposal, by_emulator, by_network, too_coarse
-from birdstrike.inversion.estimation.residual_correlation import ResidualCorrelation
-from birdstrike.inversion.estimation.verification import Verification, channel_scores, overall, verify
-from birdstrike.inversion.forward import Forward, watched
-from birdstrike.inversion.identifiability.design_gate import design_figures, refuse_deficient
+from birdstrike.inversion.estimation.posterior import Posterior
+from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
+from birdstrike.inversion.estimation.time_origin import clock_drift
+from birdstrike.inversion.estimation.verification import VerificationRun, channel_scores, overall, verify
+from birdstrike.inversion.forward import Forward, Progress, watched
 from birdstrike.inversion.identifiability.summary import identifiability_figures, posterior_figures
-from birdstrike.inversion.ingredients import emulator_figures, emulator_warnings, measured_figures, training_figures
-from birdstrike.inversion.inversion import Answer, Inversion
 from birdstrike.inversion.misfit import whitened
-from birdstrike.inversion.observations import prior_predictive as clouds
-from birdstrike.inversion.observations.observations import Observations, observe
-from birdstrike.inversion.observations.time_origin import TimeOrigin, time_origin
-from birdstrike.surrogate.emulator import Emulator, ExtrapolationError, fit_emulator
-from birdstrike.surrogate.holdout import input_times
-from birdstrike.surrogate.inverse_network import HIDDEN, NetworkFit, fit_network
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.prior_predictive import (
+    emulator_or_model,
+    prior_predictive_warning,
+)
+from birdstrike.inversion.results.estimates import Answer
+from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, TrainingFigures
+from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.surrogate.emulator import Emulator, ExtrapolationError
+from birdstrike.surrogate.holdout import describe, describe_times, input_times
+from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
+from birdstrike.surrogate.levenberg_marquardt import Settings
 
-Progress = Callable[[float], None]
-
-METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network", "emulator")}
-
-
-@dataclass(frozen=True)
-class Options:
-    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
-
-    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
-    hidden: neurons, None for a search; copies: noisy copies of every training run.
-    """
-
-    trainer: str = "lm"
-    method: str = "both"
-    seed: int = 0
-    noise: Mapping[str, float] = field(default_factory=dict)
-    time_offset: float = 0.0
-    allow_rank_deficient: bool = False
-    sampling: Sampling | None = field(default_factory=Sampling)
-    analyse: bool = True
-    hidden: int | None = HIDDEN
-    copies: int = 0
-
-    def methods(self) -> tuple[str, ...]:
-        """The methods asked for; raises UserError."""
-        if self.method not in METHODS:
-            raise UserError(f'method = "{self.method}" is unknown; use one of: {", ".join(METHODS)}')
-        return METHODS[self.method]
+TRAINING_FILE = "training.csv"
 
 
 @dataclass(frozen=True)
-class Located:
-    """The measurement laid over the campaign: time origin found, cloud and residual judged."""
-
-    ground: Ground
-    observations: Observations
-    origin: TimeOrigin
-    cloud: clouds.Cloud
-    residual: ResidualCorrelation
-    warnings: tuple[str, ...]
-
-    @property
-    def emulator(self) -> Emulator:
-        """The forward emulator."""
-        return self.ground.calibrator.model.emulator
-
-
-@dataclass(frozen=True)
-class Outcome:
+class InversionOutcome:
     """The inversion and what it was made with, for whoever writes or draws it."""
 
     inversion: Inversion
     observations: Observations
     emulator: Emulator
     network: NetworkFit | None
-    verified: Mapping[str, Verification]
+    verified: Mapping[str, VerificationRun]
     posterior: Posterior | None = None
 
 
@@ -98,38 +57,38 @@ def invert(
     dataset: Dataset,
     measured: Measured,
     forward: Forward,
-    options: Options | None = None,
+    options: InversionOptions | None = None,
     progress: Progress | None = None,
     emulator: Emulator | None = None,
     columns: Columns | None = None,
-) -> Outcome:
+) -> InversionOutcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
     emulator: fitted before to the same runs, for another measurement, say; else it is fitted here. columns: errors that
     every model carries besides the emulator's: uncertain speed or mass, mesh error, a stated discrepancy.
     Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
     """
-    choice, report = options or Options(), progress or _silent
+    choice, report = options or InversionOptions(), progress or _silent
     methods = choice.methods()
     located = locate(dataset, measured, choice, emulator, lambda f: report(0.2 * f), columns)
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
-        drift = clock_drift(located.ground.calibrator, located.ground.modes[0], located.origin)
-        if located.ground.calibrator.model.known is not None:
-            drift = np.column_stack([drift, located.ground.calibrator.model.known])
+        drift = clock_drift(located.calibration.calibrator, located.calibration.modes[0], located.origin)
+        if located.calibration.calibrator.model.known is not None:
+            drift = np.column_stack([drift, located.calibration.calibrator.model.known])
         answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
-        proposals["network"] = by_network(located.ground, network, answer)
+        proposals["network"] = by_network(located.calibration, network, answer)
         training = training_figures(network, dataset, read)
         warnings += answer.warnings
     if "emulator" in methods:
-        proposals["emulator"] = by_emulator(located.ground)
-    posterior = located.ground.posterior
+        proposals["emulator"] = by_emulator(located.calibration)
+    posterior = located.calibration.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
-    cloud = clouds.whose_fault(located.cloud, _missed(located, verified), _q2(located.emulator))
+    cloud = emulator_or_model(located.cloud, _missed(located, verified), _q2(located.emulator))
     if cloud.coarse:
-        warnings[: 0 if located.cloud.inside else 1] = [clouds.warning(cloud, located.observations)]
+        warnings[: 0 if located.cloud.inside else 1] = [prior_predictive_warning(cloud, located.observations)]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
@@ -138,7 +97,7 @@ def invert(
         methods=answers,
         best=best(answers),
         ranges={n: (float(a), float(b)) for n, a, b in zip(dataset.names, dataset.lows, dataset.highs, strict=True)},
-        design=located.ground.design,
+        design=located.calibration.design,
         runs_used=len(dataset.runs),
         time_offset=located.origin,
         warnings=tuple(warnings),
@@ -149,57 +108,20 @@ def invert(
         case_hash=dataset.case_hash,
         seed=choice.seed,
         residual=located.residual,
-        posterior=posterior_figures(posterior, located.ground.coordinates) if posterior else None,
-        identifiability=identifiability_figures(located.ground, choice.seed) if choice.analyse else None,
+        posterior=posterior_figures(posterior, located.calibration.coordinates) if posterior else None,
+        identifiability=identifiability_figures(located.calibration, choice.seed) if choice.analyse else None,
     )
-    return Outcome(inversion, located.observations, located.emulator, network, verified, posterior)
+    return InversionOutcome(inversion, located.observations, located.emulator, network, verified, posterior)
 
 
-def locate(
-    dataset: Dataset,
-    measured: Measured,
-    choice: Options,
-    fitted: Emulator | None,
-    progress: Progress,
-    columns: Columns | None = None,
-) -> Located:
-    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud.
-
-    The columns of known error are taken at a first fit without them.
-    """
-    observations = observe(measured, dataset, choice.noise)
-    design = design_figures(dataset)
-    refuse_deficient(design, choice.allow_rank_deficient)
-    names = [c.name for c in observations.channels]
-    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
-    carried = carried_coordinates(dataset, design.rank) if design.deficient else None
-    coordinates = carried or parameter_coordinates(dataset, emulator.regions)
-    calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
-    if columns is not None:
-        known = columns(observations, calibrator.fit(choice.seed)[0])
-        calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
-    best_fit, modes, residual = calibrator.judged(choice.seed)
-    origin, held = time_origin(calibrator, modes)
-    found = clouds.cloud(dataset, observations, replace(best_fit, t0=origin.value))
-    posterior = None
-    if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
-        judged = replace(calibrator, model=replace(calibrator.model, observations=residual.widen(observations)))
-        posterior = sample(judged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
-    progress(1.0)
-    first = list(residual.warnings) if found.inside else [clouds.warning(found, observations)]
-    first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
-    first += posterior.warnings if posterior else ()
-    warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
-    ground = Ground(dataset, design, calibrator, modes, found.inside, posterior)
-    return Located(ground, observations, origin, found, residual, warnings)
-
-
-def train_network(located: Located, read: Mapping[str, Array], choice: Options, progress: Progress) -> NetworkFit:
+def train_network(
+    located: Located, read: Mapping[str, Array], choice: InversionOptions, progress: Progress
+) -> NetworkFit:
     """Train on the runs at the measured instants `read`, moved to the model's clock."""
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
     chosen = [c.noise[np.isin(c.times, read[c.name])] for c in located.observations.channels]
     return fit_network(
-        located.ground.dataset,
+        located.calibration.dataset,
         on_model_clock,
         choice.trainer,
         choice.hidden,
@@ -212,9 +134,9 @@ def train_network(located: Located, read: Mapping[str, Array], choice: Options, 
 
 def verify_all(
     names: tuple[str, ...], proposals: Mapping[str, Proposal], forward: Forward, progress: Progress
-) -> dict[str, Verification]:
+) -> dict[str, VerificationRun]:
     """Run the forward model at every answer; raises RunFailed when none finishes."""
-    verified: dict[str, Verification] = {}
+    verified: dict[str, VerificationRun] = {}
     for method, proposal in proposals.items():
         theta = {name: float(value) for name, value in zip(names, proposal.theta, strict=True)}
         before = len(verified)
@@ -225,9 +147,9 @@ def verify_all(
     return verified
 
 
-def answered(located: Located, proposal: Proposal, verification: Verification) -> Answer:
+def answered(located: Located, proposal: Proposal, verification: VerificationRun) -> Answer:
     """A proposal with the errors of its verification run."""
-    model, t0 = located.ground.calibrator.model, located.origin.value
+    model, t0 = located.calibration.calibrator.model, located.origin.value
     try:
         located.emulator.check(proposal.theta[None])
         predicted = located.observations.split(model.curves(model.scores(proposal.theta[None]), t0)[0])
@@ -248,7 +170,7 @@ def answered(located: Located, proposal: Proposal, verification: Verification) -
     )
 
 
-def _missed(located: Located, verified: Mapping[str, Verification]) -> float | None:
+def _missed(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:
     """Root mean square error of a verification run's worst channel in units of the noise; None without a run.
 
     Of the best run where the fit misses the record; where it does not, of the run at the emulator's own answer.
@@ -280,3 +202,50 @@ def best(answers: Mapping[str, Answer]) -> str | None:
     """The method with the smallest verified error."""
     verified = {m: a.verified_relative for m, a in answers.items() if a.verified_relative is not None}
     return min(verified, key=lambda m: verified[m]) if verified else None
+
+
+def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array]) -> TrainingFigures:
+    """How the network was trained; read: the instants it reads, on the record's clock."""
+    training, test_mse = fit.training, float(fit.training.test_mse[-1])
+    return TrainingFigures(
+        trainer=training.trainer,
+        shape=str(fit.network.shape),
+        epochs=training.epochs,
+        goal=Settings().goal,
+        mse=float(training.mse.min()),
+        test_mse=test_mse if np.isfinite(test_mse) else None,
+        history=TRAINING_FILE,
+        status=training.status,
+        holdout=f"{describe(len(dataset.runs))}; {describe_times(read)}",
+        held_out=tuple(int(run) for run in dataset.runs[fit.held_out]),
+        inputs={channel: tuple(map(float, times)) for channel, times in read.items()},
+    )
+
+
+def emulator_figures(emulator: Emulator, dataset: Dataset) -> EmulatorFigures:
+    """Leave-one-out figures of every channel and the runs that were left out."""
+    q2 = {name: _known(curve.validation.q2) for name, curve in emulator.channels.items()}
+    standardised = {name: curve.validation.standardised for name, curve in emulator.channels.items()}
+    return EmulatorFigures(
+        components={name: len(curve.processes) for name, curve in emulator.channels.items()},
+        q2=q2,
+        loo_rmse={name: curve.validation.rmse for name, curve in emulator.channels.items()},
+        standardised_rms={n: float(np.sqrt(np.mean(s**2))) if s.size else None for n, s in standardised.items()},
+        runs_left_out=tuple(int(run) for run in dataset.runs if int(run) not in emulator.runs),
+    )
+
+
+def measured_figures(measured: Measured, observations: Observations) -> MeasuredFigures:
+    """Provenance, points and noise of the measurement."""
+    return MeasuredFigures(
+        path=measured.path,
+        provenance=tuple(measured.provenance),
+        simulated=measured.simulated,
+        points={c.name: len(c.times) for c in observations.channels},
+        noise={c.name: float(np.sqrt(np.mean(c.noise**2))) for c in observations.channels},
+        noise_source={c.name: c.noise_source for c in observations.channels},
+    )
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None

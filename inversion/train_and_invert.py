@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -19,6 +19,7 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.nuisances import (
     case_nuisances,
     discrepancy_columns,
@@ -30,19 +31,17 @@ from birdstrike.inversion.estimation.refinement import refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.forward import Forward, StoredSolver
+from birdstrike.inversion.forward import Forward, Progress, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
-from birdstrike.inversion.ingredients import TRAINING_FILE
-from birdstrike.inversion.inversion import Inversion
-from birdstrike.inversion.invert import Options, Outcome, invert
+from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.settings import NUISANCE
 from birdstrike.surrogate.files import save_emulator, save_network
 from birdstrike.surrogate.inverse_network import HIDDEN
 
-Progress = Callable[[float], None]
 One = str | Path
 Record = str | Path | Measured
 
@@ -90,7 +89,7 @@ def train_and_invert(
     """
     folder, more = Path(out), extras or Extras()
     folders = [Path(one) for one in _listed(doe_dir)]
-    options = Options(
+    options = InversionOptions(
         trainer=trainer,
         method=method,
         seed=seed,
@@ -120,7 +119,9 @@ def train_and_invert(
     return outcome.inversion
 
 
-def inverted(shots: Sequence[Shot], more: Extras, progress: Progress | None) -> tuple[Outcome, Dataset, Measured]:
+def inverted(
+    shots: Sequence[Shot], more: Extras, progress: Progress | None
+) -> tuple[InversionOutcome, Dataset, Measured]:
     """One or several shots, refined if asked for, with the runs and the record that the answer rests on."""
     joint, scatter = Joint.alone(shots[0]), None
     if len(shots) > 1:
@@ -216,7 +217,7 @@ def _shot(
     record: Record,
     case: One | Case | None,
     out: Path,
-    options: Options,
+    options: InversionOptions,
     more: Extras,
     forward: Forward | None,
     retry: float,
@@ -276,7 +277,7 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
     )
 
 
-def write(folder: Path, outcome: Outcome, dataset: Dataset, measured: Measured) -> None:
+def write(folder: Path, outcome: InversionOutcome, dataset: Dataset, measured: Measured) -> None:
     """All files of an inversion; the JSON last, so that its presence means the rest is there."""
     folder.mkdir(parents=True, exist_ok=True)
     inversion = outcome.inversion

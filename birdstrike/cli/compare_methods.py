@@ -12,7 +12,7 @@ import typer
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 
 if TYPE_CHECKING:
-    from birdstrike.inversion.coverage import Coverage
+    from birdstrike.inversion.identifiability.coverage import Coverage
     from birdstrike.inversion.method_comparison import Bench, Row
 
 CASE = "synthetic_strike"
@@ -113,10 +113,10 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[Bench, 
 
 def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> Iterator[tuple[str, Coverage]]:
     """Coverage under two conditions: the paper's 12 points with much noise, and a good record of three channels."""
-    from birdstrike.inversion.coverage import coverage
     from birdstrike.inversion.estimation.calibration import Calibrator
     from birdstrike.inversion.estimation.coordinates import parameter_coordinates
     from birdstrike.inversion.estimation.curve_model import CurveModel
+    from birdstrike.inversion.identifiability.coverage import coverage
     from birdstrike.inversion.method_comparison import Condition
 
     for condition in (Condition(0.05e-3, 12, channels[:1]), Condition(0.02e-3, 200, channels)):

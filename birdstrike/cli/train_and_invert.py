@@ -13,7 +13,8 @@ from rich.table import Table
 from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say, warn
 
 if TYPE_CHECKING:
-    from birdstrike.inversion.inversion import Answer, ChannelScore, Estimate, Inversion
+    from birdstrike.inversion.results.estimates import Answer, ChannelScore, Estimate
+    from birdstrike.inversion.results.inversion import Inversion
 
 
 class Trainer(StrEnum):

@@ -11,8 +11,8 @@ from birdstrike.inversion.audit.draws import Draws
 from birdstrike.inversion.diagnosis.evidence import magnitude_interval
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
 from birdstrike.inversion.diagnosis.refit import bounds
-from birdstrike.inversion.identifiability.identifiability import NEWS
-from birdstrike.inversion.observations.time_origin import NORMAL_95
+from birdstrike.inversion.estimation.estimates import NEWS
+from birdstrike.inversion.estimation.time_origin import NORMAL_95
 
 
 def covered(judge: Judge, one: Judged, draws: Draws, parameters: Mapping[str, float], b: float) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.judge import Judged
 from birdstrike.inversion.diagnosis.linear import Linear
 from birdstrike.inversion.diagnosis.refit import Fit
-from birdstrike.inversion.observations.time_origin import NORMAL_95
+from birdstrike.inversion.estimation.time_origin import NORMAL_95
 
 SILENT = 1e-3
 """Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.inversion.diagnosis.noise import Noise
 from birdstrike.inversion.diagnosis.record import Record, Trace
-from birdstrike.solver.case.case import Case, case_from_table
-from birdstrike.solver.case.overlay import overlay
+from birdstrike.inversion.observations.noise import Noise
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.sensors import PLACED, Sensor
 
 PREFIX = "probe_"
@@ -26,13 +25,12 @@ def with_probes(case: Case) -> Case:
     """
     if case.solver.name == "external":
         return case
-    return case_from_table(overlay(case._raw, {"sensors": own_sensors(case) | candidates(case)}), case.name)
+    return case.overlaid({"sensors": own_sensors(case) | candidates(case)})
 
 
 def own_sensors(case: Case) -> dict[str, Any]:
-    """The case's sensors as tables; they must be spelt out beside others, or the default ones would go."""
-    stated = case._raw.get("sensors")
-    return dict(stated) if stated else {name: {"kind": sensor.kind} for name, sensor in case.sensors.items()}
+    """The case's sensors as tables; default ones must be spelt out beside others, or they would go."""
+    return {name: {"kind": sensor.kind} for name, sensor in case.sensors.items()}
 
 
 def candidates(case: Case) -> dict[str, Any]:

@@ -32,7 +32,7 @@ from birdstrike.inversion.diagnosis.heldout import (
     time_block,
 )
 from birdstrike.inversion.diagnosis.judge import Judge, Judged, near
-from birdstrike.inversion.diagnosis.record import Record, Window, read_record
+from birdstrike.inversion.diagnosis.record import Record, read_record
 from birdstrike.inversion.diagnosis.remainder import Remainder, pairs, remainder
 from birdstrike.inversion.diagnosis.restrike import case_at, restrike
 from birdstrike.inversion.diagnosis.separate import Proposal, propose
@@ -41,6 +41,7 @@ from birdstrike.inversion.diagnosis.tolerances import TOLERANCES, tolerance_figu
 from birdstrike.inversion.diagnosis.verdict import AMBIGUOUS, NONE, UNEXPLAINED
 from birdstrike.inversion.diagnosis.wishes import Wishes
 from birdstrike.inversion.diagnosis.words import sentence
+from birdstrike.inversion.observations.reader import Expected
 
 LATEST_SHIFT = 3.0  # plausible sizes of the time offset that the record's end leaves free
 FEWEST_HELD, FEWEST_TRAINED = 5, 10  # points
@@ -58,12 +59,9 @@ class Study:
         """The record in the model's window, its channels in the model's order."""
         case = self.ground.case
         own = {name: measured.channels[name] for name in self.ground.clock.channels}
-        units = {name: sensor.unit for name, sensor in case.sensors.items()}
-        stated = {name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise}
         spare = LATEST_SHIFT * next((k.size for k in self.ground.known if k.name == "time_offset"), 0.0)
-        uncertain = spare + 4.0 * case.inversion.nuisance.get("time_offset", 0.0)
-        window = Window(0.0, float(self.ground.clock.time[-1]) - spare, case.first_contact - uncertain)
-        return read_record(replace(measured, channels=own), units, window, stated, tolerance)
+        expected = Expected.of_case(case, float(self.ground.clock.time[-1]), spare)
+        return read_record(replace(measured, channels=own), expected, tolerance)
 
     def judgement(self, record: Record) -> tuple[Judge, dict[str, Judged]]:
         """Every model judged, those that matter confirmed by the solver."""

@@ -18,8 +18,9 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.residual_correlation import ResidualCorrelation, residual_correlation
+from birdstrike.inversion.estimation.residual_correlation import residual_correlation, widened
 from birdstrike.inversion.estimation.whitening import Whitening
+from birdstrike.inversion.results.fit import ResidualCorrelation
 
 CANDIDATES = 128
 STARTS = 3
@@ -71,7 +72,7 @@ class Calibrator:
         residual = residual_correlation(self.model.observations, modes[0].residual)
         if residual.white:
             return modes[0], modes, residual
-        raised = replace(self.model, observations=residual.widen(self.model.observations))
+        raised = replace(self.model, observations=widened(self.model.observations, residual))
         return modes[0], replace(self, model=raised).fit(seed), residual
 
     @property

@@ -11,11 +11,10 @@ from scipy.stats import t as student
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Coordinates
-from birdstrike.inversion.estimation.emulator_inversion import OUTSIDE
+from birdstrike.inversion.estimation.estimates import NEWS, OUTSIDE, reported
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.identifiability.identifiability import NEWS, reported
-from birdstrike.inversion.inversion import Estimate
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.inverse_network import NetworkFit
 
 FEWEST_HELD_OUT = 3
@@ -71,7 +70,7 @@ def network_answer(
 
 
 def network_estimates(
-    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside_cloud: bool
+    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, coordinates: Coordinates, inside: bool
 ) -> dict[str, Estimate]:
     """Values, with intervals from the errors on the held-out samples and the noise where there is ground for them.
 
@@ -80,7 +79,7 @@ def network_estimates(
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside_cloud else (None, OUTSIDE)
+        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside else (None, OUTSIDE)
         identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
         value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
         given = reported(value, interval, limits, identified) if interval is not None else None

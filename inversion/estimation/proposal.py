@@ -11,13 +11,12 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Coordinates
-from birdstrike.inversion.estimation.emulator_inversion import COARSE, emulator_estimates, no_separate_values
+from birdstrike.inversion.estimation.estimates import COARSE, emulator_estimates, intervals, no_separate_values
 from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.identifiability.design_gate import DesignFigures
-from birdstrike.inversion.identifiability.identifiability import intervals
-from birdstrike.inversion.inversion import Combination, Estimate
+from birdstrike.inversion.results.estimates import Combination, Estimate
+from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.surrogate.inverse_network import NetworkFit
 
 
@@ -31,7 +30,7 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class Ground:
+class Calibration:
     """What both methods stand on: the runs, their design, the calibration, and whether the model can make the curve.
 
     posterior: drawn about the modes, None where the design is deficient or it was not asked for.
@@ -41,7 +40,7 @@ class Ground:
     design: DesignFigures
     calibrator: Calibrator
     modes: tuple[Mode, ...]
-    inside_cloud: bool
+    inside: bool
     posterior: Posterior | None = None
 
     @property
@@ -50,24 +49,24 @@ class Ground:
         return self.calibrator.coordinates
 
 
-def by_emulator(ground: Ground) -> Proposal:
+def by_emulator(calibration: Calibration) -> Proposal:
     """The best fit of the emulator."""
-    if ground.design.deficient:
-        return _carried(ground, ground.modes[0].z, intervals(ground.modes))
+    if calibration.design.deficient:
+        return _carried(calibration, calibration.modes[0].z, intervals(calibration.modes))
     estimates = emulator_estimates(
-        ground.dataset, ground.calibrator, ground.modes, ground.inside_cloud, ground.posterior
+        calibration.dataset, calibration.calibrator, calibration.modes, calibration.inside, calibration.posterior
     )
-    return Proposal(ground.modes[0].theta, estimates, None)
+    return Proposal(calibration.modes[0].theta, estimates, None)
 
 
-def by_network(ground: Ground, fit: NetworkFit, answer: NetworkAnswer) -> Proposal:
+def by_network(calibration: Calibration, fit: NetworkFit, answer: NetworkAnswer) -> Proposal:
     """The network's answer; on a rank-deficient design its nearest point on what the design carries."""
-    if ground.design.deficient:
-        away = answer.theta - ground.coordinates.base
-        scale = ground.dataset.highs - ground.dataset.lows
-        z = np.linalg.lstsq((ground.coordinates.basis / scale).T, away / scale, rcond=None)[0]
-        return _carried(ground, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
-    estimates = network_estimates(ground.dataset, fit, answer, ground.coordinates, ground.inside_cloud)
+    if calibration.design.deficient:
+        away = answer.theta - calibration.coordinates.base
+        scale = calibration.dataset.highs - calibration.dataset.lows
+        z = np.linalg.lstsq((calibration.coordinates.basis / scale).T, away / scale, rcond=None)[0]
+        return _carried(calibration, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
+    estimates = network_estimates(calibration.dataset, fit, answer, calibration.coordinates, calibration.inside)
     return Proposal(answer.theta, estimates, None)
 
 
@@ -83,18 +82,18 @@ def too_coarse(proposal: Proposal, dataset: Dataset) -> Proposal:
     return replace(proposal, estimates=known)
 
 
-def _carried(ground: Ground, z: Array, span: Array | None) -> Proposal:
+def _carried(calibration: Calibration, z: Array, span: Array | None) -> Proposal:
     """No separate values, and the carried combination in their place."""
-    dataset, coordinates = ground.dataset, ground.coordinates
+    dataset, coordinates = calibration.dataset, calibration.coordinates
     theta = coordinates.theta(z, coordinates.boxes[0])
     point = {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
     directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.basis)
     known = tuple((float(low), float(high)) for low, high in span) if span is not None else (None,) * len(z)
-    combination = Combination(directions, tuple(map(float, z)), known, point, _sentence(ground, theta, z, known))
-    return Proposal(theta, no_separate_values(dataset, ground.design), combination)
+    combination = Combination(directions, tuple(map(float, z)), known, point, _sentence(calibration, theta, z, known))
+    return Proposal(theta, no_separate_values(dataset, calibration.design), combination)
 
 
-def _sentence(ground: Ground, theta: Array, z: Array, span: tuple[tuple[float, float] | None, ...]) -> str:
+def _sentence(calibration: Calibration, theta: Array, z: Array, span: tuple[tuple[float, float] | None, ...]) -> str:
     """The combination in words: where on each direction, and which values of the parameters that means together."""
     places = ", ".join(
         f"{place:.2f}" + (f" (95 %: {known[0]:.2f} .. {known[1]:.2f})" if known else "")
@@ -102,6 +101,6 @@ def _sentence(ground: Ground, theta: Array, z: Array, span: tuple[tuple[float, f
     )
     values = ", ".join(
         f"{plain(name)} {quantity(value, unit)}"
-        for name, unit, value in zip(ground.dataset.names, ground.dataset.units, theta, strict=True)
+        for name, unit, value in zip(calibration.dataset.names, calibration.dataset.units, theta, strict=True)
     )
-    return f"{ground.design.sentence}; at {places} of the way through the runs, that is together {values}"
+    return f"{calibration.design.sentence}; at {places} of the way through the runs, that is together {values}"

@@ -14,10 +14,10 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.likelihood import Likelihood
+from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.inversion import RefinementFigures
-from birdstrike.inversion.invert import Located, Options, locate
+from birdstrike.inversion.results.ingredients import RefinementFigures
 
 CANDIDATES = 400  # posterior draws among which the next run is chosen
 
@@ -26,7 +26,7 @@ def refine(
     dataset: Dataset,
     measured: Measured,
     forward: Forward,
-    options: Options,
+    options: InversionOptions,
     runs: int,
     columns: Columns | None = None,
     progress: Callable[[float], None] | None = None,
@@ -44,7 +44,7 @@ def refine(
     choice = replace(options, method="emulator", analyse=False)
     while True:
         located = locate(dataset, measured, choice, None, lambda _: None, columns)
-        errors.append(emulator_error(located.ground.calibrator, located.ground.modes[0]))
+        errors.append(emulator_error(located.calibration.calibrator, located.calibration.modes[0]))
         if errors[-1] < 1.0:
             reason = f"the emulator's error at the answer is {errors[-1]:.2f} of the noise"
             break
@@ -75,14 +75,14 @@ def next_point(located: Located) -> Array:
 
     Where nothing was drawn (no fit explains the record, or the posterior was not asked for) the best fit itself.
     """
-    ground, posterior = located.ground, located.ground.posterior
+    calibration, posterior = located.calibration, located.calibration.posterior
     if posterior is None:
-        return ground.modes[0].theta
+        return calibration.modes[0].theta
     some = np.linspace(0, len(posterior.z) - 1, min(CANDIDATES, len(posterior.z))).round().astype(int)
-    calibrator = ground.calibrator
+    calibrator = calibration.calibrator
     tau = posterior.t0[some] / calibrator.sigma if calibrator.sigma else np.zeros(len(some))
-    density = Likelihood.of(calibrator, ground.modes).log_posterior(np.column_stack([posterior.z[some], tau]))
-    modes = (replace(ground.modes[0], theta=posterior.theta[i], t0=float(posterior.t0[i])) for i in some)
+    density = Likelihood.of(calibrator, calibration.modes).log_posterior(np.column_stack([posterior.z[some], tau]))
+    modes = (replace(calibration.modes[0], theta=posterior.theta[i], t0=float(posterior.t0[i])) for i in some)
     error = np.array([emulator_error(calibrator, mode) for mode in modes])
     return posterior.theta[some[int(np.argmax(density + 2.0 * np.log(error)))]]
 

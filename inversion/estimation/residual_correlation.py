@@ -8,15 +8,15 @@ widened intervals are still too narrow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import correlate
 from scipy.stats import chi2
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.fit import ResidualCorrelation
 
 FEWEST_POINTS = 20
 REJECT = 1e-3
@@ -25,43 +25,10 @@ LAGS, LAGS_LIMIT = 3, 6.0
 TAU_LIMIT = 75.0
 
 
-@dataclass(frozen=True)
-class ResidualCorrelation:
-    """Of each channel's whitened residual at the best fit, channel -> figure.
-
-    tau: integrated autocorrelation time in points (1 = white); fit: root mean square (1 = noise); widened: factor by
-    which the noise was raised for the intervals, sqrt(fit^2 tau) and at least 1.
-    """
-
-    tau: dict[str, float]
-    fit: dict[str, float]
-    widened: dict[str, float]
-
-    @property
-    def white(self) -> bool:
-        """Nothing to widen."""
-        return max(self.widened.values()) == 1.0
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """One sentence about the channel that is farthest from noise, or none."""
-        worst = max(self.widened, key=lambda name: self.widened[name])
-        factor, tau = self.widened[worst], self.tau[worst]
-        if factor == 1.0:
-            return ()
-        if tau == 1.0:
-            misses = f"{plain(worst)}: the best fit misses by {self.fit[worst]:.1f} times the stated noise"
-            return (f"{misses}, so the intervals were widened by a factor {factor:.1f}",)
-        return (
-            f"{plain(worst)}: the residual is not noise (correlated over about {tau:.0f} points), so the intervals "
-            f"were widened by a factor {factor:.1f}; something the parameters do not move may be missing from the "
-            "model",
-        )
-
-    def widen(self, observations: Observations) -> Observations:
-        """The observations with the noise that leaves each point its worth."""
-        raised = (replace(c, noise=c.noise * self.widened[c.name]) for c in observations.channels)
-        return replace(observations, channels=tuple(raised))
+def widened(observations: Observations, residual: ResidualCorrelation) -> Observations:
+    """The observations with the noise that leaves each point its worth."""
+    raised = (replace(c, noise=c.noise * residual.widened[c.name]) for c in observations.channels)
+    return replace(observations, channels=tuple(raised))
 
 
 def residual_correlation(observations: Observations, residual: Array) -> ResidualCorrelation:

@@ -20,11 +20,11 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.forward import Forward, watched
-from birdstrike.inversion.inversion import ShotFigures
-from birdstrike.inversion.invert import Options, locate
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.surrogate.emulator import fit_emulator
 
 SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
@@ -41,7 +41,7 @@ class Shot:
     dataset: Dataset
     measured: Measured
     forward: Forward
-    options: Options
+    options: InversionOptions
     columns: Columns | None = None
     known_errors: tuple[str, ...] = ()
     campaign: Path | None = None
@@ -54,7 +54,7 @@ class Joint:
     dataset: Dataset
     measured: Measured
     forward: Forward
-    options: Options
+    options: InversionOptions
     columns: Columns | None
     figures: tuple[ShotFigures, ...] = ()
     known_errors: tuple[str, ...] = ()
@@ -137,7 +137,7 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     for share in SCATTERS:
         columns = _amplitudes(joint.columns, share)
         found = locate(joint.dataset, joint.measured, alone, emulator, lambda _: None, columns)
-        costs.append(found.ground.modes[0].cost)
+        costs.append(found.calibration.modes[0].cost)
     share = SCATTERS[int(np.argmin(costs))]
     return replace(joint, columns=_amplitudes(joint.columns, share)), share
 

@@ -1,4 +1,4 @@
-"""Verification: the forward model is run at each answer and laid over the measurement. Only this error counts."""
+"""VerificationRun: the forward model is run at each answer and laid over the measurement. Only this error counts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.formatting import quantity
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.inversion import Answer, ChannelScore, Inversion
 from birdstrike.inversion.misfit import relative, rmse
 from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.estimates import Answer, ChannelScore
+from birdstrike.inversion.results.inversion import Inversion
 
 
 def verdict(inversion: Inversion) -> str:
@@ -43,7 +44,7 @@ def error_words(answer: Answer) -> str:
 
 
 @dataclass(frozen=True)
-class Verification:
+class VerificationRun:
     """A run at an answer: its histories, or why there are none."""
 
     histories: Histories | None
@@ -56,16 +57,16 @@ class Verification:
         return self.histories.at(channel, np.maximum(times, self.histories.time[0]))
 
 
-def verify(forward: Forward, theta: Mapping[str, float]) -> Verification:
+def verify(forward: Forward, theta: Mapping[str, float]) -> VerificationRun:
     """Run the forward model at theta; a failed run is recorded, not raised: the other method may still finish."""
     try:
-        return Verification(forward(theta), None)
+        return VerificationRun(forward(theta), None)
     except RunFailed as error:
-        return Verification(None, str(error))
+        return VerificationRun(None, str(error))
 
 
 def channel_scores(
-    verification: Verification, predicted: Mapping[str, Array] | None, observations: Observations, t0: float
+    verification: VerificationRun, predicted: Mapping[str, Array] | None, observations: Observations, t0: float
 ) -> dict[str, ChannelScore]:
     """Errors of every channel; predicted: the emulator's curves at the measured instants, None where it has none."""
     scores: dict[str, ChannelScore] = {}
@@ -89,7 +90,7 @@ def overall(scores: Mapping[str, ChannelScore]) -> float | None:
 
 
 def write_verification(
-    path: Path, measured: Measured, observations: Observations, verified: Mapping[str, Verification], t0: float
+    path: Path, measured: Measured, observations: Observations, verified: Mapping[str, VerificationRun], t0: float
 ) -> None:
     """CSV: time_s of the record, then for each channel measured_..., and one column a method, on the record's clock."""
     table = {"time_s": measured.time}

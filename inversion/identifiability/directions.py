@@ -2,32 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.results.identifiability import Direction
 
 PART = 0.3  # of a direction: parameters with less in it are not named
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A singular direction of the whitened Jacobian whose columns are scaled by the prior's standard deviations.
-
-    strength: the singular value; the data narrow the prior along it by 1/sqrt(1 + strength^2), so that below 1 they say
-    less than the prior. parts: dotted key -> share, of norm 1. words: the direction in the parameters' names.
-    """
-
-    strength: float
-    parts: dict[str, float]
-    words: str
-
-    @property
-    def null(self) -> bool:
-        """Whether the data say less along it than the prior does."""
-        return self.strength < 1.0
 
 
 def directions(calibrator: Calibrator, mode: Mode) -> tuple[Direction, ...]:

@@ -11,11 +11,16 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Coordinates
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.estimation.proposal import Ground
+from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.identifiability.directions import directions
 from birdstrike.inversion.identifiability.profile import profiles
 from birdstrike.inversion.identifiability.sobol import sobol_indices
-from birdstrike.inversion.inversion import IdentifiabilityFigures, PosteriorFigures, ProfileFigures, SobolFigures
+from birdstrike.inversion.results.identifiability import (
+    IdentifiabilityFigures,
+    PosteriorFigures,
+    ProfileFigures,
+    SobolFigures,
+)
 
 DRAWS_FILE = "posterior.csv"
 MOST_DRAWS = 2000
@@ -56,10 +61,10 @@ def write_draws(path: Path, posterior: Posterior, names: tuple[str, ...]) -> Non
     write_atomically(path, table.to_csv(index=False, lineterminator="\n", float_format="%.9g"))
 
 
-def identifiability_figures(ground: Ground, seed: int) -> IdentifiabilityFigures:
+def identifiability_figures(calibration: Calibration, seed: int) -> IdentifiabilityFigures:
     """Directions, profiles and Sobol indices at the best fit; profiles need a coordinate for each parameter."""
-    calibrator, emulator = ground.calibrator, ground.calibrator.model.emulator
-    found = () if ground.design.deficient else profiles(calibrator, ground.modes)
+    calibrator, emulator = calibration.calibrator, calibration.calibrator.model.emulator
+    found = () if calibration.design.deficient else profiles(calibrator, calibration.modes)
     shown = {
         p.name: ProfileFigures(tuple(map(float, p.values)), tuple(map(float, p.rise)), p.at_bound, p.sentence)
         for p in found
@@ -70,7 +75,7 @@ def identifiability_figures(ground: Ground, seed: int) -> IdentifiabilityFigures
         first, total = (_indices(emulator.names, table) for table in (indices.first, indices.total))
         times, sd = tuple(map(float, indices.times)), tuple(map(float, indices.sd))
         sobol[channel.name] = SobolFigures(times, sd, first, total)
-    return IdentifiabilityFigures(directions(calibrator, ground.modes[0]), shown, sobol)
+    return IdentifiabilityFigures(directions(calibrator, calibration.modes[0]), shown, sobol)
 
 
 def _indices(names: tuple[str, ...], table: Array) -> dict[str, tuple[float | None, ...]]:

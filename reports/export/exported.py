@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import quantity, span
-from birdstrike.inversion.inversion import Answer, Estimate, Inversion
+from birdstrike.inversion.results.estimates import Answer, Estimate
+from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.case import Case, case_hash, load_case
 

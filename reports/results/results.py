@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.inversion import Answer, Inversion
+from birdstrike.inversion.results.estimates import Answer
+from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.reports.comparison.models import Model
 from birdstrike.solver.case.case import Case
 
 RunSummary = Mapping[str, Any]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.inversion.inversion import IdentifiabilityFigures, PosteriorFigures
+from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
 from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
 from birdstrike.reports.figures.quantities import symbol, words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.inversion.inversion import Estimate
+from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.quantities import bound, parameter_label, quantity, symbol

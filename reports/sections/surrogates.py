@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.inversion.inversion import TrainingFigures
+from birdstrike.inversion.results.ingredients import TrainingFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.training import training_figure

@@ -13,24 +13,25 @@ import pytest
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.verification import verdict, write_verification
-from birdstrike.inversion.inversion import Inversion
-from birdstrike.inversion.invert import Options, Outcome, invert
+from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.misfit import rmse
+from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion import eroding
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, forward, pulse, record, truth
 
 SHARE = (0.4, 0.6, 0.45, 0.5)
-OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 1e-5})
+OPTIONS = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 1e-5})
 
 
 @pytest.fixture(scope="module")
-def clean(dataset: Dataset) -> Outcome:
+def clean(dataset: Dataset) -> InversionOutcome:
     return invert(dataset, record(truth(SHARE)), forward, OPTIONS)
 
 
-def test_emulator_recovers_every_parameter_within_two_per_cent_of_its_range(clean: Outcome) -> None:
+def test_emulator_recovers_every_parameter_within_two_per_cent_of_its_range(clean: InversionOutcome) -> None:
     for i, estimate in enumerate(clean.inversion.methods["emulator"].parameters.values()):
         assert estimate.identified
         assert estimate.value is not None
@@ -39,7 +40,7 @@ def test_emulator_recovers_every_parameter_within_two_per_cent_of_its_range(clea
         assert estimate.interval_95[0] < truth(SHARE)[i] < estimate.interval_95[1]
 
 
-def test_every_answer_is_verified_by_the_forward_model(clean: Outcome) -> None:
+def test_every_answer_is_verified_by_the_forward_model(clean: InversionOutcome) -> None:
     for answer in clean.inversion.methods.values():
         theta = np.array([answer.parameters[name].value for name in NAMES], dtype=float)
         expected = rmse(np.interp(TIMES, TIME, pulse(theta)), pulse(truth(SHARE), TIMES))
@@ -47,7 +48,7 @@ def test_every_answer_is_verified_by_the_forward_model(clean: Outcome) -> None:
         assert answer.verified_relative == pytest.approx(expected / np.abs(pulse(truth(SHARE), TIMES)).max(), rel=1e-9)
 
 
-def test_best_is_the_better_verified_and_the_verdict_says_so(clean: Outcome) -> None:
+def test_best_is_the_better_verified_and_the_verdict_says_so(clean: InversionOutcome) -> None:
     errors = {name: answer.verified_relative or np.inf for name, answer in clean.inversion.methods.items()}
     assert clean.inversion.best == min(errors, key=lambda name: errors[name])
     assert verdict(clean.inversion).startswith(f"better verified by the solver: the {clean.inversion.best} (")
@@ -56,7 +57,7 @@ def test_best_is_the_better_verified_and_the_verdict_says_so(clean: Outcome) -> 
 
 
 def test_network_interval_is_students_from_the_held_out_samples(dataset: Dataset, emulator: Emulator) -> None:
-    options = Options(sampling=None, analyse=False, method="network", noise={CHANNEL: 1e-9})
+    options = InversionOptions(sampling=None, analyse=False, method="network", noise={CHANNEL: 1e-9})
     outcome = invert(dataset, record(truth(0.5)), forward, options, emulator=emulator)
     assert outcome.network is not None
     for i, estimate in enumerate(outcome.inversion.methods["network"].parameters.values()):
@@ -85,7 +86,8 @@ def test_network_on_few_runs_gives_no_interval(dataset: Dataset) -> None:
 
 def test_noise_that_the_network_amplifies_is_in_its_interval(dataset: Dataset, emulator: Emulator) -> None:
     options = [
-        Options(sampling=None, analyse=False, method="network", noise={CHANNEL: noise}) for noise in (1e-7, 2e-4)
+        InversionOptions(sampling=None, analyse=False, method="network", noise={CHANNEL: noise})
+        for noise in (1e-7, 2e-4)
     ]
     quiet, loud = (invert(dataset, record(truth(0.5)), forward, o, emulator=emulator).inversion for o in options)
     for name, estimate in quiet.methods["network"].parameters.items():
@@ -103,7 +105,7 @@ def test_network_that_answers_nonsense_identifies_nothing() -> None:
     values = np.interp(TIMES, TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
     measured = replace(record(truth(0.5)), channels={CHANNEL: values + 0.1e-3 * np.cos(1e5 * TIMES)})
     found = invert(
-        campaign, measured, eroding.forward, Options(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
+        campaign, measured, eroding.forward, InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
     ).inversion
     assert found.cloud.inside
     assert any("outside its range" in warning for warning in found.warnings)
@@ -133,7 +135,9 @@ def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset, 
     assert "+0.1" in found.time_offset.sentence
 
 
-def test_gap_in_the_record_changes_nothing_but_the_points(dataset: Dataset, emulator: Emulator, clean: Outcome) -> None:
+def test_gap_in_the_record_changes_nothing_but_the_points(
+    dataset: Dataset, emulator: Emulator, clean: InversionOutcome
+) -> None:
     values = pulse(truth(SHARE), TIMES)
     values[[3, 8]] = np.nan
     measured = replace(record(truth(SHARE)), channels={CHANNEL: values})
@@ -154,7 +158,10 @@ def test_two_channels_are_inverted_together(dataset: Dataset) -> None:
         units=dict(run.units),
     )
     found = invert(
-        dataset, measured, forward, Options(sampling=None, analyse=False, noise={CHANNEL: 1e-5, "contact_force": 0.05})
+        dataset,
+        measured,
+        forward,
+        InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 1e-5, "contact_force": 0.05}),
     ).inversion
     assert found.training is not None
     assert found.training.shape == "24-9-4"
@@ -167,7 +174,7 @@ def test_two_channels_are_inverted_together(dataset: Dataset) -> None:
 
 
 def test_failed_verification_is_reported_and_the_other_method_goes_on(
-    dataset: Dataset, emulator: Emulator, clean: Outcome
+    dataset: Dataset, emulator: Emulator, clean: InversionOutcome
 ) -> None:
     answer = clean.inversion.methods["network"].parameters["pulse.peak"].value
 
@@ -193,10 +200,10 @@ def test_no_verification_at_all_is_a_failed_run(dataset: Dataset, emulator: Emul
 
 def test_unknown_method_is_an_error(dataset: Dataset) -> None:
     with pytest.raises(UserError, match='method = "magic" is unknown'):
-        invert(dataset, record(truth(0.5)), forward, Options(sampling=None, analyse=False, method="magic"))
+        invert(dataset, record(truth(0.5)), forward, InversionOptions(sampling=None, analyse=False, method="magic"))
 
 
-def test_json_has_the_keys_other_programs_read(clean: Outcome, tmp_path) -> None:
+def test_json_has_the_keys_other_programs_read(clean: InversionOutcome, tmp_path) -> None:
     clean.inversion.save(tmp_path / "inversion.json")
     found = json.loads((tmp_path / "inversion.json").read_text())
     assert found["schema_version"] == 1
@@ -217,12 +224,12 @@ def test_json_has_the_keys_other_programs_read(clean: Outcome, tmp_path) -> None
     assert "NaN" not in (tmp_path / "inversion.json").read_text()
 
 
-def test_json_read_back_is_the_same(clean: Outcome, tmp_path) -> None:
+def test_json_read_back_is_the_same(clean: InversionOutcome, tmp_path) -> None:
     clean.inversion.save(tmp_path / "inversion.json")
     assert Inversion.load(tmp_path / "inversion.json") == clean.inversion
 
 
-def test_same_seed_same_inversion(dataset: Dataset, emulator: Emulator, clean: Outcome) -> None:
+def test_same_seed_same_inversion(dataset: Dataset, emulator: Emulator, clean: InversionOutcome) -> None:
     assert invert(dataset, record(truth(SHARE)), forward, OPTIONS, emulator=emulator).inversion == clean.inversion
 
 

@@ -14,7 +14,7 @@ import birdstrike.inversion.forward
 from birdstrike.data.curves import read_histories
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.store import RunStore
-from birdstrike.inversion.inversion import Inversion
+from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.files import load_emulator, load_network

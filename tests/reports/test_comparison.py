@@ -6,7 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from birdstrike.data.files import write_json
-from birdstrike.inversion.coverage import Coverage
+from birdstrike.inversion.identifiability.coverage import Coverage
 from birdstrike.inversion.method_comparison import Row
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.results.results import Results

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured, write_measured
-from birdstrike.inversion.inversion import Estimate
-from birdstrike.inversion.observations.time_origin import TimeOrigin
+from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
 from birdstrike.reports.results.measurement import origin, prior_predictive, residual

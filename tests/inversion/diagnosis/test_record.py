@@ -10,13 +10,13 @@ from scipy.signal import lfilter
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
-from birdstrike.inversion.diagnosis.noise import Noise
-from birdstrike.inversion.diagnosis.record import Record, Window, read_record
+from birdstrike.inversion.diagnosis.record import Record, read_record
+from birdstrike.inversion.observations.noise import Noise
+from birdstrike.inversion.observations.reader import Expected
 
 STEP = 5e-6
 TIME = STEP * np.arange(-120, 400)
 SHAPE = 5e-3 * np.where(TIME > 0.0, np.sin(np.pi * np.maximum(TIME, 0.0) / 2e-3), 0.0)
-WINDOW = Window(0.0, 2e-3, 0.0)
 UNITS = {"middle": "m"}
 WHITE = np.random.default_rng(0).standard_normal(len(TIME))
 
@@ -26,7 +26,7 @@ def measured(noise: np.ndarray) -> Measured:
 
 
 def read(record: Measured, **stated: float) -> Record:
-    return read_record(record, UNITS, WINDOW, stated)
+    return read_record(record, Expected(UNITS, 0.0, 2e-3, 0.0, stated))
 
 
 def test_the_record_before_contact_tells_the_noise() -> None:
@@ -55,7 +55,7 @@ def test_a_drifting_sensor_is_not_taken_for_noise() -> None:
 
 def test_without_any_noise_a_tolerance_is_taken_and_not_called_known() -> None:
     late = replace(measured(WHITE), time=TIME + 1e-3)
-    record = read_record(late, UNITS, Window(0.0, 3e-3, -1.0), {}, tolerance=0.03)
+    record = read_record(late, Expected(UNITS, 0.0, 3e-3, -1.0), tolerance=0.03)
     assert not record.noise_known
     assert record.traces[0].noise.level == pytest.approx(0.03 * 5e-3, rel=0.1)
 
@@ -73,13 +73,26 @@ def test_single_outliers_are_left_out_and_told() -> None:
     noise[[200, 300]] += 30.0
     record = read(measured(noise), middle=1e-4)
     assert len(record.values) == 398
-    assert "2 single points" in record.warnings[0]
+    assert "2 points" in record.warnings[0]
+    assert "far off their neighbours" in record.warnings[0]
+
+
+def test_a_saturated_sensor_is_cut_and_not_taken_for_truth() -> None:
+    """The amplifier ends at 4 mm of 5: readings at its end are left out, and the rest stays as it was."""
+    clean = measured(WHITE)
+    flat = np.minimum(clean.channels["middle"], 4e-3)
+    (trace,) = (record := read(replace(clean, channels={"middle": flat}), middle=1e-4)).traces
+    assert trace.values.max() < 4e-3
+    assert len(trace.values) == (flat[TIME >= 0.0] < 4e-3).sum()
+    assert any("clipped" in warning for warning in record.warnings)
+    kept = np.isin(TIME, trace.times)
+    np.testing.assert_array_equal(trace.values, flat[kept])
 
 
 def test_neighbours_are_averaged_beyond_what_the_fit_can_use() -> None:
     fine = STEP / 8 * np.arange(3200)
     noise = np.random.default_rng(1).standard_normal(3200)
-    record = read_record(Measured(fine, {"middle": 1e-4 * noise}, {}, UNITS), UNITS, WINDOW, {"middle": 1e-4})
+    record = read(Measured(fine, {"middle": 1e-4 * noise}, {}, UNITS), middle=1e-4)
     (trace,) = record.traces
     assert (trace.block, len(trace.values)) == (8, 400)
     assert np.sqrt(np.diag(trace.covariance())) == pytest.approx(1e-4 / np.sqrt(8.0))
@@ -98,6 +111,6 @@ def test_correlated_noise_is_averaged_as_it_is_correlated() -> None:
 
 def test_an_unknown_channel_and_an_empty_window_are_named() -> None:
     with pytest.raises(MeasuredError, match="no sensor of the case"):
-        read_record(measured(WHITE), {"other": "m"}, WINDOW, {})
+        read_record(measured(WHITE), Expected({"other": "m"}, 0.0, 2e-3, 0.0))
     with pytest.raises(MeasuredError, match="0 points"):
-        read_record(measured(WHITE), UNITS, Window(5e-3, 6e-3, 0.0), {})
+        read_record(measured(WHITE), Expected(UNITS, 5e-3, 6e-3, 0.0))

@@ -12,12 +12,12 @@ from scipy.stats import chi2, ncx2
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.diagnosis.groundwork import CENTRE, Groundwork
-from birdstrike.inversion.diagnosis.noise import Noise
 from birdstrike.inversion.diagnosis.record import Record, Trace
 from birdstrike.inversion.diagnosis.rivals import Shot, chance
 from birdstrike.inversion.diagnosis.sensitivities import Sensitivities, sensitivities
 from birdstrike.inversion.diagnosis.separate import Bench, propose, rank
 from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.observations.noise import Noise
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.sensors import Sensor
 from tests.inversion.diagnosis import toy_study

@@ -13,9 +13,10 @@ from birdstrike.inversion.diagnosis.groundwork import Groundwork
 from birdstrike.inversion.diagnosis.judge import Judge
 from birdstrike.inversion.diagnosis.model import Clock
 from birdstrike.inversion.diagnosis.numerical import Numerical
-from birdstrike.inversion.diagnosis.record import Window, read_record
+from birdstrike.inversion.diagnosis.record import read_record
 from birdstrike.inversion.diagnosis.responses import library
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.observations.reader import Expected
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import fit_emulator
 from tests.inversion.diagnosis.test_diagnose import CASE
@@ -70,5 +71,5 @@ def judge(ground: Groundwork, values: list[Array], noise: float, tolerance: floa
     names = ground.clock.channels
     stated = {name: np.full(len(TIME), noise) for name in names} if noise else {}
     measured = Measured(TIME, dict(zip(names, values, strict=True)), stated, dict.fromkeys(names, "m"))
-    record = read_record(measured, dict.fromkeys(names, "m"), Window(0.0, float(TIME[-1]), -1.0), {}, tolerance)
+    record = read_record(measured, Expected(dict.fromkeys(names, "m"), 0.0, float(TIME[-1]), -1.0), tolerance)
     return Judge.of(ground, record)

@@ -32,15 +32,15 @@ def test_flat_top_is_clipped_and_rest_is_not(dataset: Dataset) -> None:
 def test_one_spike_is_found_and_noise_is_not(seed: int) -> None:
     values = record(truth(0.5), CLOCK, noise=2e-5, seed=seed).channels[CHANNEL]
     noise = np.full(len(values), 2e-5)
-    assert not outliers(values, noise).any()
+    assert not outliers(CLOCK, values, noise).any()
     values[60] += 6e-4
-    np.testing.assert_array_equal(np.flatnonzero(outliers(values, noise)), [60])
+    np.testing.assert_array_equal(np.flatnonzero(outliers(CLOCK, values, noise)), [60])
 
 
 def test_table_of_twelve_points_is_taken_as_it_is() -> None:
     values = np.array([0.0, 1.0, 5.0, 5.0, 5.0, 5.0, 3.0, 1.0, 9.0, 0.0, 0.0, 0.0])
     assert not clipped(values).any()
-    assert not outliers(values, np.full(12, 1e-3)).any()
+    assert not outliers(np.arange(12.0), values, np.full(12, 1e-3)).any()
 
 
 @pytest.mark.parametrize("name", ["CFC600", "CFC1000"])

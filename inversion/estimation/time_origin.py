@@ -2,38 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET, Calibrator, Mode
+from birdstrike.inversion.results.fit import TimeOrigin
 
 NORMAL_95 = 1.959964
 NEAR = 0.01  # sigmas from a limit at which it is taken to hold
-
-
-@dataclass(frozen=True)
-class TimeOrigin:
-    """The model at t - value stands beside the record at t; value, sigma, interval_95 in [s].
-
-    sigma: what was known beforehand, None where the clocks are the same (then value is 0). There is no interval where
-    the clocks are the same, nor where a limit of the search holds the value.
-    """
-
-    value: float
-    sigma: float | None
-    interval_95: tuple[float, float] | None
-
-    @property
-    def sentence(self) -> str:
-        """One line for the user."""
-        if self.sigma is None:
-            return "time origin: the record's own (the case names no time_offset)"
-        if self.interval_95 is None:
-            return f"time origin: {self.value * 1e3:+.3f} ms, held there by a limit of the search"
-        low, high = self.interval_95
-        interval = f"(95 %: {low * 1e3:+.3f} .. {high * 1e3:+.3f} ms)"
-        return f"time origin: {self.value * 1e3:+.3f} ms {interval}, estimated by the emulator"
 
 
 def time_origin(calibrator: Calibrator, modes: tuple[Mode, ...]) -> tuple[TimeOrigin, tuple[str, ...]]:
@@ -62,3 +38,21 @@ def held(calibrator: Calibrator, t0: float) -> str:
         f"{text} {FARTHEST_OFFSET:g} times inversion.nuisance.time_offset = {calibrator.sigma * 1e3:g} ms; "
         "if the record's trigger may be further off, raise it (or shift the record's clock)"
     )
+
+
+def clock_drift(calibrator: Calibrator, mode: Mode, origin: TimeOrigin) -> Array:
+    """(n,) change of the stacked curve at `mode` for one standard deviation of the time origin, SI.
+
+    A secant over both sides, cut at the limits of the search; zero where the clocks are the same. Where a limit holds
+    the time origin, so that it has no interval, the standard deviation is that known beforehand.
+    """
+    if not calibrator.sigma:
+        return np.zeros(len(calibrator.model.observations.values))
+    sd = calibrator.sigma
+    if origin.interval_95 is not None:
+        sd = (origin.interval_95[1] - origin.interval_95[0]) / (2.0 * NORMAL_95)
+    limits = np.array(calibrator.offsets) * calibrator.sigma
+    early, late = (float(t) for t in np.clip(origin.value + np.array([-sd, sd]), *limits))
+    scores = calibrator.model.scores(mode.theta[None])
+    change = calibrator.model.curves(scores, late)[0] - calibrator.model.curves(scores, early)[0]
+    return change * sd / (late - early)

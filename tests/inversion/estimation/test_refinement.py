@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import refine
-from birdstrike.inversion.inversion import RefinementFigures
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.invert import invert
+from birdstrike.inversion.results.ingredients import RefinementFigures
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, campaign, forward, record, spread, truth
 
 SHARE = np.array([0.35, 0.6, 0.45, 0.55])
-QUICK = Options(noise={CHANNEL: 1e-5}, sampling=Sampling(walkers=16, chunk=50, most=100), analyse=False)
+QUICK = InversionOptions(noise={CHANNEL: 1e-5}, sampling=Sampling(walkers=16, chunk=50, most=100), analyse=False)
 
 
 def test_coarse_campaign_is_refined_to_one_per_cent_of_the_ranges() -> None:

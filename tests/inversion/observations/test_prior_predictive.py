@@ -10,15 +10,19 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.coordinates import Box
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import observe
-from birdstrike.inversion.observations.prior_predictive import Cloud, cloud, warning, whose_fault
+from birdstrike.inversion.observations.prior_predictive import (
+    emulator_or_model,
+    prior_predictive,
+    prior_predictive_warning,
+)
+from birdstrike.inversion.results.fit import PriorPredictive
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.stand_in import CHANNEL, TIME, TIMES, forward, pulse, record, truth
 
-OPTIONS = Options(sampling=None, analyse=False, noise={CHANNEL: 3e-5})
+OPTIONS = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 3e-5})
 
 
 def foreign(measured: Measured) -> Measured:
@@ -79,27 +83,27 @@ def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset, emu
 
 
 def test_coarse_emulator_is_not_a_model_that_cannot(dataset: Dataset) -> None:
-    """The solver's own curve between runs, noise a tenth of what the emulator can follow: a run beside it tells."""
+    """The solver's own curve between runs, noise a tenth of what the emulator can follow."""
     theta = truth((0.4, 0.6, 0.45, 0.5))
-    found = Cloud(False, 4.0, 0.0, 3, {CHANNEL: 1e-4})
+    found = PriorPredictive(False, 4.0, 0.0, 3, {CHANNEL: 1e-4})
     q2: dict[str, float | None] = {CHANNEL: 0.99}
     observations = observe(record(theta), dataset, {CHANNEL: 1e-5})
-    assert whose_fault(found, 7.0, q2) == found
-    assert "the model can produce it" in warning(whose_fault(found, 1.1, q2), observations)
-    poor = whose_fault(found, 7.0, {CHANNEL: 0.5})
-    assert "displacement centre (Q2 0.50)" in warning(poor, observations)
-    assert "cannot produce" not in warning(poor, observations)
+    assert emulator_or_model(found, 7.0, q2) == found
+    assert "the model can produce it" in prior_predictive_warning(emulator_or_model(found, 1.1, q2), observations)
+    poor = emulator_or_model(found, 7.0, {CHANNEL: 0.5})
+    assert "displacement centre (Q2 0.50)" in prior_predictive_warning(poor, observations)
+    assert "cannot produce" not in prior_predictive_warning(poor, observations)
 
 
-def test_channels_that_the_emulator_predicts_poorly_identify_nothing_where_the_solver_misses() -> None:
+def test_channels_that_the_emulator_predicts_poorly_identify_nothing_where_the_solver_differs() -> None:
     """Errors as large as the signal make every curve a good fit; only the solver's run can contradict it."""
-    inside = Cloud(True, 0.4, 0.0, 3, {CHANNEL: 1e-4})
+    inside = PriorPredictive(True, 0.4, 0.0, 3, {CHANNEL: 1e-4})
     q2: dict[str, float | None] = {CHANNEL: 0.99, "strain": 0.45, "contact_force": 0.23}
-    refused = whose_fault(inside, 9.0, q2)
+    refused = emulator_or_model(inside, 9.0, q2)
     assert not refused.inside
-    assert "misses by 9.0 times the noise, and the emulator predicts strain (Q2 0.45), contact" in refused.coarse
-    assert whose_fault(inside, 1.1, q2) == inside
-    assert whose_fault(inside, 9.0, {CHANNEL: 0.99}) == inside
+    assert "is 9.0 times the noise, and the emulator predicts strain (Q2 0.45), contact" in refused.coarse
+    assert emulator_or_model(inside, 1.1, q2) == inside
+    assert emulator_or_model(inside, 9.0, {CHANNEL: 0.99}) == inside
 
 
 def test_jittery_channels_leave_every_parameter_its_whole_range(dataset: Dataset) -> None:
@@ -118,7 +122,7 @@ def test_jittery_channels_leave_every_parameter_its_whole_range(dataset: Dataset
         assert "too coarse" in estimate.reason
 
 
-def test_one_missed_channel_is_not_drowned_by_many_good_points(dataset: Dataset) -> None:
+def test_one_rejected_channel_is_not_drowned_by_many_good_points(dataset: Dataset) -> None:
     """100 points of one channel without error, 6 of another 3 standard deviations off: 54 in all, for 106 points."""
     few = np.isin(np.arange(100), np.arange(10, 70, 10))
     run = Histories(TIME, {name: rows[16] for name, rows in dataset.curves.items()}, dict(dataset.channel_units))
@@ -131,8 +135,6 @@ def test_one_missed_channel_is_not_drowned_by_many_good_points(dataset: Dataset)
     )
     observations = observe(measured, dataset, {CHANNEL: 3e-5, "contact_force": 1.0})
     residual = np.concatenate([np.zeros(100), np.full(6, 3.0)])
-    box = Box(np.zeros(4), np.ones(4), np.zeros(4, dtype=bool), truth(0.0), truth(1.0))
-    best = Mode(np.full(4, 0.5), truth(0.5), 0.0, np.eye(5), 0.0, residual, box)
-    assert not cloud(dataset, observations, best).inside
-    assert cloud(dataset, observations, best).fit == pytest.approx(3.0)
-    assert cloud(dataset, observations, replace(best, residual=np.full(106, 1.2))).inside
+    assert not prior_predictive(dataset, observations, residual, 0.0).inside
+    assert prior_predictive(dataset, observations, residual, 0.0).fit == pytest.approx(3.0)
+    assert prior_predictive(dataset, observations, np.full(106, 1.2), 0.0).inside

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.inversion.identifiability.design_gate import DesignError, design_figures
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.estimation.locate import DesignError, InversionOptions, design_figures
+from birdstrike.inversion.invert import invert
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, campaign, diagonal, forward, record, spread
 
-OPTIONS = Options(noise={CHANNEL: 2e-5}, allow_rank_deficient=True)
+OPTIONS = InversionOptions(noise={CHANNEL: 2e-5}, allow_rank_deficient=True)
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def table6() -> Dataset:
 
 def test_diagonal_design_is_refused(table6: Dataset) -> None:
     with pytest.raises(DesignError, match="the design carries 1 direction, not 4") as error:
-        invert(table6, record(table6.parameters[10]), forward, Options())
+        invert(table6, record(table6.parameters[10]), forward, InversionOptions())
     assert error.value.exit_code == 1
     assert "--allow-rank-deficient" in str(error.value)
 

@@ -12,9 +12,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.posterior import Sampling, sample
-from birdstrike.inversion.identifiability.identifiability import intervals
 from birdstrike.inversion.identifiability.summary import posterior_figures
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator

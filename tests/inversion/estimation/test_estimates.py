@@ -8,9 +8,10 @@ import pytest
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.coordinates import Box
-from birdstrike.inversion.identifiability.identifiability import intervals, reported
-from birdstrike.inversion.inversion import Estimate
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.estimation.estimates import intervals, reported
+from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.invert import invert
+from birdstrike.inversion.results.estimates import Estimate
 from tests.inversion import eroding, stand_in
 from tests.inversion.stand_in import CHANNEL, TIMES, record, truth
 
@@ -27,7 +28,7 @@ def estimates(campaign: Dataset, theta: list[float], noise: float = 3e-5) -> dic
     values = np.interp(TIMES, eroding.TIME, eroding.curve(np.array(theta)))
     values = values + noise * np.random.default_rng(0).normal(size=len(TIMES))
     measured = type(measured)(TIMES, {CHANNEL: values}, {}, {CHANNEL: "m"}, (), "eroding.csv")
-    options = Options(sampling=None, analyse=False, method="emulator", noise={CHANNEL: noise})
+    options = InversionOptions(sampling=None, analyse=False, method="emulator", noise={CHANNEL: noise})
     return dict(invert(campaign, measured, eroding.forward, options).inversion.methods["emulator"].parameters)
 
 
@@ -79,7 +80,7 @@ def test_active_limit_is_found_on_its_own_side(campaign: Dataset) -> None:
 def test_two_parameters_that_make_up_for_each_other_name_each_other() -> None:
     """Few early points: peak and period of the pulse can be traded."""
     dataset, times = stand_in.campaign(stand_in.spread()), np.linspace(0.4e-3, 0.7e-3, 6)
-    options = Options(sampling=None, analyse=False, method="emulator", noise={CHANNEL: 5e-5})
+    options = InversionOptions(sampling=None, analyse=False, method="emulator", noise={CHANNEL: 5e-5})
     found = (
         invert(dataset, record(truth(0.5), times), stand_in.forward, options).inversion.methods["emulator"].parameters
     )

@@ -12,11 +12,12 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.shots import Shot, joined, with_scatter
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.invert import invert
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, forward, record, spread, truth
 
-OPTIONS = Options(method="emulator", noise={CHANNEL: 4e-5}, time_offset=0.05e-3, sampling=None, analyse=False)
+OPTIONS = InversionOptions(method="emulator", noise={CHANNEL: 4e-5}, time_offset=0.05e-3, sampling=None, analyse=False)
 SHARE = (0.4, 0.6, 0.45, 0.5)
 
 
@@ -41,7 +42,7 @@ def shot(dataset: Dataset, seed: int, t0: float = 0.0, size: float = 1.0, fast: 
     return Shot(runs, measured, harder if fast else forward, OPTIONS)
 
 
-def widths(dataset: Dataset, measured: Measured, run, options: Options, columns=None) -> np.ndarray:
+def widths(dataset: Dataset, measured: Measured, run, options: InversionOptions, columns=None) -> np.ndarray:
     found = invert(dataset, measured, run, options, columns=columns).inversion.methods["emulator"].parameters
     for name, share in zip(NAMES[:3], SHARE, strict=False):
         interval = found[name].interval_95

@@ -6,10 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.posterior import Posterior
+from birdstrike.inversion.estimation.time_origin import NORMAL_95
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.observations.time_origin import NORMAL_95
+from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.inversion.results.ingredients import DesignFigures
 
 NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 LOOKS_ALIKE = 0.8  # correlation from which another parameter is named
@@ -112,3 +116,44 @@ def reported(
     if not identified:
         return limits
     return min(told[0], value), max(told[1], value)
+
+
+def emulator_estimates(
+    dataset: Dataset,
+    calibrator: Calibrator,
+    modes: tuple[Mode, ...],
+    inside: bool,
+    posterior: Posterior | None = None,
+) -> dict[str, Estimate]:
+    """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud.
+
+    The most probable value with the posterior's central interval (linearised where none was drawn), widened to hold
+    it; a parameter that is not identified has its whole range.
+    """
+    coordinates = calibrator.coordinates
+    span, prior = posterior.interval() if posterior else intervals(modes), coordinates.prior_width()
+    theta = modes[0].theta
+    estimates: dict[str, Estimate] = {}
+    for i, name in enumerate(dataset.names):
+        if not inside:
+            estimates[name] = Estimate(float(theta[i]), None, dataset.units[i], False, OUTSIDE)
+            continue
+        width = float(span[i, 1] - span[i, 0]) / float(prior[i])
+        identified = width < NEWS
+        why = reason(calibrator, modes, i, width, identified)
+        low, high = float(dataset.lows[i]), float(dataset.highs[i])
+        told = (low + float(span[i, 0]) * (high - low), low + float(span[i, 1]) * (high - low))
+        interval = reported(float(theta[i]), told, (low, high), identified)
+        estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
+    return estimates
+
+
+OUTSIDE = "the model cannot produce the record, so its best fit does not tell this parameter"
+COARSE = "the emulator is too coarse to follow the record, so its best fit does not tell this parameter: add runs"
+
+
+def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:
+    """Estimates from a rank-deficient design: none, and why."""
+    why = f"{design.sentence}: this parameter changed only together with others"
+    pairs = zip(dataset.names, dataset.units, strict=True)
+    return {name: Estimate(None, None, unit, False, why) for name, unit in pairs}

@@ -12,6 +12,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.nuisances import (
     Nuisance,
     case_nuisances,
@@ -20,7 +21,7 @@ from birdstrike.inversion.estimation.nuisances import (
     nuisance_columns,
     stacked,
 )
-from birdstrike.inversion.invert import Options, invert
+from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator
@@ -54,7 +55,7 @@ def test_interval_holds_the_truth_of_a_shot_that_was_faster_than_it_was_said_to_
     """2 % more speed is 2 % more of the peak, 4 % of its range, and far more than the noise would allow."""
     fast = record(truth(0.5))
     fast = replace(fast, channels={CHANNEL: 1.02 * fast.channels[CHANNEL]})
-    options = Options(method="emulator", noise={CHANNEL: 1e-5}, sampling=None, analyse=False)
+    options = InversionOptions(method="emulator", noise={CHANNEL: 1e-5}, sampling=None, analyse=False)
     peak = NAMES[0]
     blind = invert(dataset, fast, forward, options, emulator=emulator).inversion.methods["emulator"].parameters[peak]
     aware = invert(dataset, fast, forward, options, emulator=emulator, columns=columns).inversion

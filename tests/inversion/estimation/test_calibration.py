@@ -13,9 +13,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.identifiability.identifiability import intervals
+from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.observations.observations import observe
-from birdstrike.inversion.observations.time_origin import time_origin
 from birdstrike.surrogate.emulator import Emulator
 from birdstrike.surrogate.features import Region
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, record, spread, truth

@@ -34,7 +34,7 @@ def test_points_outside_the_record_are_left_out_aloud(dataset: Dataset) -> None:
 
 
 def test_record_on_another_clock_is_refused(dataset: Dataset) -> None:
-    with pytest.raises(MeasuredError, match=r"lies in the simulated record 0 \.\. 3 ms"):
+    with pytest.raises(MeasuredError, match=r"0 points in the simulated record 0 \.\. 3 ms"):
         observe(record(MIDDLE, TIMES + 1.0), dataset, {})
 
 

@@ -9,14 +9,14 @@ import pytest
 from scipy.signal import lfilter
 
 from birdstrike.data.dataset import Dataset
-from birdstrike.inversion.estimation.clock_drift import clock_drift
+from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.residual_correlation import autocorrelation_time, residual_correlation
-from birdstrike.inversion.identifiability.identifiability import intervals
-from birdstrike.inversion.invert import Options, invert
-from birdstrike.inversion.observations.time_origin import time_origin
+from birdstrike.inversion.estimation.time_origin import clock_drift, time_origin
+from birdstrike.inversion.invert import invert
 from birdstrike.surrogate.emulator import Emulator
+from tests.inversion.estimation.test_calibration import calibrator
 from tests.inversion.stand_in import CHANNEL, TIMES, forward, record, truth
-from tests.inversion.test_calibration import calibrator
 
 NOISE = 5e-5
 DENSE = np.linspace(0.4e-3, 2.6e-3, 600)
@@ -89,7 +89,7 @@ def test_intervals_hold_the_truth_beside_a_misfit_as_large_as_the_noise(
 def test_a_misfit_that_hangs_together_is_said_and_recorded(dataset: Dataset, emulator: Emulator) -> None:
     sine = NOISE * np.sqrt(2.0) * np.sin(2.0 * np.pi * 3.0 * np.linspace(0.0, 1.0, len(DENSE)))
     measured = record(truth(0.5), DENSE, NOISE)
-    options = Options(sampling=None, analyse=False, method="emulator", noise={CHANNEL: NOISE})
+    options = InversionOptions(sampling=None, analyse=False, method="emulator", noise={CHANNEL: NOISE})
     clean = invert(dataset, measured, forward, options, emulator=emulator).inversion
     assert clean.residual is not None
     assert clean.residual.white
@@ -122,7 +122,9 @@ def test_drift_is_the_slope_of_the_curve_times_the_clocks_uncertainty(dataset: D
 def test_network_is_less_sure_where_the_clock_is(dataset: Dataset, emulator: Emulator) -> None:
     measured, widths, reasons = record(truth(0.5), TIMES, 3e-5), [], []
     for offset in (0.0, 0.1e-3):
-        options = Options(sampling=None, analyse=False, method="network", noise={CHANNEL: 3e-5}, time_offset=offset)
+        options = InversionOptions(
+            sampling=None, analyse=False, method="network", noise={CHANNEL: 3e-5}, time_offset=offset
+        )
         estimate = invert(dataset, measured, forward, options, emulator=emulator).inversion.methods["network"]
         period = estimate.parameters["pulse.period"]
         assert period.interval_95 is not None

@@ -1,0 +1,160 @@
+"""Where the measurement lies in a campaign: design accepted, emulator calibrated with the time origin, fit checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.quality import design_quality
+from birdstrike.inversion.estimation.calibration import Calibrator
+from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.nuisances import Columns
+from birdstrike.inversion.estimation.posterior import Sampling, sample
+from birdstrike.inversion.estimation.proposal import Calibration
+from birdstrike.inversion.estimation.residual_correlation import widened
+from birdstrike.inversion.estimation.time_origin import time_origin
+from birdstrike.inversion.formatting import plain, span
+from birdstrike.inversion.forward import Progress
+from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
+from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
+from birdstrike.inversion.results.ingredients import DesignFigures
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
+from birdstrike.surrogate.inverse_network import HIDDEN
+
+METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network", "emulator")}
+WORTH_SAYING = 0.01  # of a range
+
+
+@dataclass(frozen=True)
+class InversionOptions:
+    """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
+
+    sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
+    hidden: neurons, None for a search; copies: noisy copies of every training run.
+    """
+
+    trainer: str = "lm"
+    method: str = "both"
+    seed: int = 0
+    noise: Mapping[str, float] = field(default_factory=dict)
+    time_offset: float = 0.0
+    allow_rank_deficient: bool = False
+    sampling: Sampling | None = field(default_factory=Sampling)
+    analyse: bool = True
+    hidden: int | None = HIDDEN
+    copies: int = 0
+
+    def methods(self) -> tuple[str, ...]:
+        """The methods asked for; raises UserError."""
+        if self.method not in METHODS:
+            raise UserError(f'method = "{self.method}" is unknown; use one of: {", ".join(METHODS)}')
+        return METHODS[self.method]
+
+
+@dataclass(frozen=True)
+class Located:
+    """The measurement laid over the campaign: time origin found, cloud and residual judged."""
+
+    calibration: Calibration
+    observations: Observations
+    origin: TimeOrigin
+    cloud: PriorPredictive
+    residual: ResidualCorrelation
+    warnings: tuple[str, ...]
+
+    @property
+    def emulator(self) -> Emulator:
+        """The forward emulator."""
+        return self.calibration.calibrator.model.emulator
+
+
+class DesignError(UserError):
+    """A design that varies fewer independent directions than there are parameters."""
+
+
+def locate(
+    dataset: Dataset,
+    measured: Measured,
+    choice: InversionOptions,
+    fitted: Emulator | None,
+    progress: Progress,
+    columns: Columns | None = None,
+) -> Located:
+    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud.
+
+    The columns of known error are taken at a first fit without them.
+    """
+    observations = observe(measured, dataset, choice.noise, choice.time_offset)
+    design = design_figures(dataset)
+    refuse_deficient(design, choice.allow_rank_deficient)
+    names = [c.name for c in observations.channels]
+    emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
+    carried = carried_coordinates(dataset, design.rank) if design.deficient else None
+    coordinates = carried or parameter_coordinates(dataset, emulator.regions)
+    calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    if columns is not None:
+        known = columns(observations, calibrator.fit(choice.seed)[0])
+        calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
+    best_fit, modes, residual = calibrator.judged(choice.seed)
+    origin, held = time_origin(calibrator, modes)
+    found = prior_predictive(dataset, observations, best_fit.residual, origin.value)
+    posterior = None
+    if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
+        judged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
+        posterior = sample(judged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
+    progress(1.0)
+    first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
+    first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
+    first += posterior.warnings if posterior else ()
+    warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
+    calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
+    return Located(calibration, observations, origin, found, residual, warnings)
+
+
+def design_figures(dataset: Dataset) -> DesignFigures:
+    """Quality of the runs that finished and stayed smooth, those that the emulator rests on."""
+    found = design_quality(dataset.scaled()[dataset.smooth], dataset.names)
+    return DesignFigures(found.rank, found.discrepancy, found.max_correlation, found.parameters, found.sentence)
+
+
+def refuse_deficient(design: DesignFigures, allowed: bool) -> None:
+    """Raise DesignError where separate values would be invented; `allowed`: what the design carries will do."""
+    if not design.deficient or (allowed and design.rank > 0):
+        return
+    remedy = "" if design.rank == 0 else "; --allow-rank-deficient gives the combination that is carried instead"
+    raise DesignError(f"{design.sentence}: {design.finding}{remedy}")
+
+
+def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
+    """Runs left out, values that no run stands behind, and channels that are predicted poorly."""
+    sentences: list[str] = []
+    lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
+    if lost:
+        many = "s" if len(lost) > 1 else ""
+        sentences.append(f"run{many} {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
+    for i, name in enumerate(dataset.names):
+        for low, high in _gaps(emulator, dataset, i):
+            where = span(low, high, dataset.units[i])
+            sentences.append(f"{plain(name)} {where}: too few smooth runs stand there, so no answer is sought there")
+    for channel, curve in emulator.channels.items():
+        q2 = curve.validation.q2
+        if not q2 > POOR_Q2:
+            sentences.append(f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): add runs")
+    return tuple(sentences)
+
+
+def _gaps(emulator: Emulator, dataset: Dataset, i: int) -> list[tuple[float, float]]:
+    """Stretches of parameter i's range that no region of the emulator covers."""
+    low, high = float(dataset.lows[i]), float(dataset.highs[i])
+    gaps: list[tuple[float, float]] = []
+    reached = low
+    for start, end in sorted({(float(r.lows[i]), float(r.highs[i])) for r in emulator.regions}):
+        gaps.append((reached, start))
+        reached = max(reached, end)
+    gaps.append((reached, high))
+    return [(a, b) for a, b in gaps if b - a > WORTH_SAYING * (high - low)]

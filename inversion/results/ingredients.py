@@ -1,0 +1,98 @@
+"""What an inversion rests on: design, training, emulator, measurement, added runs, shots. SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DesignFigures:
+    """What a design can tell apart.
+
+    rank: independent directions of the centred, scaled design; discrepancy: squared centred L2; max_correlation:
+    largest of two columns; parameters: how many are sought; finding: the directions in words.
+    """
+
+    rank: int
+    discrepancy: float | None
+    max_correlation: float | None
+    parameters: int
+    finding: str
+
+    @property
+    def deficient(self) -> bool:
+        """True when separate estimates of all parameters cannot be had."""
+        return self.rank < self.parameters
+
+    @property
+    def sentence(self) -> str:
+        """What a deficient design carries."""
+        directions = "1 direction" if self.rank == 1 else f"{self.rank} directions"
+        return f"the design carries {directions}, not {self.parameters}"
+
+
+@dataclass(frozen=True)
+class TrainingFigures:
+    """How the network was trained; inputs: channel -> instants on the record's clock [s]; held_out: run numbers."""
+
+    trainer: str
+    shape: str
+    epochs: int
+    goal: float
+    mse: float
+    test_mse: float | None
+    history: str
+    status: str
+    holdout: str
+    held_out: tuple[int, ...]
+    inputs: Mapping[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class EmulatorFigures:
+    """Components that are predicted, and leave-one-out figures of each channel (loo_rmse in SI)."""
+
+    components: Mapping[str, int]
+    q2: Mapping[str, float | None]
+    loo_rmse: Mapping[str, float]
+    standardised_rms: Mapping[str, float | None]
+    runs_left_out: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class MeasuredFigures:
+    """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel)."""
+
+    path: str
+    provenance: tuple[str, ...]
+    simulated: bool
+    points: Mapping[str, int]
+    noise: Mapping[str, float]
+    noise_source: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class RefinementFigures:
+    """Runs added near the answer; error: of the emulator at the answer in units of noise, before each and at the end.
+
+    added: one entry a run, name -> SI; reason: why it ended.
+    """
+
+    added: tuple[dict[str, float], ...]
+    error: tuple[float, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class ShotFigures:
+    """One of several records that were inverted together.
+
+    suffix: of its channels' names; time_offset [s]; inside: what its own fit says of the cloud.
+    """
+
+    path: str
+    suffix: str
+    case_hash: str
+    time_offset: float
+    inside: bool

@@ -1,0 +1,112 @@
+"""One reader of a measured record, for calibration and diagnosis alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import MeasuredError
+from birdstrike.inversion.diagnosis.record import read_record as read_for_diagnosis
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER, OUTSIDE, Expected, read_record
+from birdstrike.solver.case.case import load_case
+from tests.inversion.stand_in import CHANNEL, record, truth
+
+STEP = 1e-5
+CLOCK = STEP * np.arange(-60, 320)
+SIGMA = 2e-5
+EXPECTED = Expected({CHANNEL: "m"}, 0.0, 3e-3, 0.0, {CHANNEL: SIGMA})
+
+
+def measured(**changes: np.ndarray) -> Measured:
+    """A pulse with noise, 0.6 ms before contact and 0.2 ms after the simulated record."""
+    found = record(truth(0.5), CLOCK, noise=SIGMA)
+    return replace(found, **changes)
+
+
+def spoilt() -> Measured:
+    """A gap, a flat top and an outlier in one record."""
+    values = np.minimum(measured().channels[CHANNEL], 4e-3)
+    values[100] = np.nan
+    values[250] += 1e-3
+    return replace(measured(), channels={CHANNEL: values})
+
+
+def test_what_is_cut_is_named_with_its_instants() -> None:
+    (channel,) = read_record(spoilt(), EXPECTED)
+    cut = {one.reason: one.times for one in channel.cuts}
+    np.testing.assert_array_equal(cut[OUTSIDE], [*CLOCK[:60], *CLOCK[361:]])
+    np.testing.assert_array_equal(cut[OUTLIER], [CLOCK[250]])
+    np.testing.assert_array_equal(cut[CLIPPED], CLOCK[spoilt().channels[CHANNEL] == 4e-3])
+    assert len(cut[CLIPPED]) > 20
+    assert len(channel.times) + sum(map(len, cut.values())) == len(CLOCK) - 1  # the gap
+    assert len(channel.warnings) == 2
+
+
+def test_values_are_never_changed() -> None:
+    (channel,) = read_record(spoilt(), EXPECTED)
+    np.testing.assert_array_equal(channel.values, spoilt().channels[CHANNEL][np.isin(CLOCK, channel.times)])
+
+
+def test_calibration_and_diagnosis_read_the_same_points_and_noise(dataset: Dataset) -> None:
+    (one,) = observe(spoilt(), dataset, {CHANNEL: SIGMA}).channels
+    (other,) = read_for_diagnosis(spoilt(), EXPECTED).traces
+    np.testing.assert_array_equal(one.times, other.times)
+    np.testing.assert_array_equal(one.values, other.values)
+    np.testing.assert_array_equal(one.noise, other.noise.sigma)
+
+
+def test_a_stated_noise_that_the_record_before_contact_rejects() -> None:
+    stated = replace(EXPECTED, noise={CHANNEL: 3.0 * SIGMA})
+    (tested,) = read_record(measured(), stated)
+    assert tested.noise.source == "record before contact"
+    assert tested.noise.level == pytest.approx(SIGMA, rel=0.25)  # 58 degrees of freedom: 9 % at one sigma
+    (kept,) = read_record(measured(), stated, test_stated=False)
+    assert kept.noise.source == "case"
+    assert (kept.noise.sigma == 3.0 * SIGMA).all()
+
+
+def test_a_sigma_column_is_compared_where_the_plate_is_at_rest() -> None:
+    """Noise that grows with the signal is right before contact and must stand."""
+    growing = np.where(CLOCK < 0.0, SIGMA, 10.0 * SIGMA)
+    (channel,) = read_record(replace(measured(), sigma={CHANNEL: growing}), EXPECTED)
+    assert channel.noise.source == "sigma column"
+    np.testing.assert_array_equal(channel.noise.sigma, growing[np.isin(CLOCK, channel.times)])
+
+
+def test_a_sensor_that_does_not_read_zero_before_contact_is_named() -> None:
+    shifted = {CHANNEL: measured().channels[CHANNEL] + 2e-4}
+    (channel,) = read_record(replace(measured(), channels=shifted), EXPECTED)
+    assert channel.offset == pytest.approx(2e-4, rel=0.05)
+    assert any("reads 0.2 mm before contact" in remark for remark in channel.remarks)
+    assert not read_record(measured(), EXPECTED)[0].remarks
+
+
+def test_nothing_known_of_the_noise_is_a_tolerance() -> None:
+    late = measured(time=CLOCK + 1e-3)
+    expected = Expected({CHANNEL: "m"}, 0.0, 4e-3, -1.0)
+    (channel,) = read_record(late, expected, tolerance=0.03)
+    assert (channel.noise.known, channel.noise.inferred) == (False, False)
+    assert channel.noise.level == pytest.approx(0.03 * channel.peak)
+    assert read_record(late, expected)[0].noise.inferred
+
+
+def test_the_case_says_units_noise_and_when_the_plate_is_at_rest() -> None:
+    case = load_case("reference_strike")
+    expected = Expected.of_case(case, case.time.end, spare=1e-4)
+    assert expected.end == pytest.approx(case.time.end - 1e-4)
+    offset = case.inversion.nuisance.get("time_offset", 0.0)
+    assert expected.quiet == pytest.approx(case.first_contact - 1e-4 - 4.0 * offset)
+    assert set(expected.units) == set(case.sensors)
+
+
+def test_a_channel_with_too_few_points_is_refused_with_their_number() -> None:
+    with pytest.raises(MeasuredError, match=r"1 points in the simulated record .* and needs 3"):
+        read_record(measured(), replace(EXPECTED, start=1e-3 - 1e-9, end=1e-3), fewest=3)
+    stuck = {CHANNEL: np.full(len(CLOCK), 1e-3)}
+    with pytest.raises(MeasuredError, match=r"0 points .* 301 more that are clipped, and needs 1"):
+        read_record(measured(channels=stuck), EXPECTED)
