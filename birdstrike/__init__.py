@@ -1,6 +1,8 @@
-"""birdstrike: constitutive parameters of a bird from one instrumented strike, with honest intervals.
+"""birdstrike: constitutive parameters of a bird from one instrumented impact, with honest intervals.
 
-The verbs of the command line are functions here, imported when first used.
+The commands are functions here (`simulate`, `run_doe`, ...), and what they take and return are classes here (`Case`,
+`Histories`, ...); each is imported when first used. The six packages are links to the folders at the root of the
+repository and are read in the order data, solver, doe, surrogate, inversion, reports.
 """
 
 from __future__ import annotations
@@ -18,35 +20,102 @@ if TYPE_CHECKING:
     from birdstrike.cli.new import new
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
+    from birdstrike.data.curves import Measured
+    from birdstrike.data.dataset import Dataset
+    from birdstrike.data.errors import RunFailed, UserError
+    from birdstrike.data.histories import Histories, Snapshot
+    from birdstrike.doe.campaign.runner import Progress
+    from birdstrike.doe.designs.registry import Design
+    from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import diagnose
-    from birdstrike.inversion.train_and_invert import train_and_invert
+    from birdstrike.inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
+    from birdstrike.inversion.diagnosis.wishes import Wishes as DiagnosisOptions
+    from birdstrike.inversion.inversion import Answer, Estimate, Inversion
+    from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
+    from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
+    from birdstrike.inversion.mesh_convergence.meshes import Mesh
+    from birdstrike.inversion.method_comparison import Row as MethodRow
+    from birdstrike.inversion.train_and_invert import Extras, train_and_invert
     from birdstrike.loop import close_the_loop
     from birdstrike.reports.page.page import report
-    from birdstrike.reports.verification.verify import verify
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.reports.verification.verify import Verification, verify
+    from birdstrike.solver.case.case import Case, load_case
+    from birdstrike.solver.effects.registry import Effect
 
 _PACKAGES = ("data", "solver", "doe", "surrogate", "inversion", "reports")
 
-_PUBLIC = {
-    "load_case": ("birdstrike.solver.case.case", "load_case"),
-    "check": ("birdstrike.cli.check", "check"),
-    "simulate": ("birdstrike.cli.simulate", "simulate"),
-    "compare_methods": ("birdstrike.cli.compare_methods", "compare_methods"),
-    "converge": ("birdstrike.cli.converge", "converge"),
-    "new": ("birdstrike.cli.new", "new"),
-    "import_curve": ("birdstrike.cli.import_curve", "import_curve"),
-    "export": ("birdstrike.cli.export", "export"),
-    "run_doe": ("birdstrike.cli.run_doe", "run_doe"),
-    "train_and_invert": ("birdstrike.inversion.train_and_invert", "train_and_invert"),
-    "diagnose": ("birdstrike.inversion.diagnosis.diagnose", "diagnose"),
-    "audit": ("birdstrike.inversion.audit.audit", "audit"),
-    "report": ("birdstrike.reports.page.page", "report"),
-    "close_the_loop": ("birdstrike.loop", "close_the_loop"),
-    "verify": ("birdstrike.reports.verification.verify", "verify"),
+# Public name -> module, and the name there where it differs.
+_VERBS = {
+    "load_case": "birdstrike.solver.case.case",
+    "check": "birdstrike.cli.check",
+    "simulate": "birdstrike.cli.simulate",
+    "compare_methods": "birdstrike.cli.compare_methods",
+    "converge": "birdstrike.cli.converge",
+    "new": "birdstrike.cli.new",
+    "import_curve": "birdstrike.cli.import_curve",
+    "export": "birdstrike.cli.export",
+    "run_doe": "birdstrike.cli.run_doe",
+    "train_and_invert": "birdstrike.inversion.train_and_invert",
+    "diagnose": "birdstrike.inversion.diagnosis.diagnose",
+    "audit": "birdstrike.inversion.audit.audit",
+    "report": "birdstrike.reports.page.page",
+    "close_the_loop": "birdstrike.loop",
+    "verify": "birdstrike.reports.verification.verify",
 }
+_TYPES = {
+    "Case": "birdstrike.solver.case.case",
+    "Effect": "birdstrike.solver.effects.registry",
+    "Histories": "birdstrike.data.histories",
+    "Snapshot": "birdstrike.data.histories",
+    "Measured": "birdstrike.data.curves",
+    "ParameterSpace": "birdstrike.doe.designs.space",
+    "Design": "birdstrike.doe.designs.registry",
+    "Dataset": "birdstrike.data.dataset",
+    "Progress": "birdstrike.doe.campaign.runner",
+    "Inversion": "birdstrike.inversion.inversion",
+    "Answer": "birdstrike.inversion.inversion",
+    "Estimate": "birdstrike.inversion.inversion",
+    "Extras": "birdstrike.inversion.train_and_invert",
+    "MethodRow": "birdstrike.inversion.method_comparison:Row",
+    "Mesh": "birdstrike.inversion.mesh_convergence.meshes",
+    "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
+    "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
+    "CurveConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
+    "Diagnosis": "birdstrike.inversion.diagnosis.diagnosis",
+    "EffectFigures": "birdstrike.inversion.diagnosis.diagnosis",
+    "DiagnosisOptions": "birdstrike.inversion.diagnosis.wishes:Wishes",
+    "Verification": "birdstrike.reports.verification.verify",
+    "UserError": "birdstrike.data.errors",
+    "RunFailed": "birdstrike.data.errors",
+}
+_PUBLIC = _VERBS | _TYPES
 
 __all__ = [
+    "Answer",
+    "Case",
+    "CurveConvergence",
+    "Dataset",
+    "Design",
+    "Diagnosis",
+    "DiagnosisOptions",
+    "Effect",
+    "EffectFigures",
+    "Estimate",
+    "Extras",
+    "GridConvergence",
+    "Histories",
+    "Inversion",
+    "Measured",
+    "Mesh",
+    "MeshConvergence",
+    "MethodRow",
+    "ParameterSpace",
+    "Progress",
+    "RunFailed",
+    "Snapshot",
+    "UserError",
+    "Verification",
     "audit",
     "check",
     "close_the_loop",
@@ -80,11 +149,11 @@ _refuse_missing_links()
 
 
 def __getattr__(name: str) -> Any:
-    """Public verbs, imported late: asking for help must not load torch."""
+    """Public verbs and classes, imported late: asking for help must not load torch."""
     if name not in _PUBLIC:
         raise AttributeError(f"birdstrike has no {name}; it has {', '.join(__all__)}")
-    module, attribute = _PUBLIC[name]
-    return getattr(import_module(module), attribute)
+    module, _, attribute = _PUBLIC[name].partition(":")
+    return getattr(import_module(module), attribute or name)
 
 
 def __dir__() -> list[str]:

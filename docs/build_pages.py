@@ -11,13 +11,12 @@ from sphinx.application import Sphinx
 
 from birdstrike.cli.app import app
 from birdstrike.data.unit_systems import SYSTEMS
-from birdstrike.solver.case.sections import quantities
 
 TITLED = re.compile(r'^```([a-z]+) title="([^"]+)"\n', re.MULTILINE)
 
 
 def fill(application: object, page: str, source: list[str]) -> None:  # noqa: ARG001 (Sphinx calls it so)
-    """Names of files, and the tables at their places: commands, keys of a case, unit systems."""
+    """Names of files, and the tables at their places: commands, unit systems."""
     source[0] = TITLED.sub(r"```{code-block} \1\n:caption: \2\n\n", source[0])
     for place, lines in PLACES.items():
         if place in source[0]:
@@ -48,13 +47,6 @@ def _row(parameter: click.Parameter) -> str:
     return f"| {names} | {meaning}{shown} |"
 
 
-def keys() -> Iterator[str]:
-    """Every physical quantity of a case with the range that is accepted."""
-    yield "| key | from | to |\n|---|---|---|"
-    for key, mark in quantities():
-        yield f"| `{key}` | `{mark.low}` | `{mark.high}` |"
-
-
 def unit_systems() -> Iterator[str]:
     """The unit systems of cards."""
     yield "| name | units |\n|---|---|"
@@ -62,7 +54,7 @@ def unit_systems() -> Iterator[str]:
         yield f"| `{name}` | {system.sentence} |".replace("*", "\\*")
 
 
-PLACES = {"<!-- commands -->": commands, "<!-- keys -->": keys, "<!-- units -->": unit_systems}
+PLACES = {"<!-- commands -->": commands, "<!-- units -->": unit_systems}
 """Marks in a page -> what stands there."""
 
 

@@ -16,12 +16,10 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import display
-from birdstrike.doe.campaign.campaign import load_dataset
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.reports.results import Convergence, Results
 from birdstrike.reports.results.results import Convergence, Results, RunSummary
 from birdstrike.solver.case.case import load_case
 

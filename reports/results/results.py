@@ -16,7 +16,6 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.reports.comparison.models import Model
 from birdstrike.solver.case.case import Case
 
 RunSummary = Mapping[str, Any]
