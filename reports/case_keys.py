@@ -14,13 +14,12 @@ from pydantic.fields import FieldInfo
 from birdstrike.reports import case_keys as say
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.case.choice import sections_of
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.case.eos import LAWS
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
 from birdstrike.solver.case.materials import MATERIALS
 from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
-from birdstrike.solver.case.sections import Impact, Time, is_list
+from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.sensors import DRIFT, NOISE, Instrument, Sensor
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
 from birdstrike.solver.effects.registry import effects

@@ -10,7 +10,6 @@ from pydantic_core import PydanticCustomError
 
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
-from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.eos import LAWS
 from birdstrike.solver.case.materials import MATERIALS
 from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
@@ -41,7 +40,7 @@ class Bird(Section):
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
     seed: Annotated[int, Count(0, 2_000_000_000)] = 0
-    material: Annotated[Any, Choice("model", MATERIALS)]  # a BirdMaterial; each model has keys of its own
+    material: Annotated[Any, MATERIALS]  # a BirdMaterial; each model has keys of its own
 
     @model_validator(mode="before")
     @classmethod

@@ -20,6 +20,7 @@ from birdstrike.solver.bird.eos import (
     table,
 )
 from birdstrike.solver.fields import Between, OneOf, Section, complaint
+from birdstrike.solver.registry import Kinds
 
 Modulus = Annotated[float, Between("-1000000 MPa", "1000000 MPa")]
 Speed = Annotated[float, Between("10 m/s", "10000 m/s")]
@@ -141,11 +142,17 @@ class Table(Law):
         return table(rho0, mu, self.p)
 
 
-LAWS: dict[str, type[Law]] = {
-    "grueneisen": Grueneisen,
-    "linear_polynomial": LinearPolynomial,
-    "murnaghan": Murnaghan,
-    "polynomial_k": PolynomialK,
-    "porous": Porous,
-    "table": Table,
-}
+LAWS = Kinds(
+    "equation of state",
+    "kind",
+    None,
+    {
+        "grueneisen": Grueneisen,
+        "linear_polynomial": LinearPolynomial,
+        "murnaghan": Murnaghan,
+        "polynomial_k": PolynomialK,
+        "porous": Porous,
+        "table": Table,
+    },
+    Law,
+)

@@ -14,11 +14,11 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import ACCEPTED, UnitError, si_unit
-from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.case.sections import at
 from birdstrike.solver.case.sensors import DEFAULT_SENSORS, NOISE
 from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint
+from birdstrike.solver.registry import Kinds
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,13 @@ class NodoutReading(Reading):
     component: Annotated[str, Text('"z-disp"')]
 
 
-FORMATS = {"csv": CsvReading, "columns": ColumnsReading, "nodout": NodoutReading}
+FORMATS = Kinds(
+    "format of a solver's output",
+    "format",
+    None,
+    {"csv": CsvReading, "columns": ColumnsReading, "nodout": NodoutReading},
+    Reading,
+)
 
 
 class External(Section):
@@ -103,7 +109,7 @@ class External(Section):
     command: tuple[Annotated[str, Text('"lsdyna"')], ...]
     template: Annotated[str, Text('"strike.k.j2"')]
     version: Annotated[str, Text('"LS-DYNA R14.1 double"')]
-    sensors: dict[str, Annotated[Reading, Choice("format", FORMATS)]]
+    sensors: dict[str, Annotated[Reading, FORMATS]]
     files: tuple[Annotated[str, Text('"mesh.k"')], ...] = ()
     success: Annotated[str, Text('"N o r m a l    t e r m i n a t i o n"')] | None = None
     time_limit: Annotated[float, Between("0.1 s", "1e7 s")] = Field(default=86400.0)

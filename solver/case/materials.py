@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from birdstrike.solver.case.choice import Choice
 from birdstrike.solver.case.eos import LAWS, Law
 from birdstrike.solver.fields import Between, Section
+from birdstrike.solver.registry import Kinds
 
-EquationOfState = Annotated[Law, Choice("kind", LAWS)]
+EquationOfState = Annotated[Law, LAWS]
 Stress = Annotated[float, Between("0 MPa", "10000 MPa")]
 Stiffness = Annotated[float, Between("0.001 MPa", "1000000 MPa")]
 Cutoff = Annotated[float, Between("-1000 MPa", "0 MPa")]
@@ -89,9 +89,15 @@ class HydrodynamicMaterial(BirdMaterial):
     eos: EquationOfState
 
 
-MATERIALS: dict[str, type[BirdMaterial]] = {
-    "null": NullMaterial,
-    "elastic": ElasticMaterial,
-    "plastic_kinematic": PlasticKinematicMaterial,
-    "hydrodynamic": HydrodynamicMaterial,
-}
+MATERIALS = Kinds(
+    "bird material",
+    "model",
+    "birdstrike.bird_materials",
+    {
+        "null": NullMaterial,
+        "elastic": ElasticMaterial,
+        "plastic_kinematic": PlasticKinematicMaterial,
+        "hydrodynamic": HydrodynamicMaterial,
+    },
+    BirdMaterial,
+)

@@ -10,9 +10,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from birdstrike.solver.case.choice import sections_of
 from birdstrike.solver.case.overlay import FROM_MASS, SIZES, at
-from birdstrike.solver.case.sections import metadata_of
+from birdstrike.solver.case.sections import metadata_of, sections_of
 from birdstrike.solver.fields import Between, OneOf
 
 LONG = 4  # of a list: beyond it the message must say which entry it means

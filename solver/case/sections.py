@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
-from typing import Annotated, Any, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from birdstrike.solver.case.bird import Bird
-from birdstrike.solver.case.choice import sections_of
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.fields import Between, OneOf, Section
+from birdstrike.solver.registry import Kinds
 
 ASIDE = Between("-2500 mm", "2500 mm")
 
@@ -80,6 +82,18 @@ def _fields(key: str, content: Any = None) -> list[FieldInfo]:
         fields = [section.model_fields[name] for section in sections if name in section.model_fields]
         sections = [section for field in fields for section in sections_of(field, content)]
     return fields
+
+
+def sections_of(field: FieldInfo, content: Any = None) -> Iterator[type[Section]]:
+    """The tables that a field may hold: all kinds of a registry, or the one that `content`, as read, has chosen."""
+    kinds = next((mark for mark in field.metadata if isinstance(mark, Kinds)), None)
+    if kinds is not None:
+        chosen = kinds.chosen(content)
+        yield from kinds.values() if chosen is None else (chosen,)
+    elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+        yield field.annotation  # pyright: ignore[reportReturnType] (every table of a case is a Section)
+    elif get_origin(field.annotation) in (Union, UnionType):
+        yield from (part for part in get_args(field.annotation) if isinstance(part, type) and issubclass(part, Section))
 
 
 def _below(content: Any, name: str) -> Any:
