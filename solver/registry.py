@@ -24,8 +24,9 @@ S = TypeVar("S", bound=Section)
 class Registry(Mapping[str, T], Generic[T]):
     """Things by name: the library's in its order, then those of installed packages, then those added in this process.
 
-    what: a thing in words ("sensor kind"); group: the entry points of installed packages, loaded when first needed, None for
-    a registry that they cannot add to; name_of: the name of a thing that an entry point gives, from the entry point and the thing.
+    what: a thing in words ("sensor kind"); group: of the installed packages' entry points, loaded when first needed,
+    None for a registry that they cannot add to; base: class of the things; name_of: a thing's name, from its entry
+    point and itself.
     """
 
     def __init__(
@@ -33,9 +34,10 @@ class Registry(Mapping[str, T], Generic[T]):
         what: str,
         group: str | None,
         library: Mapping[str, T],
+        base: type[Any],
         name_of: Callable[[EntryPoint, T], str] = lambda entry, _: entry.name,
     ) -> None:
-        self.what, self.group = what, group
+        self.what, self.group, self.base = what, group, base
         self.library, self.name_of = dict(library), name_of
         self.own: dict[str, tuple[T, str]] = {}
         """Things added in this process, each with the module that defines it."""
@@ -77,18 +79,20 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def _loaded(self, entry: EntryPoint) -> T:
         try:
-            return self.checked(entry.load(), f"{entry.value} of the installed package {_package(entry)}")
-        except UserError:
-            raise
+            thing = entry.load()
+            reason = "" if self.accepts(thing) else f"it is no {self.base.__name__}"
         except Exception as error:  # whatever a package from outside may raise
+            thing, reason = None, f"{type(error).__name__}: {error}"
+        if reason:
             raise UserError(
-                f"the {self.what} {entry.value} of the installed package {_package(entry)} cannot be loaded: "
-                f"{type(error).__name__}: {error}; correct or uninstall that package"
-            ) from error
+                f"the {self.what} {entry.value} of the installed package {_package(entry)} cannot be used: {reason}; "
+                "correct or uninstall that package"
+            )
+        return cast(T, thing)
 
-    def checked(self, thing: Any, whence: str) -> T:
-        """The thing if it is of the registry's sort; raises UserError. whence: where it comes from, in words."""
-        return thing
+    def accepts(self, thing: Any) -> bool:
+        """Whether a thing is of the registry's sort."""
+        return isinstance(thing, self.base)
 
     def sources(self, names: Iterable[str]) -> dict[str, str]:
         """Digest of the sources of each of these that comes from outside the tree: part of a run's key."""
@@ -104,14 +108,12 @@ class Kinds(Registry[type[S]]):
     """
 
     def __init__(self, what: str, key: str, group: str | None, library: Mapping[str, type[S]], base: type[S]) -> None:
-        super().__init__(what, group, library)
-        self.key, self.base = key, base
+        super().__init__(what, group, library, base)
+        self.key = key
 
-    def checked(self, thing: Any, whence: str) -> type[S]:
-        """The table's class; raises UserError for anything else."""
-        if isinstance(thing, type) and issubclass(thing, self.base):
-            return cast(type[S], thing)
-        raise UserError(f"the {self.what} {whence} must be a class derived from {self.base.__name__}")
+    def accepts(self, thing: Any) -> bool:
+        """Whether it is a table's class."""
+        return isinstance(thing, type) and issubclass(thing, self.base)
 
     def chosen(self, content: Any) -> type[S] | None:
         """The kind that a table as read has chosen; None where it has chosen none that is known."""
@@ -126,6 +128,10 @@ class Kinds(Registry[type[S]]):
             raise complaint("must be a table of keys")
         found = self.chosen(value)
         return self.refuse(value) if found is None else found.model_validate(value)
+
+    def foreign(self, _key: str, /) -> str:
+        """Why the chosen kind has no such key, where others have it; empty if nothing is to be said of that."""
+        return ""
 
     def refuse(self, value: Mapping[str, Any]) -> Any:
         """Raise ValidationError for a table that names no known kind."""

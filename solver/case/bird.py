@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
@@ -72,9 +71,9 @@ class Bird(Section):
 
 def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Diameter, length and density that follow from the other keys of `bird`, as texts; what is wrong is left alone."""
-    mass, slenderness = _si(MASS, raw.get("mass")), _si(SLENDERNESS, raw.get("slenderness"))
+    mass, slenderness = MASS.valid(raw.get("mass")), SLENDERNESS.valid(raw.get("slenderness"))
     found: dict[str, Any] = {}
-    density = _si(DENSITY, raw.get("density"))
+    density = DENSITY.valid(raw.get("density"))
     if density is None and raw.get("density") is None:
         density = statistical_density(mass) if raw.get("statistics") is True and mass else porous_density_of(raw)
         if density is not None and (mass is None or "diameter" not in raw):
@@ -101,11 +100,4 @@ def porous_density_of(raw: Mapping[str, Any]) -> float | None:
     try:
         return LAWS["porous"].model_validate(eos).own_density
     except ValueError:
-        return None
-
-
-def _si(mark: Between, value: Any) -> float | None:
-    try:
-        return None if value is None else mark.validate(value)
-    except PydanticCustomError:
         return None

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
@@ -23,10 +23,13 @@ from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
-from birdstrike.solver.case.sensors import DEFAULT_SENSORS, Instrument, Sensor
 from birdstrike.solver.case.settings import InversionSettings, SolverSettings
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.effect import SECTIONS
+from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
+from birdstrike.solver.sensors.instrument import Instrument
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
+from birdstrike.solver.sensors.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Case(Section):
     bird: Bird
     impact: Impact
     time: Time
-    sensors: dict[str, Sensor] = DEFAULT_SENSORS
+    sensors: dict[str, Annotated[Sensor, SENSORS]] = DEFAULT_SENSORS
     solver: SolverSettings = SolverSettings()
     external: External | None = None
     inversion: InversionSettings = InversionSettings()
@@ -160,7 +163,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
 def _acted_upon(case: Case, table: Raw, name: str) -> Case:
     """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
     acted = _in_place(case, table, name)
-    sections = {section: getattr(acted, section) for section in ("plate", "bird", "impact", "instrument")}
+    sections = {section: getattr(acted, section) for section in SECTIONS}
     return case.model_copy(update=sections)
 
 

@@ -16,9 +16,9 @@ from birdstrike.data.errors import CaseError
 from birdstrike.data.units import ACCEPTED, UnitError, si_unit
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.case.sections import at
-from birdstrike.solver.case.sensors import DEFAULT_SENSORS, NOISE
 from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint
 from birdstrike.solver.registry import Kinds
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
 
 
 @dataclass(frozen=True)
@@ -195,11 +195,11 @@ def broken_external_rules(raw: Raw) -> Iterator[str]:
 
 def _other_dimension(sensor: str, fields: Raw, reading: Raw) -> Iterator[str]:
     """The unit of a reading that does not fit the kind of its sensor."""
-    mark, unit = NOISE.get(str(fields.get("kind"))), reading.get("unit", "")
+    kind, unit = SENSORS.chosen(fields), reading.get("unit", "")
     try:
         UnitText().validate(unit)
     except PydanticCustomError:
         return  # an error of the field itself
-    if mark is not None and si_unit(unit) != mark.unit:
+    if kind is not None and si_unit(unit) != (own := kind.noise_range.unit):
         given = f'external.sensors.{sensor}.unit = "{unit}"'
-        yield f"{given} does not fit a sensor of kind {fields['kind']}; accepted units: {ACCEPTED[mark.unit]}"
+        yield f"{given} does not fit a sensor of kind {fields['kind']}; accepted units: {ACCEPTED[own]}"

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticCustomError
 
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.overlay import at
@@ -137,12 +136,4 @@ def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[t
 def si(raw: Mapping[str, Any], key: str) -> float | None:
     """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
     mark = quantity_at(key)
-    return None if mark is None else valid(mark, at(raw, key))
-
-
-def valid(mark: Between, value: Any) -> float | None:
-    """SI value of what stands in the file; None where nothing does, or what is itself an error."""
-    try:
-        return None if value is None else mark.validate(value)
-    except PydanticCustomError:
-        return None
+    return None if mark is None else mark.valid(at(raw, key))
