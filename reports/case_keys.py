@@ -12,12 +12,12 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 
 from birdstrike.reports import case_keys as say
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import SHOWN, shown
-from birdstrike.solver.case.eos import LAWS
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
-from birdstrike.solver.case.materials import MATERIALS
 from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
 from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
@@ -201,9 +201,9 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Plate: springs at its edges", list(rows(EdgeSprings, "plate.edges", say.PLATE))
     yield "Plate: material", list(rows(PlateMaterial, "plate.material", say.PLATE))
     yield "Bird", list(rows(Bird, "bird", say.BIRD))
-    for model, section in MATERIALS.items():
+    for model, section in BIRD_MATERIALS.items():
         yield f'Bird: `material.model = "{model}"`', list(rows(section, "bird.material", say.NULL | say.STRENGTH))
-    for kind, law in LAWS.items():
+    for kind, law in EQUATIONS_OF_STATE.items():
         own = {key.removeprefix(f"{kind}."): text for key, text in say.LAW.items()}
         yield f'Bird: `material.eos.kind = "{kind}"`', list(rows(law, "bird.material.eos", own))
     yield "Impact", list(rows(Impact, "impact", say.STRIKE))

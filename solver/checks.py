@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.materials import NullMaterial
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.sensors.instrument import unrecorded_ends
@@ -13,7 +12,6 @@ from birdstrike.solver.sensors.recording import remarks_on_sensors
 BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run is not believed; shipped cases stay below 0.005
 LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
 EROSION_TOLD = 0.05  # share of the bird's mass
-SHOCK_VISCOSITY_LIMIT = 75.0  # Pa s: 5 % of the range of MU
 
 
 def judge(strike: Strike) -> None:
@@ -59,10 +57,7 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
     if strike.bird.facts()["eroded_mass_fraction"] > EROSION_TOLD:
         text = f"erosion took more than {EROSION_TOLD:.0%} of the bird's mass, which then pushed nothing"
         warnings.append(f"{text}: check the bird's limits")
-    viscosity = strike.bird.equivalent_viscosity()
-    if isinstance(case.bird.material, NullMaterial) and viscosity > SHOCK_VISCOSITY_LIMIT:  # others have no MU
-        text = f"the shock viscosity dissipated as much as a shear viscosity of {viscosity:.0f} Pa s would"
-        warnings.append(f"{text}, more than 5 % of the range of a NULL bird's MU: refine bird.particles")
+    warnings += case.bird.material.warnings(strike.bird.equivalent_viscosity())
     if torn := strike.plate.eroded:
         warnings.append(f"the plate tore: {torn} of {len(strike.plate.quads)} shells reached the failure strain")
     if squeezed := strike.contact.let_go:

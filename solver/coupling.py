@@ -10,11 +10,10 @@ import numpy as np
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Snapshot
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.bird.build import build_bird
+from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.energy_balance import Balance
-from birdstrike.solver.plate.build import build_plate
 
 PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
 UNSTABLE = 0.2  # energy error at which a run has exploded, far beyond any balance that could be believed

@@ -105,7 +105,7 @@ def write_strike(out: Path, histories: Histories, pictured: Case | None = None) 
     from birdstrike.data.curves import write_histories
     from birdstrike.data.fields import write_fields
     from birdstrike.data.files import write_json
-    from birdstrike.solver.plate.build import mesh_of
+    from birdstrike.solver.build import mesh_of
 
     write_histories(out / "histories.csv", histories)
     write_json(out / "summary.json", histories.summary)

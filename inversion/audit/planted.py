@@ -11,9 +11,9 @@ from numpy.random import Generator
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.audit.outside import Outside, bolted, second_impact, tumbling, yawed
+from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.plate.build import build_plate
 from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.plate.shell import Plate
 

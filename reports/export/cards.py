@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.case.eos import Law
-from birdstrike.solver.case.materials import NEVER, BirdMaterial
+from birdstrike.solver.bird.eos.interface import Law
+from birdstrike.solver.bird.eos.linear_polynomial import polynomial_coefficients
+from birdstrike.solver.bird.materials.interface import NEVER, BirdMaterial
 from birdstrike.solver.case.sections import quantity_at
-from birdstrike.solver.kernels.eos import LINEAR_POLYNOMIAL
 
 Fields = Mapping[str, str]
 """Field of a card -> key of the case's `bird.material`, or of its `eos`."""
@@ -109,12 +109,13 @@ def _law_card(law: Law, density: float) -> Card:
     if law.kind == "murnaghan" and getattr(law, "p0", 0.0) == 0.0:
         return Card(MURNAGHAN[0], _constants(law, MURNAGHAN[1], "bird.material.eos") | UNSTRAINED)
     built = law.build(density)
-    if built.constants[0] != LINEAR_POLYNOMIAL:
+    coefficients = polynomial_coefficients(built)
+    if coefficients is None:
         raise UserError(
             f'bird.material.eos.kind = "{law.kind}" has no card of its own in LS-DYNA'
             f"{' while p0 is not 0' if law.kind == 'murnaghan' else ''}; export a case with grueneisen, "
             "linear_polynomial, polynomial_k or murnaghan (p0 = 0)"
         )
     units = {name: "" if name in OF_ENERGY else "Pa" for name in POLYNOMIAL}
-    fields = {name: (float(c), units[name]) for name, c in zip(POLYNOMIAL, built.constants[2:9], strict=True)}
+    fields = {name: (float(c), units[name]) for name, c in zip(POLYNOMIAL, coefficients, strict=True)}
     return Card("EosLinearPolynomial", fields | {"e0": (built.initial_energy, "Pa")} | UNSTRAINED)

@@ -12,8 +12,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import quantity, span
 from birdstrike.inversion.inversion import Answer, Estimate, Inversion
+from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.case import Case, case_hash, load_case
-from birdstrike.solver.case.materials import BirdMaterial
 
 MATERIAL = "bird.material."
 COMPARED = ("elastic", "plastic_kinematic", "hydrodynamic")

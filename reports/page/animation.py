@@ -24,7 +24,7 @@ from birdstrike.reports.figures.stress import PLATE_COLOURS
 from birdstrike.reports.figures.switches import COLOURS
 from birdstrike.reports.figures.views import Scene, mid_line, window
 from birdstrike.reports.results import Results
-from birdstrike.solver.plate.build import mesh_of
+from birdstrike.solver.build import mesh_of
 
 MOST_PARTICLES, MOST_POINTS = 2200, 300
 WIDTH, HEIGHT = 872, 690  # CSS pixels

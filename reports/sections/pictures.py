@@ -15,7 +15,7 @@ from birdstrike.reports.figures.stress import stress_figure
 from birdstrike.reports.figures.views import Scene, nearest, push_direction
 from birdstrike.reports.page.animation import animation
 from birdstrike.reports.results import Results
-from birdstrike.solver.plate.build import mesh_of
+from birdstrike.solver.build import mesh_of
 
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
 

@@ -8,9 +8,9 @@ from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.setup import SetUp, setup_figure
 from birdstrike.reports.record import origin, short_name
 from birdstrike.reports.results import Results
+from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.materials import BirdMaterial
 
 
 def section(results: Results) -> Section:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.shape import LATTICES, slope_gain
-from birdstrike.solver.bird.sph import Bird, Images, NullMaterial
+from birdstrike.solver.bird.sph import Bird, Images
 
-SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
+SEED = Fluid(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 SMOOTHING = 1.2
 
 
@@ -37,7 +38,7 @@ def periodic_bird(
     cells: tuple[int, int, int],
     spacing: float,
     axes: tuple[int, ...],
-    material: NullMaterial = SEED,
+    material: Fluid = SEED,
     shock: tuple[float, float] = (1.0, 2.0),
     kind: str = "fcc",
 ) -> tuple[Bird, Array]:

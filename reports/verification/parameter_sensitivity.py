@@ -14,7 +14,7 @@ from birdstrike.reports.verification.openradioss import SOURCE, VARIANTS, Misfit
 from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
 from birdstrike.reports.verification.rows import Row, shown
 from birdstrike.reports.verification.shots import Shot
-from birdstrike.solver.bird.build import bird_lattice
+from birdstrike.solver.build import bird_lattice
 
 CHANNEL = "displacement_centre"
 

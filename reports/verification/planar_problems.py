@@ -13,16 +13,13 @@ from birdstrike.reports.verification.columns import SEED, advance, periodic_bird
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
 from birdstrike.reports.verification.rows import Row, matches
-from birdstrike.solver.bird.eos import (
-    grueneisen,
-    linear_polynomial,
-    murnaghan,
-    polynomial_k,
-    porous_density,
-    porous_wood,
-    table,
-)
-from birdstrike.solver.bird.sph import NullMaterial
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.eos.linear_polynomial import linear_polynomial
+from birdstrike.solver.bird.eos.murnaghan import murnaghan
+from birdstrike.solver.bird.eos.polynomial_k import polynomial_k
+from birdstrike.solver.bird.eos.porous import porous_density, porous_wood
+from birdstrike.solver.bird.eos.table import table
+from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.reference.hugoniot import Jump, jump, pressure_of
 
 
@@ -48,7 +45,7 @@ PLATEAU = (0.2, 0.8)  # of the way to the front: past the wall heating at the pl
 def planar_impact(
     u: float,
     shock: float,
-    material: NullMaterial = SEED,
+    material: Fluid = SEED,
     kind: str = "fcc",
     length: int = 120,
     side: int = 3,
@@ -110,16 +107,16 @@ WATER = polynomial_k(1000.0, 1482.9, 2.0)
 COMPRESSIONS = np.linspace(-0.2, 0.6, 161)
 MATERIALS = {  # by the name of the law; the tolerance of its rows
     "Grueneisen": (SEED, TOLERANCE),
-    "Grueneisen with energy": (NullMaterial(grueneisen(938.0, 1670.0, 2.48, g0=0.8, a=0.3), -1e5), TOLERANCE),
+    "Grueneisen with energy": (Fluid(grueneisen(938.0, 1670.0, 2.48, g0=0.8, a=0.3), -1e5), TOLERANCE),
     "linear polynomial": (
-        NullMaterial(linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0]), -1e5),
+        Fluid(linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0]), -1e5),
         TOLERANCE,
     ),
-    "Murnaghan": (NullMaterial(murnaghan(938.0, 9.3e6 * 37.0, 7.14), -1e5), TOLERANCE),
-    "polynomial from k": (NullMaterial(WATER, -1e5), TOLERANCE),
-    "table": (NullMaterial(table(1000.0, COMPRESSIONS, [WATER.pressure(mu) for mu in COMPRESSIONS]), -1e5), TOLERANCE),
-    "porous 10 %": (NullMaterial(porous_wood(porous_density(0.1, 1000.0), 0.1, 1482.9, 2.0, 1000.0), -1e4), POROUS),
-    "porous 30 %": (NullMaterial(porous_wood(porous_density(0.3, 1000.0), 0.3, 1482.9, 2.0, 1000.0), -1e4), POROUS),
+    "Murnaghan": (Fluid(murnaghan(938.0, 9.3e6 * 37.0, 7.14), -1e5), TOLERANCE),
+    "polynomial from k": (Fluid(WATER, -1e5), TOLERANCE),
+    "table": (Fluid(table(1000.0, COMPRESSIONS, [WATER.pressure(mu) for mu in COMPRESSIONS]), -1e5), TOLERANCE),
+    "porous 10 %": (Fluid(porous_wood(porous_density(0.1, 1000.0), 0.1, 1482.9, 2.0, 1000.0), -1e4), POROUS),
+    "porous 30 %": (Fluid(porous_wood(porous_density(0.3, 1000.0), 0.3, 1482.9, 2.0, 1000.0), -1e4), POROUS),
 }
 Collision = tuple[float, Jump, Impact]
 LAWS = list(MATERIALS)[1:]  # beside the seed's own
@@ -130,7 +127,7 @@ def _file(name: str) -> str:
     return name.lower().replace(" %", "").replace(" ", "_")
 
 
-def collide(material: NullMaterial, speeds: tuple[float, ...], kind: str, length: int) -> list[Collision]:
+def collide(material: Fluid, speeds: tuple[float, ...], kind: str, length: int) -> list[Collision]:
     """Theory and column of so many lattice cells at each speed."""
     pressure = pressure_of(material.eos)
     pairs = ((u, jump(pressure, material.rho0, u)) for u in speeds)
@@ -159,7 +156,7 @@ def solve(name: str, kind: str, speeds: tuple[float, ...], _: Strikes) -> Outcom
     return Outcome(tuple(rows), (picture(results, material, figure, f"{name}, {kind}"),))
 
 
-def picture(results: list[Collision], material: NullMaterial, name: str, lattice: str) -> Picture:
+def picture(results: list[Collision], material: Fluid, name: str, lattice: str) -> Picture:
     """Pressure profiles over the distance behind the front, and the Hugoniot curve with our plateaus."""
     profiles = [_profile(u, truth, ours) for u, truth, ours in results]
     pressure = pressure_of(material.eos)

@@ -9,8 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from birdstrike.data.histories import Histories
 from birdstrike.reports.verification.shots import Shot
-from birdstrike.solver.bird.build import bird_material
-from birdstrike.solver.bird.eos import EquationOfState
+from birdstrike.solver.bird.eos.interface import EquationOfState
 from birdstrike.solver.reference.wilbeck import duration, peak, stagnation_pressure, steady_mean
 
 DENSITY, C, S1 = 938.0, 1670.0, 2.48
@@ -85,7 +84,7 @@ def pressures(of: Shot, run: Histories) -> Wilbeck:
     speed, density = case.impact.speed, case.bird.actual_density
     whole = duration(case.bird.length, speed)
     steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
-    eos = bird_material(case.bird.material, density).eos
+    eos = case.bird.material.build(density).eos
     return Wilbeck(
         peak(run.time, curve)[0],
         eos.hugoniot(speed)[0],

@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore, run_key
-from birdstrike.solver.bird.build import bird_lattice, in_flight
+from birdstrike.solver.build import bird_lattice, in_flight
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.sensors.recording import Recorder

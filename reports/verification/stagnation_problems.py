@@ -12,7 +12,7 @@ from birdstrike.reports.verification.problem import Outcome, Picture, Problem, S
 from birdstrike.reports.verification.rigid_target import DIAMETER, GAUGE, Wilbeck, pressures, rigid_shot
 from birdstrike.reports.verification.rows import Row, matches
 from birdstrike.reports.verification.shots import Shot
-from birdstrike.solver.bird.eos import porous_density
+from birdstrike.solver.bird.eos.porous import porous_density
 from birdstrike.solver.reference.wilbeck import duration
 
 SPEED, LENGTH = 200.0, 3.0 * DIAMETER  # m/s, m

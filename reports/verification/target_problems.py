@@ -9,8 +9,9 @@ from birdstrike.reports.verification.rigid_target import DENSITY, DIAMETER, S1, 
 from birdstrike.reports.verification.rows import Row, below, matches, shown
 from birdstrike.reports.verification.shots import Shot
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.bird.eos import grueneisen
-from birdstrike.solver.bird.sph import Bird, NullMaterial
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.materials.fluid import Fluid
+from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.kernels.sums import column_sums
@@ -64,7 +65,7 @@ def normal_momentum(bird: BirdBody) -> float:
     return float(result[2])
 
 
-MATERIAL = NullMaterial(grueneisen(DENSITY, C, S1))
+MATERIAL = Fluid(grueneisen(DENSITY, C, S1))
 
 
 def layer(side: int, spacing: float, pitch: float, overlap: float, velocity: tuple[float, float, float]) -> Bird:

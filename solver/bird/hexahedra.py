@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import node_rows
+from birdstrike.solver.bird.eos.compiled import with_law
 from birdstrike.solver.bird.hex_mesh import HexMesh
-from birdstrike.solver.bird.materials import NullMaterial, SolidMaterial
+from birdstrike.solver.bird.materials.interface import Material
 from birdstrike.solver.kernels.hexahedra import gather_accelerations, hex_forces, hex_geometry, hex_rates
 from birdstrike.solver.kernels.hexahedra_hourglass import elastic_hourglass, viscous_hourglass
 from birdstrike.solver.kernels.hexahedra_stress import (
@@ -24,8 +25,6 @@ from birdstrike.solver.kernels.hexahedra_stress import (
 )
 from birdstrike.solver.kernels.motion import drift_particles, kick_particles
 from birdstrike.solver.kernels.sums import total, weighted_square
-
-Material = NullMaterial | SolidMaterial
 
 SHOCK = (0.06, 0.75)  # linear and quadratic coefficient per unit of shock_linear and shock_quadratic: 0.06 and 1.5
 COEFFICIENTS = {"viscous": 0.02, "stiffness": 0.05}  # 0.005 to 0.1 moves the peak by 0.5 % (MU 641), 2 % (MU 0)
@@ -59,7 +58,8 @@ class HexElements:
 
     def __init__(self, mesh: HexMesh, v: Array, material: Material, settings: HexSettings | None = None) -> None:
         self.material, self.settings = material, settings or HexSettings()
-        self.shear_modulus = material.shear_modulus if isinstance(material, SolidMaterial) else 0.0
+        self.update_pressure = with_law(update_pressure, material.eos.terms)
+        self.strength = material.strength
         self.shock, self.shortest_step = np.array(self.settings.shock) * SHOCK, 0.0
         self.x, self.v, self.elements = mesh.nodes.copy(), v.copy(), mesh.cells
         e = len(mesh.cells)
@@ -80,10 +80,7 @@ class HexElements:
     @property
     def limits(self) -> Array:
         """Largest and smallest V/V0, largest plastic strain, smallest stable step [s] before erosion."""
-        m = self.material
-        if isinstance(m, SolidMaterial):
-            return np.array([np.inf, 0.0, m.failure_strain, self.shortest_step])
-        return np.array([*m.limits[1:], np.inf, self.shortest_step])
+        return np.array([*self.material.volume_limits, self.material.failure_strain, self.shortest_step])
 
     def update_geometry(self, dt: float) -> None:
         """Rates over the step that ended, present volumes, and which elements go."""
@@ -98,11 +95,11 @@ class HexElements:
         m, acting = self.material, (self.alive, self.going)
         pressure = (self.rho, self.pressure, self.energy, self.c, self.pressure_work)
         volumes = (self.volume, self.volume0, self.heat)
-        update_pressure(*acting, m.eos.constants, m.pressure_cutoff, self.element_mass, *volumes, *pressure)
+        self.update_pressure(*acting, m.eos.constants, m.pressure_cutoff, self.element_mass, *volumes, *pressure)
         both = (self.volume_before, self.volume)
-        if isinstance(m, SolidMaterial):
+        if self.strength is not None:
             solid = (self.s, self.back, self.eps_p, self.stress_work)
-            update_strength(*acting, dt, self.rate, m.strength, *both, *solid)
+            update_strength(*acting, dt, self.rate, self.strength, *both, *solid)
         fluid = (self.gradient, self.tau, self.q, self.viscous_work)
         update_viscosity(*acting, dt, self.rate, m.viscosity, self.shock, self.c, self.rho, *both, *fluid)
         self.update_hourglass(dt)
@@ -114,7 +111,7 @@ class HexElements:
             state = (self.element_mass, self.volume, self.c, self.hourglass, self.hourglass_work)
             viscous_hourglass(*acting, dt, factor, self.hourglass_rate, *state)
         else:
-            modulus = 2.0 * self.shear_modulus or m.eos.bulk_modulus
+            modulus = 2.0 * m.shear_modulus or m.eos.bulk_modulus
             state = (self.volume, self.gradient, self.hourglass, self.hourglass_work)
             elastic_hourglass(*acting, dt, factor, modulus, self.rate, self.hourglass_rate, *state)
 
@@ -122,7 +119,7 @@ class HexElements:
         """Stable step of every live element, `step` (e,) [s]."""
         m = self.material
         size = (self.volume, self.gradient, self.rate, self.element_mass, self.c)
-        stable_steps(self.alive, *size, 4.0 / 3.0 * self.shear_modulus, m.viscosity, self.shock, self.step)
+        stable_steps(self.alive, *size, 4.0 / 3.0 * m.shear_modulus, m.viscosity, self.shock, self.step)
 
     def update_element_forces(self) -> None:
         """Forces on the eight nodes of each element, `force` (e, 8, 3) [N]."""

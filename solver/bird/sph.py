@@ -9,7 +9,8 @@ import numpy as np
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import aligned_zeros
-from birdstrike.solver.bird.materials import NullMaterial, SolidMaterial
+from birdstrike.solver.bird.eos.compiled import with_law
+from birdstrike.solver.bird.materials.interface import Material
 from birdstrike.solver.bird.neighbour_list import VerletList
 from birdstrike.solver.kernels.columns import ROW
 from birdstrike.solver.kernels.motion import drift_particles, kick_particles
@@ -47,7 +48,7 @@ class Bird:
         v: Array,
         mass: float,
         h: float,
-        material: NullMaterial | SolidMaterial,
+        material: Material,
         shock: tuple[float, float],
         images: Images | None = None,
         gain: float = 1.0,
@@ -58,6 +59,7 @@ class Bird:
         self.slope, self.gain = gain * slope_constant(h), gain
         self.mass, self.h, self.material, self.shock = mass, h, material, np.array(shock)
         self.limits = material.limits
+        self.update_material = with_law(update_null_material, material.eos.terms)
         self.bulk_modulus = material.bulk_modulus  # [Pa], at rest, see `stiffen`
         self.x, self.v = np.zeros((rows, 3)), np.zeros((rows, 3))
         self.lag, self.push = np.zeros((rows, 3)), np.zeros((rows, 3))
@@ -127,7 +129,7 @@ class Bird:
         pack_midpoint(len(self.x), self.x, self.v, self.lag, self.rho, dt, self.row)
         rate_of_deformation(self.n, self.row, self.mass, self.h, self.slope, *rows, self.drho_dt, self.deformation)
         state = (self.rho, self.p, self.energy, self.c, self.active, self.eroded_now, self.work)
-        update_null_material(self.n, dt, self.material.eos.constants, self.limits, self.drho_dt, self.heating, *state)
+        self.update_material(self.n, dt, self.material.eos.constants, self.limits, self.drho_dt, self.heating, *state)
         self.stored += self.work
         if not self.rho[: self.n].min() > 0.0:
             raise RunFailed("a bird particle's density is no longer positive", "lower solver.courant")
@@ -238,5 +240,5 @@ class Bird:
 
         A liquid's sound speed grows at least twice as fast as its density (K' >= 3).
         """
-        _, largest, smallest = self.limits
+        largest, smallest = self.material.volume_limits
         return bool(largest < np.inf or 1.0 - smallest < 0.5 * (stiffening - 1.0))

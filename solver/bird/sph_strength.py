@@ -8,7 +8,8 @@ import numpy as np
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.eos.compiled import with_law
+from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.kernels.columns import ROW
 from birdstrike.solver.kernels.solid_material import update_solid_material
@@ -26,7 +27,7 @@ class SolidBird(Bird):
     accounts: bird_stress, the work of s; bird_repulsion, that of the springs between particles that clump.
     """
 
-    material: SolidMaterial
+    material: Solid
     subcycled = False
 
     def __init__(self, *state: Any, **more: Any) -> None:
@@ -37,6 +38,7 @@ class SolidBird(Bird):
         self.stress_row, self.repelled = np.zeros((rows, ROW)), np.zeros(rows)
         self.works, self.stored_stress = np.zeros((rows, 2)), np.zeros(rows)
         self.repulsion = np.array(REPULSION) * [self.bulk_modulus * self.spacing, self.spacing]
+        self.update_material = with_law(update_solid_material, self.material.eos.terms)
         self.strength, self.wave = self.material.strength, 4.0 / 3.0 * self.material.shear_modulus
         self.accounts |= {"bird_stress": 0.0, "bird_repulsion": 0.0}
 
@@ -51,7 +53,7 @@ class SolidBird(Bird):
         material = (self.material.eos.constants, self.limits, self.strength)
         state = (self.rho, self.p, self.energy, self.c, self.stress, self.back, self.eps_p)
         erosion = (self.active, self.eroded_now, self.works)
-        update_solid_material(self.n, dt, *material, self.rates, self.drho_dt, self.heating, *state, *erosion)
+        self.update_material(self.n, dt, *material, self.rates, self.drho_dt, self.heating, *state, *erosion)
         self.c[: self.n] = np.sqrt(self.c[: self.n] ** 2 + self.wave / self.rho[: self.n])
         self.work[:] = self.works[:, 0]
         self.stored += self.work

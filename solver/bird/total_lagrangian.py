@@ -8,7 +8,7 @@ import numpy as np
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.neighbour_list import VerletList
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.kernels.neo_hookean import neo_hookean_stress, unit_shear_power
@@ -26,7 +26,7 @@ class ElasticBird(Bird):
     inside out.
     """
 
-    material: SolidMaterial
+    material: Solid
     subcycled = False
 
     def __init__(self, *state: Any, **more: Any) -> None:

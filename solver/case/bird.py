@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from birdstrike.data.units import quantity_text
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
-from birdstrike.solver.case.eos import LAWS
-from birdstrike.solver.case.materials import MATERIALS
 from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
@@ -39,7 +39,7 @@ class Bird(Section):
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
     seed: Annotated[int, Count(0, 2_000_000_000)] = 0
-    material: Annotated[Any, MATERIALS]  # a BirdMaterial; each model has keys of its own
+    material: Annotated[Any, BIRD_MATERIALS]  # a BirdMaterial; each model has keys of its own
 
     @model_validator(mode="before")
     @classmethod
@@ -75,7 +75,7 @@ def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     density = DENSITY.valid(raw.get("density"))
     if density is None and raw.get("density") is None:
-        density = statistical_density(mass) if raw.get("statistics") is True and mass else porous_density_of(raw)
+        density = statistical_density(mass) if raw.get("statistics") is True and mass else density_of_law(raw)
         if density is not None and (mass is None or "diameter" not in raw):
             found["density"] = quantity_text(density, "kg/m^3")
     if "diameter" in raw:
@@ -91,13 +91,14 @@ def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
     return found | {"diameter": quantity_text(diameter, "m"), "length": quantity_text(length, "m")}
 
 
-def porous_density_of(raw: Mapping[str, Any]) -> float | None:
-    """Density [kg/m^3] that a porous law gives the bird; None for other laws and for one that is itself an error."""
+def density_of_law(raw: Mapping[str, Any]) -> float | None:
+    """Density [kg/m^3] that the law gives the bird; None for a law that gives none and for one that is in error."""
     material = raw.get("material")
     eos = material.get("eos") if isinstance(material, Mapping) else None
-    if not isinstance(eos, Mapping) or eos.get("kind") != "porous":
+    law = EQUATIONS_OF_STATE.chosen(eos)
+    if law is None or not law.gives_density:
         return None
     try:
-        return LAWS["porous"].model_validate(eos).own_density
+        return law.model_validate(eos).own_density
     except ValueError:
         return None

@@ -7,8 +7,19 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import derived
-from birdstrike.solver.case.overlay import FROM_MASS, IDLE_FOR_RIGID, METHOD, ONLY_FOR, SIZES, Raw, at
+from birdstrike.solver.case.overlay import (
+    FROM_MASS,
+    IDLE_FOR_RIGID,
+    METHOD,
+    ONLY_FOR,
+    SIZES,
+    Raw,
+    at,
+    law_gives_density,
+)
 from birdstrike.solver.case.plate import STRESS
 from birdstrike.solver.case.sections import quantity_at, quantity_in, si
 from birdstrike.solver.fields import Between
@@ -44,7 +55,7 @@ def _idle(raw: Raw, key: str, whom: str, otherwise: str) -> Iterator[str]:
 def bird_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule about the bird of a case as read from its file."""
     if isinstance(raw.get("bird"), dict):
-        for rule in (_size, _density, _length, _bird_hardening, _table):
+        for rule in (_size, _density, _length, _material):
             yield from rule(raw)
     yield from _sought(raw)
 
@@ -66,7 +77,7 @@ def _size(raw: Raw) -> Iterator[str]:
 
 def _density(raw: Raw) -> Iterator[str]:
     mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
-    known = _given(raw, ("statistics",)) or at(raw, "bird.material.eos.kind") == "porous"
+    known = _given(raw, ("statistics",)) or law_gives_density(raw["bird"])
     if _given(raw, FROM_MASS):
         if density is not None and _given(raw, ("statistics",)):
             yield f"bird.density = {density} and bird.statistics are both given; the statistics give the density"
@@ -93,24 +104,13 @@ def _length(raw: Raw) -> Iterator[str]:
         yield f"{given} differs from the sphere's diameter; leave it out"
 
 
-def _bird_hardening(raw: Raw) -> Iterator[str]:
-    young, tangent = si(raw, "bird.material.young"), si(raw, "bird.material.tangent_modulus")
-    if young is not None and tangent is not None and tangent >= young:
-        text = at(raw, "bird.material.tangent_modulus")
-        yield f"bird.material.tangent_modulus = {text} is not below young; megapascals?"
-
-
-def _table(raw: Raw) -> Iterator[str]:
-    eos = at(raw, "bird.material.eos")
-    if not isinstance(eos, dict) or eos.get("kind") != "table":
-        return
-    given = [name for name in ("rho", "mu") if name in eos]
-    if len(given) != 1:
-        yield "bird.material.eos: a table is over rho or over mu; give one of them (or `file`)"
-        return
-    first, p = eos[given[0]], eos.get("p")
-    if isinstance(first, list) and isinstance(p, list) and (len(first) != len(p) or len(p) < 3):
-        yield f"bird.material.eos: {len(first)} values of {given[0]} and {len(p)} of p; as many, and at least three"
+def _material(raw: Raw) -> Iterator[str]:
+    """What the chosen material and its equation of state refuse."""
+    for key, kinds in (("bird.material", BIRD_MATERIALS), ("bird.material.eos", EQUATIONS_OF_STATE)):
+        table = at(raw, key)
+        kind = kinds.chosen(table)
+        if kind is not None:
+            yield from kind.broken_rules(table, key)
 
 
 def _sought(raw: Raw) -> Iterator[str]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.data.units import quantity_text
-from birdstrike.solver.bird.eos import AIR_EXPONENT, ATMOSPHERE
+from birdstrike.solver.bird.eos.porous import AIR_EXPONENT, ATMOSPHERE
 from birdstrike.solver.effects.effect import Declared, Effect, Table
 
 GROUP = "bird and impact"

@@ -11,7 +11,7 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.eos import eos_update
+from birdstrike.solver.kernels.eos import eos_close, law
 from birdstrike.solver.kernels.strength import update_deviator
 
 
@@ -79,10 +79,10 @@ def find_eroded(volume, volume0, eps_p, step, limits, alive, going):
             alive[e], going[e] = False, True
 
 
-@njit(cache=True, parallel=True)
 def update_pressure(alive, going, eos, floor, mass, volume, volume0, heat, rho, p, energy, c, work):
     """Pressure p >= floor [Pa] from the exact volume; in and out: rho, p, energy per reference volume [J/m^3], c.
 
+    eos: constants of the law, see `kernels.eos`;
     heat: dissipated in the step before, per reference volume [J/m^3]; work: -p dV [J].
     """
     for e in prange(alive.shape[0]):
@@ -93,7 +93,11 @@ def update_pressure(alive, going, eos, floor, mass, volume, volume0, heat, rho, 
         p[e] = 0.0
         if alive[e]:
             rho[e] = mass[e] / volume[e]
-            pressure, _, c[e] = eos_update(rho[e], before, p_before, energy[e] + heat[e], eos)
+            cold, cold_slope, factor, factor_slope = law(rho[e] / eos[0] - 1.0, eos)
+            warm = energy[e] + heat[e]
+            pressure, _, c[e] = eos_close(
+                rho[e], before, p_before, warm, eos[0], cold, cold_slope, factor, factor_slope
+            )
             p[e] = max(pressure, floor)
         work[e] = 0.5 * (p_before + p[e]) * (mass[e] / before - volume[e])
         energy[e] += heat[e] + work[e] / volume0[e]

@@ -9,7 +9,7 @@ from itertools import pairwise
 from scipy.optimize import root_scalar
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.bird.eos import EquationOfState
+from birdstrike.solver.bird.eos.interface import EquationOfState
 
 Pressure = Callable[[float, float], float]
 """p [Pa] of density [kg/m^3] and internal energy per unit reference volume [J/m^3]."""

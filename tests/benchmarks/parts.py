@@ -12,11 +12,12 @@ import numba
 import numpy as np
 from numba import njit
 
-from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.shape import fill_bird, slope_gain
-from birdstrike.solver.bird.sph import Bird, NullMaterial
+from birdstrike.solver.bird.sph import Bird
 
-MATERIAL = NullMaterial(grueneisen(900.0, 1670.0, 2.48), -0.37e6, 641.0)
+MATERIAL = Fluid(grueneisen(900.0, 1670.0, 2.48), -0.37e6, 641.0)
 # Flops and bytes of one pair, counted in its kernels: a square root or a division counts as one flop.
 FLOPS = {"rate_of_deformation": 12 + 5 + 6 + 1 + 6 + 30, "pair_forces": 12 + 5 + 6 + 1 + 4 + 30 + 10 + 12 + 6 + 11}
 COLUMNS = {

@@ -23,7 +23,8 @@ from birdstrike.reports.verification.rigid_target import bernoulli
 from birdstrike.reports.verification.rows import Row, below, matches, near, shown
 from birdstrike.reports.verification.shots import Shot, fire, momentum_given
 from birdstrike.reports.verification.verify import Verification, result_named, verify
-from birdstrike.solver.bird.eos import grueneisen, murnaghan
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.eos.murnaghan import murnaghan
 from birdstrike.solver.reference.hugoniot import jump, pressure_of
 
 SMALL = Shot(

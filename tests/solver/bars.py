@@ -8,7 +8,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.columns import SMOOTHING
-from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.shape import slope_gain
 from birdstrike.solver.bird.sph import Bird
 
@@ -22,7 +22,7 @@ def cuboid(shape: tuple[int, int, int]) -> Array:
     return SPACING * (points - points.mean(axis=0))
 
 
-def free_body(kind: type[Body], material: SolidMaterial, x: Array, v: Array, shock: float = 0.0) -> Body:
+def free_body(kind: type[Body], material: Solid, x: Array, v: Array, shock: float = 0.0) -> Body:
     """A body of the lattice x with velocities v; shock: factor on the usual coefficients."""
     mass, gain = material.rho0 * SPACING**3, slope_gain("cubic", SMOOTHING)
     return kind(x, v, mass, SMOOTHING * SPACING, material, (shock, 2.0 * shock), gain=gain)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.eos import grueneisen
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.hex_mesh import CORNERS, HexMesh
 from birdstrike.solver.bird.hexahedra import HexBird
-from birdstrike.solver.bird.materials import NullMaterial
+from birdstrike.solver.bird.materials.fluid import Fluid
 
-SEED = NullMaterial(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
+SEED = Fluid(grueneisen(938.0, 1670.0, 2.48), pressure_cutoff=-1e5)
 
 
 def brick(cells: tuple[int, int, int], edge: float | tuple[float, float, float]) -> HexMesh:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from birdstrike.solver.bird.build import bird_lattice, build_particles
 from birdstrike.solver.bird.shape import SHAPES, inside, outline, second_moments, volume
+from birdstrike.solver.build import bird_lattice, build_particles
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.kernels.smoothing import slope, slope_constant

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError, UserError
-from birdstrike.solver.bird.build import bird_lattice, bird_material
-from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.shape import volume
+from birdstrike.solver.build import bird_lattice
 from birdstrike.solver.case.case import case_hash, load_case
-from birdstrike.solver.case.eos import LAWS
 from birdstrike.solver.case.sections import entry_at, quantities, quantity_at, quantity_in
 
 PLASTIC = "reference_strike_plastic_kinematic"
@@ -52,8 +52,8 @@ def test_openradioss_cases_are_those_of_their_header(variant, viscosity, aim):
 def test_plastic_kinematic_constants_reach_the_material():
     """Ep = E Et/(E - Et) split by BETA; G and K from E and nu."""
     changes = {"bird.material.tangent_modulus": "8.9 MPa", "bird.material.beta": "0.25"}
-    material = bird_material(load_case(PLASTIC, changes).bird.material, 938.0)
-    assert isinstance(material, SolidMaterial)
+    material = load_case(PLASTIC, changes).bird.material.build(938.0)
+    assert isinstance(material, Solid)
     modulus = 68.9 * 8.9 / 60.0 * 1e6
     assert (material.isotropic, material.kinematic) == pytest.approx((0.25 * modulus, 0.75 * modulus))
     assert material.shear_modulus == pytest.approx(68.9e6 / 2.98)
@@ -62,8 +62,8 @@ def test_plastic_kinematic_constants_reach_the_material():
 
 
 def test_hydrodynamic_hardening_is_a_plastic_modulus():
-    material = bird_material(load_case(HYDRO).bird.material, 938.0)
-    assert isinstance(material, SolidMaterial)
+    material = load_case(HYDRO).bird.material.build(938.0)
+    assert isinstance(material, Solid)
     assert (material.isotropic, material.yield_stress, material.pressure_cutoff) == (0.13e6, 0.03e6, -0.9e6)
     assert material.eos.pressure(0.1) == pytest.approx(207.2e6 + 62.17e6 + 10.362e6)
 
@@ -135,9 +135,9 @@ def test_every_law_builds_about_the_birds_density():
         "porous": {"z": 0.1, "mixing": "linear"},
         "table": {"rho": ["900 kg/m^3", "938 kg/m^3", "1000 kg/m^3"], "p": ["-80 MPa", "0 MPa", "150 MPa"]},
     }
-    assert set(given) == set(LAWS)
+    assert set(given) == set(EQUATIONS_OF_STATE)
     for kind, keys in given.items():
-        law = LAWS[kind].model_validate({"kind": kind} | keys).build(938.0)
+        law = EQUATIONS_OF_STATE[kind].model_validate({"kind": kind} | keys).build(938.0)
         assert law.rho0 == 938.0
         assert law.pressure(0.01) > 1e6
 
@@ -178,7 +178,7 @@ def test_wrong_tables_are_told(keys, complaint):
 
 
 def test_a_table_that_does_not_hold_the_birds_density_is_told():
-    law = LAWS["table"].model_validate(
+    law = EQUATIONS_OF_STATE["table"].model_validate(
         {"kind": "table", "rho": ["950 kg/m^3", "980 kg/m^3", "1000 kg/m^3"], "p": ["0 MPa", "80 MPa", "150 MPa"]}
     )
     with pytest.raises(UserError, match=r"bird's own, 938 kg/m\^3"):

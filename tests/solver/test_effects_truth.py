@@ -11,11 +11,10 @@ import pytest
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.plate_problems import RITZ
-from birdstrike.solver.bird.build import build_bird
 from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.plate.build import build_plate
 from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.reference.plate_ritz import RitzPlate, ritz_frequencies

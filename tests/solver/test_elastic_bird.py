@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import RunFailed
-from birdstrike.solver.bird.materials import elastic
+from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.total_lagrangian import ElasticBird
 from tests.solver.bars import SPACING, angular_momentum, cuboid, free_body, steps
 

@@ -7,19 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from birdstrike.solver.bird.eos import (
-    EquationOfState,
-    grueneisen,
-    linear_polynomial,
-    logarithmic,
-    murnaghan,
-    polynomial_k,
-    porous_density,
-    porous_linear,
-    porous_wood,
-    table,
-)
-from birdstrike.solver.kernels.eos import eos_terms, eos_update
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.eos.interface import EquationOfState
+from birdstrike.solver.bird.eos.linear_polynomial import linear_polynomial
+from birdstrike.solver.bird.eos.logarithmic import logarithmic
+from birdstrike.solver.bird.eos.murnaghan import murnaghan
+from birdstrike.solver.bird.eos.polynomial_k import polynomial_k
+from birdstrike.solver.bird.eos.porous import porous_density, porous_linear, porous_wood
+from birdstrike.solver.bird.eos.table import table
 
 RHO0, C, S1 = 938.0, 1670.0, 2.48
 SEED = grueneisen(RHO0, C, S1)
@@ -110,7 +105,7 @@ def test_table_meets_its_points_rises_between_and_goes_on_beyond():
 @pytest.mark.parametrize("mu", [-0.02, 0.02, 0.2])
 def test_slopes_are_the_derivatives(law: EquationOfState, mu: float):
     step = 1e-6
-    above, here, below = (np.array(eos_terms(m, law.constants)) for m in (mu + step, mu, mu - step))
+    above, here, below = (np.array(law.terms(m, law.constants)) for m in (mu + step, mu, mu - step))
     numeric = (above - below) / (2.0 * step)
     assert here[1] == pytest.approx(numeric[0], rel=1e-5)
     assert here[3] == pytest.approx(numeric[2], rel=1e-5, abs=1e-9)
@@ -123,7 +118,7 @@ def test_slow_compression_and_release_is_reversible(law: EquationOfState):
     path = rho0 * (1.0 + 0.1 * np.sin(np.linspace(0.0, np.pi, 4001)))
     p, energy, ps, cs = 0.0, 0.0, [0.0], [law.sound_speed]
     for before, after in pairwise(path):
-        p, energy, c = eos_update(after, before, p, energy, law.constants)
+        p, energy, c = law.update(after, before, p, energy)
         ps.append(p)
         cs.append(c)
     assert abs(p) < 1e-5 * max(ps)

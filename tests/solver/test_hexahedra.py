@@ -7,15 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from birdstrike.solver.bird.eos import grueneisen, logarithmic
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.eos.logarithmic import logarithmic
 from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
-from birdstrike.solver.bird.materials import NullMaterial, SolidMaterial, elastic
+from birdstrike.solver.bird.materials.elastic import elastic
+from birdstrike.solver.bird.materials.fluid import Fluid
+from birdstrike.solver.bird.materials.solid import Solid
 from tests.solver.bricks import SEED, advance, brick, skewed, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0
 
 
-def rubber(poisson: float) -> SolidMaterial:
+def rubber(poisson: float) -> Solid:
     """A solid of the bird's Young's modulus."""
     return elastic(RHO, YOUNG, poisson)
 
@@ -130,7 +133,7 @@ def test_a_bar_bends_with_little_hourglass_energy():
 def test_plastic_bar_stays_at_its_yield_stress():
     """Uniaxial strain far beyond yield: von Mises stress is the yield stress, the plastic work is on the book."""
     shear, bulk, sigma_y = 2.3e7, 1.1e8, 3e5
-    material = SolidMaterial(logarithmic(RHO, bulk), shear, sigma_y)
+    material = Solid(logarithmic(RHO, bulk), shear, sigma_y)
     mesh = brick((2, 1, 1), 0.01)
     v = np.zeros_like(mesh.nodes)
     v[:, 0] = 100.0 * mesh.nodes[:, 0]
@@ -168,7 +171,7 @@ def test_a_flattened_element_goes_when_its_step_is_too_short():
     bird = HexBird(
         mesh,
         np.zeros((8, 3)),
-        NullMaterial(grueneisen(938.0, 1670.0, 2.48)),
+        Fluid(grueneisen(938.0, 1670.0, 2.48)),
         HexSettings((0.0, 0.0), smallest_step=0.4),
     )
     bird.step_at_impact(1e-6)

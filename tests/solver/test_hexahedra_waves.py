@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
-from birdstrike.solver.bird.materials import SolidMaterial, elastic
+from birdstrike.solver.bird.materials.elastic import elastic
+from birdstrike.solver.bird.materials.solid import Solid
 from tests.solver.bricks import SEED, advance, brick, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0
 
 
-def rubber(poisson: float) -> SolidMaterial:
+def rubber(poisson: float) -> Solid:
     """A solid of the bird's Young's modulus."""
     return elastic(RHO, YOUNG, poisson)
 

@@ -8,6 +8,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.sensors.displacement import Displacement
 from birdstrike.solver.sensors.instrument import Instrument, low_pass, recorded, with_noise
 from birdstrike.solver.sensors.registry import SENSORS
 

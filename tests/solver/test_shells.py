@@ -11,7 +11,7 @@ from birdstrike.reports.verification.shell_problems import (
     scordelis_lo_plate,
     spinning_shell,
 )
-from birdstrike.solver.bird.build import flight_to_panel
+from birdstrike.solver.build import flight_to_panel
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.plate.mesh import cylindrical_panel

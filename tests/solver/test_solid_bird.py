@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.columns import SMOOTHING, block, images_of
-from birdstrike.solver.bird.eos import linear_polynomial
-from birdstrike.solver.bird.materials import SolidMaterial
+from birdstrike.solver.bird.eos.linear_polynomial import linear_polynomial
+from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.shape import slope_gain
 from birdstrike.solver.bird.sph_strength import SolidBird
 from birdstrike.solver.case.case import load_case
@@ -18,11 +18,11 @@ from birdstrike.solver.simulate import simulate
 from tests.solver.bars import SPACING, cuboid, free_body, steps
 
 LAW = linear_polynomial(938.0, [0.0, 2072e6, 6217e6, 10362e6, 0.0, 0.0, 0.0])
-ELASTIC = SolidMaterial(LAW, 10.2e6)
+ELASTIC = Solid(LAW, 10.2e6)
 GRADIENT = np.array([[100.0, 300.0, -50.0], [20.0, -150.0, 70.0], [-30.0, 10.0, 80.0]])
 
 
-def shaken_ball(material: SolidMaterial = ELASTIC) -> SolidBird:
+def shaken_ball(material: Solid = ELASTIC) -> SolidBird:
     """A jittered ball in a linear velocity field, with random deviators."""
     random = np.random.default_rng(0)
     x = cuboid((9, 9, 9))

@@ -1,8 +1,9 @@
-"""The bird of a case, in place and in flight."""
+"""The plate and the bird of a case as the solver steps them: what the case says, meshed and put in place."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 
 import numpy as np
 
@@ -10,22 +11,49 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.bird.hex_mesh import HexMesh, bird_mesh
 from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
-from birdstrike.solver.bird.materials import NullMaterial as FluidMaterial
-from birdstrike.solver.bird.materials import SolidMaterial, elastic, hardening
 from birdstrike.solver.bird.shape import fill_bird, jittered, outline, slope_gain
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.bird.sph_strength import SolidBird
 from birdstrike.solver.bird.total_lagrangian import ElasticBird
-from birdstrike.solver.case.bird import Bird as BirdSection
+from birdstrike.solver.case.bird import Bird as BirdOfCase
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.materials import (
-    BirdMaterial,
-    ElasticMaterial,
-    HydrodynamicMaterial,
-    NullMaterial,
-    PlasticKinematicMaterial,
-)
-from birdstrike.solver.case.plate import Plate
+from birdstrike.solver.case.plate import EdgeSprings
+from birdstrike.solver.case.plate import Plate as PlateOfCase
+from birdstrike.solver.plate.boundary import RIGID, EdgeStiffness
+from birdstrike.solver.plate.material import ShellMaterial
+from birdstrike.solver.plate.mesh import PlateMesh, cylindrical_panel, plate_mesh
+from birdstrike.solver.plate.rigid import RigidPlate, Target
+from birdstrike.solver.plate.shell import Plate
+
+PARTICLES: dict[str, type[Bird]] = {"fluid": Bird, "strength": SolidBird, "total_lagrangian": ElasticBird}
+"""Particles that carry a material, by its `body`."""
+
+
+def build_plate(case: Case) -> Target:
+    """Plate of the case, at rest; raises UserError when its edges cannot hold its preload."""
+    said = case.plate
+    if said.rigid:
+        return RigidPlate(mesh_of(said), said.thickness)
+    material = ShellMaterial(**said.material.model_dump())
+    plate = Plate(mesh_of(said), said.thickness, material, edges_of(said.edges), said.damping)
+    if any(said.preload):
+        plate.preload(*said.preload)
+    return plate
+
+
+def mesh_of(plate: PlateOfCase) -> PlateMesh:
+    """Mesh at rest: flat, or curved to `radius`."""
+    if plate.radius is None:
+        return plate_mesh(plate.length, plate.width, plate.elements)
+    return cylindrical_panel(plate.length, plate.width, plate.radius, plate.elements)
+
+
+def edges_of(edges: str | EdgeSprings) -> str | EdgeStiffness:
+    """A word as it stands; of springs, the keys that were left out are rigid."""
+    if isinstance(edges, str):
+        return edges
+    given = edges.model_dump()
+    return EdgeStiffness(**{name: RIGID if given[name] is None else given[name] for name in asdict(EdgeStiffness())})
 
 
 def turned(points: Array, angle: float) -> Array:
@@ -41,7 +69,7 @@ def nose_meets(surface: Array, angle: float, height: float) -> float:
     return float(nose + (lowest - height) / math.tan(angle))
 
 
-def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) -> float:
+def flight_to_panel(x: Array, direction: Array, plate: PlateOfCase, surface: float) -> float:
     """Least distance [m] that a point at x (n, 3) flies along `direction` (3,) until it touches the plate.
 
     surface: distance from the mid-surface at which a point touches [m]. On a panel, each point's line is met with
@@ -60,9 +88,6 @@ def flight_to_panel(x: Array, direction: Array, plate: Plate, surface: float) ->
     arc = plate.radius * np.arctan2(met[:, 0], met[:, 2] + plate.radius)
     on_panel = (np.abs(arc) <= 0.5 * plate.length) & (np.abs(met[:, 1]) <= 0.5 * plate.width)
     return float(flight[on_panel].min()) if on_panel.any() else plane
-
-
-BODIES: dict[str, type[Bird]] = {"null": Bird, "elastic": ElasticBird}
 
 
 def build_bird(case: Case) -> BirdBody:
@@ -91,13 +116,13 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
 
 
 def build_hexahedra(case: Case) -> HexBird:
-    """Lagrangian bird of the case, its hourglass control by springs when it is elastic and by dampers when it flows."""
+    """Lagrangian bird of the case, its hourglass control that of its material unless the case names one."""
     b, s = case.bird, case.solver
     mesh = bird_mesh(b.shape, b.diameter, b.length, b.volume, b.particles)
     x, v = in_flight(case, mesh.nodes, 0.0)
-    hourglass = s.hourglass or ("stiffness" if b.material.model == "elastic" else "viscous")
+    hourglass = s.hourglass or b.material.hourglass
     settings = HexSettings((s.shock_linear, s.shock_quadratic), hourglass, s.hourglass_coefficient, s.smallest_step)
-    bird = HexBird(HexMesh(x, mesh.cells), v, bird_material(b.material, b.actual_density), settings)
+    bird = HexBird(HexMesh(x, mesh.cells), v, b.material.build(b.actual_density), settings)
     bird.stiffen(case.normal_speed)
     return bird
 
@@ -108,34 +133,16 @@ def build_particles(case: Case) -> Bird:
     points, spacing = bird_lattice(b)
     share = b.volume / len(points)
     x, v = in_flight(case, points, 0.5 * share ** (1.0 / 3.0))
-    material = bird_material(b.material, b.actual_density)
+    material = b.material.build(b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing) * spacing**3 / share
-    bird = BODIES.get(b.material.model, SolidBird)(*state, material, shock, gain=gain)
+    bird = PARTICLES[b.material.body](*state, material, shock, gain=gain)
     bird.stiffen(case.normal_speed)
     return bird
 
 
-def bird_lattice(b: BirdSection) -> tuple[Array, float]:
+def bird_lattice(b: BirdOfCase) -> tuple[Array, float]:
     """Particle positions (n, 3) [m] about the bird's centre, axis along x, and the lattice's spacing [m]."""
     points, spacing = fill_bird(b.shape, b.diameter, b.length, b.volume, b.particles, b.lattice)
     return jittered(points, b.jitter * spacing, b.seed), spacing
-
-
-def bird_material(m: BirdMaterial, rho0: float) -> FluidMaterial | SolidMaterial:
-    """The case's material about the reference density [kg/m^3], for particles and finite elements alike."""
-    if isinstance(m, NullMaterial):
-        four = (m.pressure_cutoff, m.viscosity, m.tension_erosion, m.compression_erosion)
-        return FluidMaterial(m.eos.build(rho0), *four)
-    if isinstance(m, HydrodynamicMaterial):
-        moduli = (m.shear_modulus, m.yield_stress, m.hardening_modulus)
-        limits = {"failure_strain": m.failure_strain, "pressure_cutoff": m.pressure_cutoff}
-        return SolidMaterial(m.eos.build(rho0), *moduli, **limits)
-    if isinstance(m, PlasticKinematicMaterial):
-        base = elastic(rho0, m.young, m.poisson)
-        moduli = (base.shear_modulus, m.yield_stress, *hardening(m.young, m.tangent_modulus, m.beta))
-        return SolidMaterial(base.eos, *moduli, m.rate_c, m.rate_p, m.failure_strain)
-    if isinstance(m, ElasticMaterial):
-        return elastic(rho0, m.young, m.poisson)
-    raise TypeError(f"no body for the bird's model {m.model}")

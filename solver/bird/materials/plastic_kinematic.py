@@ -1,0 +1,55 @@
+"""The elastic-plastic bird of *MAT_PLASTIC_KINEMATIC."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from birdstrike.solver.bird.materials.elastic import elastic
+from birdstrike.solver.bird.materials.interface import (
+    NEVER,
+    BirdMaterial,
+    FailureStrain,
+    Poisson,
+    Stiffness,
+    Stress,
+    si_in,
+)
+from birdstrike.solver.bird.materials.solid import Solid
+from birdstrike.solver.fields import Between
+
+
+class PlasticKinematicMaterial(BirdMaterial):
+    """Elastic-plastic solid of *MAT_PLASTIC_KINEMATIC.
+
+    beta: 0 kinematic .. 1 isotropic; rate_c [1/s], rate_p: Cowper-Symonds, rate_c = 0 is off; a particle erodes at the
+    equivalent plastic strain failure_strain.
+    """
+
+    model: Literal["plastic_kinematic"]
+    young: Stiffness
+    poisson: Poisson
+    yield_stress: Stress
+    tangent_modulus: Stress = 0.0
+    beta: Annotated[float, Between(0.0, 1.0)] = 1.0
+    rate_c: Annotated[float, Between("0 1/s", "1e9 1/s")] = 0.0
+    rate_p: Annotated[float, Between(0.1, 100.0)] = 1.0
+    failure_strain: FailureStrain = NEVER
+    body: ClassVar[str] = "strength"
+
+    @classmethod
+    def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        young, tangent = (si_in(cls, raw, key) for key in ("young", "tangent_modulus"))
+        if young is not None and tangent is not None and tangent >= young:
+            yield f"{prefix}.tangent_modulus = {raw['tangent_modulus']} is not below young; megapascals?"
+
+    def build(self, rho0: float) -> Solid:
+        base = elastic(rho0, self.young, self.poisson)
+        moduli = (base.shear_modulus, self.yield_stress, *hardening(self.young, self.tangent_modulus, self.beta))
+        return Solid(base.eos, *moduli, self.rate_c, self.rate_p, self.failure_strain)
+
+
+def hardening(young: float, tangent: float, beta: float) -> tuple[float, float]:
+    """Isotropic and kinematic moduli [Pa]: BETA Ep and (1 - BETA) Ep with Ep = E Et/(E - Et)."""
+    modulus = young * tangent / (young - tangent)
+    return beta * modulus, (1.0 - beta) * modulus
