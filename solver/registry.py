@@ -97,7 +97,7 @@ class Registry(Mapping[str, T], Generic[T]):
     def sources(self, names: Iterable[str]) -> dict[str, str]:
         """Digest of the sources of each of these that comes from outside the tree: part of a run's key."""
         outside = {name: digest_of_module(self._outside[name][1]) for name in names if name not in self.library}
-        return {name: digest for name, digest in outside.items() if digest}
+        return {f"{self.what} {name}": digest for name, digest in outside.items() if digest}
 
 
 class Kinds(Registry[type[S]]):

@@ -17,7 +17,7 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.external.deck import no_place
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.overlay import Raw, overlay
+from birdstrike.solver.case.overlay import Raw
 
 DRAWS = 10
 PARTICLES = (1.5, 2.5)  # times the declared ones
@@ -119,10 +119,8 @@ def unrefined(case: Case, seen: Collection[str]) -> list[str]:
 
 def _changed(case: Case, changes: Raw) -> Case | None:
     """The case with keys changed; None where it cannot be built, or where an external solver's deck would not tell."""
-    from birdstrike.solver.case.case import case_from_table
-
     try:
-        changed = case_from_table(overlay(case._raw, changes), case.name)
+        changed = case.overlaid(changes)
     except CaseError:
         return None
     return None if no_place(case, changed) else changed

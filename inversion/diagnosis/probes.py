@@ -9,8 +9,7 @@ import numpy as np
 
 from birdstrike.inversion.diagnosis.noise import Noise
 from birdstrike.inversion.diagnosis.record import Record, Trace
-from birdstrike.solver.case.case import Case, case_from_table
-from birdstrike.solver.case.overlay import overlay
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.sensor import Sensor
 
 PREFIX = "probe_"
@@ -26,13 +25,7 @@ def with_probes(case: Case) -> Case:
     """
     if case.solver.name == "external":
         return case
-    return case_from_table(overlay(case._raw, {"sensors": own_sensors(case) | candidates(case)}), case.name)
-
-
-def own_sensors(case: Case) -> dict[str, Any]:
-    """The case's sensors as tables; they must be spelt out beside others, or the default ones would go."""
-    stated = case._raw.get("sensors")
-    return dict(stated) if stated else {name: {"kind": sensor.kind} for name, sensor in case.sensors.items()}
+    return case.with_sensors(candidates(case))
 
 
 def candidates(case: Case) -> dict[str, Any]:
