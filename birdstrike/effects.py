@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from birdstrike.solver.effects.registry import Effect, effects, register, unregister
+from birdstrike.solver.effects.effect import Effect
+from birdstrike.solver.effects.registry import effects, register, unregister
 
 __all__ = ["Effect", "effects", "register", "unregister"]

@@ -12,18 +12,18 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
-from birdstrike.solver.bird.materials.registry import bird_materials
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
 from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
-from birdstrike.solver.case.sections import Impact, Time, is_list
-from birdstrike.solver.case.sensors import DRIFT, NOISE, Instrument, Sensor
+from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
-from birdstrike.solver.choice import sections_of
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
+from birdstrike.solver.sensors.instrument import Instrument
+from birdstrike.solver.sensors.registry import SENSORS as SENSOR_KINDS
 
 PLATE = {
     "plate.length": "Size along the plane of the velocity; of a curved panel, along its arc.",
@@ -200,14 +200,14 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Plate: springs at its edges", list(rows(EdgeSprings, "plate.edges", PLATE))
     yield "Plate: material", list(rows(PlateMaterial, "plate.material", PLATE))
     yield "Bird", list(rows(Bird, "bird", BIRD))
-    for model, section in bird_materials().items():
+    for model, section in BIRD_MATERIALS.items():
         yield f'Bird: `material.model = "{model}"`', list(rows(section, "bird.material", NULL | STRENGTH))
     for kind, law in EQUATIONS_OF_STATE.items():
         own = {key.removeprefix(f"{kind}."): text for key, text in LAW.items()}
         yield f'Bird: `material.eos.kind = "{kind}"`', list(rows(law, "bird.material.eos", own))
     yield "Impact", list(rows(Impact, "impact", STRIKE))
     yield "Time", list(rows(Time, "time", STRIKE))
-    yield "Sensors", list(rows(Sensor, "sensors.<name>", SENSORS))
+    yield "Sensors", list(of_sensors())
     yield "Instruments", list(rows(Instrument, "instrument.<sensor>", SENSORS))
     yield "Solver", list(rows(SolverSettings, "solver", SETTINGS))
     yield "External solver", list(rows(External, "external", EXTERNAL))
@@ -230,6 +230,15 @@ def rows(section: type[Section], prefix: str, meanings: dict[str, str]) -> Itera
         unit, span = of_kind(key) or described(field)
         meaning = meanings.get(key) or meanings.get(name, "")
         yield f"`{key}`", unit, span, default(field), meaning
+
+
+def of_sensors() -> Iterator[Row]:
+    """The kinds of sensors, then the keys of all of them: those that every kind has first."""
+    kind = "sensors.<name>.kind"
+    yield f"`{kind}`", "word", ", ".join(f'"{name}"' for name in SENSOR_KINDS), "required", SENSORS[kind]
+    found = {row: None for section in SENSOR_KINDS.values() for row in rows(section, "sensors.<name>", SENSORS)}
+    shared = ("`sensors.<name>.at`", "`sensors.<name>.noise`")
+    yield from sorted(found, key=lambda row: shared.index(row[0]) if row[0] in shared else len(shared))
 
 
 def of_effects() -> Iterator[Row]:
@@ -255,10 +264,11 @@ def inversion() -> Iterator[Row]:
 
 def of_kind(key: str) -> tuple[str, str] | None:
     """Unit and range of what depends on the sensor's kind."""
-    marks = {"noise": NOISE, "drift": DRIFT}.get(key.rpartition(".")[2])
-    if marks is None:
+    name = key.rpartition(".")[2]
+    if name not in ("noise", "drift"):
         return None
-    return ", ".join(dict.fromkeys(mark.shown or "number" for mark in marks.values())), "by the sensor's kind"
+    marks = (getattr(kind, f"{name}_range") for kind in SENSOR_KINDS.values())
+    return ", ".join(dict.fromkeys(mark.shown or "number" for mark in marks)), "by the sensor's kind"
 
 
 def marks_of(field: FieldInfo) -> list[Any]:

@@ -6,9 +6,8 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.coupling import Strike
-from birdstrike.solver.sensors.gauges import coarse_gauges
 from birdstrike.solver.sensors.instrument import unrecorded_ends
-from birdstrike.solver.sensors.places import place_on
+from birdstrike.solver.sensors.recording import remarks_on_sensors
 
 BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run is not believed; shipped cases stay below 0.005
 LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
@@ -45,17 +44,10 @@ def untouched(strike: Strike) -> str:
     return "the bird did not touch the plate before time.end: shorten impact.standoff or lengthen time.end"
 
 
-def torn_sensors(case: Case, strike: Strike) -> list[str]:
-    """Sensors whose shell is gone: their node flies on freely, their strain stands still."""
-    placed = {n: sensor for n, sensor in case.sensors.items() if sensor.kind in ("displacement", "strain")}
-    gone = [n for n, sensor in placed.items() if not strike.plate.alive[place_on(strike.plate.mesh, sensor.at)[0]]]
-    return [f"sensors.{name} lies on a shell that tore: what it reads since then is no measurement" for name in gone]
-
-
 def warnings_of(case: Case, strike: Strike) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
     warnings = strike.bird.warnings(strike.balance.normal_energy)
-    warnings += remarks(case) + coarse_gauges(case.sensors, strike) + unrecorded_ends(case.instrument)
+    warnings += remarks(case) + remarks_on_sensors(case.sensors, strike) + unrecorded_ends(case.instrument)
     if strike.deepest == 0.0:
         warnings.append(untouched(strike))
     if strike.first_touch_off_plate:
@@ -66,15 +58,8 @@ def warnings_of(case: Case, strike: Strike) -> list[str]:
         text = f"erosion took more than {EROSION_TOLD:.0%} of the bird's mass, which then pushed nothing"
         warnings.append(f"{text}: check the bird's limits")
     warnings += case.bird.material.warnings(strike.bird.equivalent_viscosity())
-    if (
-        not case.plate.rigid
-        and case.plate.edges == "free"
-        and any(sensor.kind == "reaction_force" for sensor in case.sensors.values())
-    ):
-        warnings.append("a plate with free edges has no frame: its reaction force is zero")
     if torn := strike.plate.eroded:
         warnings.append(f"the plate tore: {torn} of {len(strike.plate.quads)} shells reached the failure strain")
-        warnings += torn_sensors(case, strike)
     if squeezed := strike.contact.let_go:
         warnings.append(f"{squeezed} particles were squeezed through the edge of a tear, not through its opening")
     hourglass, internal = strike.balance.energy["plate_hourglass"], strike.balance.energy["plate_internal"]

@@ -102,6 +102,13 @@ class Between:
             raise complaint(f"is outside {self.low} .. {self.high}; {self.remedy(value, si)}")
         return si + 0.0  # -0.0 would be another hash
 
+    def valid(self, value: Any) -> float | None:
+        """SI value of what stands in the file; None where nothing does, or what is itself an error."""
+        try:
+            return None if value is None else self.validate(value)
+        except PydanticCustomError:
+            return None
+
     def remedy(self, value: Any, si: float) -> str:
         """What the user probably meant."""
         low, high = self.bounds

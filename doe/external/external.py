@@ -23,6 +23,7 @@ from birdstrike.doe.external.output import read_sensor
 from birdstrike.doe.external.template import rendered
 from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.case.external import External
+from birdstrike.solver.sensors.instrument import recorded
 
 LOG = "solver.log"
 TAIL = 300
@@ -140,9 +141,6 @@ def _raise_machine_failure(name: str, code: int, log: str) -> None:
 
 def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str, Array]]:
     """The case's clock and every sensor on it, as its instrument gives it."""
-    from birdstrike.solver.sensors.instrument import recorded  # late: they bring the compiled kernels
-    from birdstrike.solver.sensors.recording import sample
-
     interval, end = case.time.output_interval, case.time.end
     clock = interval * np.arange(int(end / interval * (1.0 + 1e-12)) + 1)
     channels = {}
@@ -152,7 +150,7 @@ def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str
         if time_read[-1] < end - slack:
             file = external.sensors[name].file
             raise RunFailed(f"{file} ends at {1e3 * time_read[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms")
-        channels[name] = sample(sensor.kind, clock, time_read, recorded(case.instrument.get(name), time_read, values))
+        channels[name] = sensor.sampled(clock, time_read, recorded(case.instrument.get(name), time_read, values))
     return clock, channels
 
 

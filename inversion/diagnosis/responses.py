@@ -15,7 +15,8 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.diagnosis.following import by_channel, followed
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.effects.registry import Effect, effects
+from birdstrike.solver.effects.effect import Effect
+from birdstrike.solver.effects.registry import effects
 
 TWO_SIDED, ONE_SIDED = (-2.5, 2.5), (1.2, 3.0)
 """Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""

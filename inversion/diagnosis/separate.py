@@ -17,7 +17,7 @@ from birdstrike.inversion.diagnosis.rivals import Shot, chance
 from birdstrike.inversion.diagnosis.sensitivities import SPEED, Sensitivities, sampled, sensitivities
 from birdstrike.inversion.diagnosis.strikes import Strikes
 from birdstrike.inversion.diagnosis.verdict import ALPHA
-from birdstrike.solver.case.sensors import Sensor
+from birdstrike.solver.sensors.sensor import Sensor
 
 SPEEDS = (0.8, 1.2)
 RIVALS = 6

@@ -27,16 +27,13 @@ class Scalar:
 
 
 def scalars(case: Case) -> list[Scalar]:
-    """Impulse of a contact force, peak of a reaction, peak and its time of any other sensor."""
-    found = []
-    for name, sensor in case.sensors.items():
-        if sensor.kind == "contact_force":
-            found.append(Scalar(f"{name}_impulse", name, "N s", impulse))
-        else:
-            found.append(Scalar(f"{name}_peak", name, sensor.unit, peak_value))
-        if sensor.kind not in ("contact_force", "reaction_force"):
-            found.append(Scalar(f"{name}_peak_time", name, "s", peak_time))
-    return found
+    """Those that each kind of sensor names: impulse of a contact force, peak of a reaction, peak and its time else."""
+    return [
+        Scalar(f"{name}_{figure}", name, unit or sensor.unit, of)
+        for name, sensor in case.sensors.items()
+        for figure, (unit, of) in FIGURES.items()
+        if figure in sensor.figures
+    ]
 
 
 def impulse(time: Array, force: Array) -> float:
@@ -62,3 +59,11 @@ def _peak(time: Array, values: Array) -> tuple[float, float]:
     bend = left - 2.0 * top + right
     shift = 0.5 * (left - right) / bend if bend else 0.0
     return float(time[at] + shift * (time[1] - time[0])), float(top - 0.25 * (left - right) * shift)
+
+
+FIGURES: dict[str, tuple[str, Callable[[Array, Array], float]]] = {
+    "impulse": ("N s", impulse),
+    "peak": ("", peak_value),
+    "peak_time": ("s", peak_time),
+}
+"""Figure of a sensor's curve -> its unit, empty for the sensor's own, and how it is read."""

@@ -11,7 +11,6 @@ from birdstrike.reports.results.results import Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.sensors import PLACED
 
 
 def section(results: Results) -> Section:
@@ -33,7 +32,7 @@ def _caption(case: Case) -> str:
 
 
 def _drawn(case: Case) -> SetUp:
-    sensors = {name: sensor.at for name, sensor in case.sensors.items() if sensor.kind in PLACED}
+    sensors = {name: sensor.place for name, sensor in case.sensors.items() if sensor.place is not None}
     return SetUp(
         length=case.plate.length,
         width=case.plate.width,

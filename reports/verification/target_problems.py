@@ -12,14 +12,13 @@ from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.case.sensors import Sensor
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.coupling import Strike
 from birdstrike.solver.kernels.sums import column_sums
 from birdstrike.solver.plate.mesh import plate_mesh
 from birdstrike.solver.plate.rigid import RigidPlate
 from birdstrike.solver.reference.wilbeck import duration
-from birdstrike.solver.sensors.gauges import disc
+from birdstrike.solver.sensors.pressure import Pressure, disc
 
 STILL = 1e-3  # of the peak: the force below which an impact is over
 
@@ -115,7 +114,7 @@ def gauge_under_a_layer(applied: float = 3e6, radius: float = 0.02, spacing: flo
     bird = layer(count, spacing, spacing, applied * spacing / MATERIAL.bulk_modulus, (0.0, 0.0, 0.0))
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
-    sensor = Sensor.model_validate({"kind": "pressure", "radius": f"{radius} m"})
+    sensor = Pressure.model_validate({"kind": "pressure", "radius": f"{radius} m"})
     reading = disc(sensor, mesh, spacing).pressure(bird, contact)
     return Compared(reading, applied, "Pa", {"touching": float(contact.touching)})
 

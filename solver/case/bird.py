@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
-from birdstrike.solver.bird.materials.registry import bird_materials
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
-from birdstrike.solver.choice import Choice
 from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
@@ -41,7 +39,7 @@ class Bird(Section):
     lattice: Annotated[str, OneOf(("fcc", "cubic"))] = "fcc"
     jitter: Annotated[float, Between(0.0, 0.3)] = 0.0
     seed: Annotated[int, Count(0, 2_000_000_000)] = 0
-    material: Annotated[Any, Choice("model", bird_materials())]  # a BirdMaterial; each model has keys of its own
+    material: Annotated[Any, BIRD_MATERIALS]  # a BirdMaterial; each model has keys of its own
 
     @model_validator(mode="before")
     @classmethod
@@ -73,11 +71,11 @@ class Bird(Section):
 
 def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Diameter, length and density that follow from the other keys of `bird`, as texts; what is wrong is left alone."""
-    mass, slenderness = _si(MASS, raw.get("mass")), _si(SLENDERNESS, raw.get("slenderness"))
+    mass, slenderness = MASS.valid(raw.get("mass")), SLENDERNESS.valid(raw.get("slenderness"))
     found: dict[str, Any] = {}
-    density = _si(DENSITY, raw.get("density"))
+    density = DENSITY.valid(raw.get("density"))
     if density is None and raw.get("density") is None:
-        density = statistical_density(mass) if raw.get("statistics") is True and mass else porous_density_of(raw)
+        density = statistical_density(mass) if raw.get("statistics") is True and mass else density_of_law(raw)
         if density is not None and (mass is None or "diameter" not in raw):
             found["density"] = quantity_text(density, "kg/m^3")
     if "diameter" in raw:
@@ -93,20 +91,14 @@ def derived(raw: Mapping[str, Any]) -> dict[str, Any]:
     return found | {"diameter": quantity_text(diameter, "m"), "length": quantity_text(length, "m")}
 
 
-def porous_density_of(raw: Mapping[str, Any]) -> float | None:
-    """Density [kg/m^3] that a porous law gives the bird; None for other laws and for one that is itself an error."""
+def density_of_law(raw: Mapping[str, Any]) -> float | None:
+    """Density [kg/m^3] that the law gives the bird; None for a law that gives none and for one that is in error."""
     material = raw.get("material")
     eos = material.get("eos") if isinstance(material, Mapping) else None
-    if not isinstance(eos, Mapping) or eos.get("kind") != "porous":
+    law = EQUATIONS_OF_STATE.chosen(eos)
+    if law is None or not law.gives_density:
         return None
     try:
-        return EQUATIONS_OF_STATE["porous"].model_validate(eos).own_density
+        return law.model_validate(eos).own_density
     except ValueError:
-        return None
-
-
-def _si(mark: Between, value: Any) -> float | None:
-    try:
-        return None if value is None else mark.validate(value)
-    except PydanticCustomError:
         return None

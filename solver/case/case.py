@@ -6,14 +6,17 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import quantity_text
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
@@ -23,10 +26,13 @@ from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
-from birdstrike.solver.case.sensors import DEFAULT_SENSORS, Instrument, Sensor
 from birdstrike.solver.case.settings import InversionSettings, SolverSettings
+from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Section
+from birdstrike.solver.sensors.instrument import Instrument
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
+from birdstrike.solver.sensors.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Case(Section):
     bird: Bird
     impact: Impact
     time: Time
-    sensors: dict[str, Sensor] = DEFAULT_SENSORS
+    sensors: dict[str, Annotated[Sensor, SENSORS]] = DEFAULT_SENSORS
     solver: SolverSettings = SolverSettings()
     external: External | None = None
     inversion: InversionSettings = InversionSettings()
@@ -94,6 +100,16 @@ class Case(Section):
             raise CaseError(unknown)
         return self.overlaid(_table(values))
 
+    @property
+    def table(self) -> Raw:
+        """The case as TOML gives it, with all that it extends and every override laid over it; a copy."""
+        return deepcopy(self._raw)
+
+    def with_sensors(self, sensors: Mapping[str, Raw]) -> Case:
+        """The case with these sensors, tables as TOML gives them, beside its own; raises CaseError."""
+        own = self._raw.get("sensors") or {name: {"kind": sensor.kind} for name, sensor in self.sensors.items()}
+        return self.overlaid({"sensors": own | sensors})
+
     def overlaid(self, table: Raw) -> Case:
         """The case with a table, as TOML gives it, laid over its own, validated anew; raises CaseError."""
         return case_from_table(overlay(self._raw, table), self._name)
@@ -132,7 +148,19 @@ class Case(Section):
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
         if self.solver.name == "external" and self.external is not None:
             tree["external"] = self.external.canonical()
-        return tree | ({"instrument": acting} if acting else {})
+        sources = self._sources_from_outside()
+        return tree | ({"instrument": acting} if acting else {}) | ({"sources": sources} if sources else {})
+
+    def _sources_from_outside(self) -> dict[str, str]:
+        """Digests of the installed packages' sources of what this case uses of theirs."""
+        material = self.bird.material
+        laws = [] if material.law is None else [material.law.kind]
+        return (
+            BIRD_MATERIALS.sources([material.model])
+            | EQUATIONS_OF_STATE.sources(laws)
+            | SENSORS.sources(sensor.kind for sensor in self.sensors.values())
+            | EFFECTS.sources(self.effects)
+        )
 
 
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
@@ -160,7 +188,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
 def _acted_upon(case: Case, table: Raw, name: str) -> Case:
     """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
     acted = _in_place(case, table, name)
-    sections = {section: getattr(acted, section) for section in ("plate", "bird", "impact", "instrument")}
+    sections = {section: getattr(acted, section) for section in SECTIONS}
     return case.model_copy(update=sections)
 
 

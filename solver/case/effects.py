@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any, Protocol, TypeVar
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import core_schema
@@ -14,12 +14,10 @@ from pydantic_core import core_schema
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
 from birdstrike.solver.case.overlay import Raw, overlay
-from birdstrike.solver.effects.registry import Effect, effects
+from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect
+from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import checked, complaint, each_of
-
-if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
-    from birdstrike.solver.effects.registry import Effect
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS
 
 SHOWN = {"m": "mm", "s": "ms", "Pa": "MPa", "rad": "deg", "kg": "kg", "m/s": "m/s", "1/s": "1/s", "": ""}
 SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
@@ -27,6 +25,17 @@ SHOWN |= {"rad/N": "mrad/kN", "m^2/N": "mm^2/kN"}
 NARROW = 1e-4  # share of a limit up to which it is looked for
 MOST = 80  # cases that are tried for it
 
+
+class Stating(Declared, Protocol):
+    """A case that states effects, each with its magnitude in SI."""
+
+    @property
+    def effects(self) -> Mapping[str, float]:
+        """Section `effects`."""
+        ...
+
+
+C = TypeVar("C", bound=Stating)
 Act = Callable[[float], object]
 """Puts an effect of some magnitude into the case; raises CaseError where that makes the case wrong."""
 
@@ -38,7 +47,7 @@ def shown(effect: Effect, value: float, digits: int = 3) -> str:
     return f"{number:+.{digits}g} {unit}".strip() if number else f"0 {unit}".strip()
 
 
-def told_as_the_effect_s(effect: Effect, case: Case, value: float, error: CaseError, act: Act) -> list[str]:
+def effect_limit_error(effect: Effect, case: Declared, value: float, error: CaseError, act: Act) -> list[str]:
     """The lines of an error that an effect has made, with the nearest magnitude that fits the case."""
     given = f"effects.{effect.name} = {shown(effect, value, 6)}"
     limit = nearest(value, effect.size(case), partial(fits, act))
@@ -95,7 +104,6 @@ class Magnitudes:
         return checked(_section)
 
 
-Rebuild = Callable[[Raw], "Case"]
 Effects = Annotated[dict[str, float], Magnitudes()]
 
 
@@ -142,7 +150,7 @@ def magnitude_text(effect: Effect, value: float) -> str | float:
     return quantity_text(value, effect.unit) if effect.unit else float(value)
 
 
-def stated(case: Case) -> list[str]:
+def stated(case: Stating) -> list[str]:
     """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
     known = effects()
     return [
@@ -150,7 +158,7 @@ def stated(case: Case) -> list[str]:
     ]
 
 
-def with_effects(case: Case, raw: Raw, rebuild: Rebuild) -> Case:
+def with_effects(case: C, raw: Raw, rebuild: Callable[[Raw], C]) -> C:
     """The case with every effect put in place and the section gone; rebuild: from a table to its case.
 
     Effects act one after the other, in the order of the library. Raises CaseError for one that the case cannot carry.
@@ -166,20 +174,34 @@ def with_effects(case: Case, raw: Raw, rebuild: Rebuild) -> Case:
         try:
             acted, table = act(size)
         except CaseError as error:
-            raise CaseError(told_as_the_effect_s(effect, acted, size, error, act)) from error
+            raise CaseError(effect_limit_error(effect, acted, size, error, act)) from error
     return acted
 
 
-def _with_one(effect: Effect, case: Case, table: Raw, rebuild: Rebuild, size: float) -> tuple[Case, Raw]:
+def _with_one(effect: Effect, case: C, table: Raw, rebuild: Callable[[Raw], C], size: float) -> tuple[C, Raw]:
     """The case and its table with one effect put in place; raises CaseError, also where the effect itself fails."""
     try:
-        changed = overlay(table, effect.change(case, size))
+        changes = effect.change(case, size)
+        changed = overlay(_spelt_out(table, changes), changes)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise CaseError(f"its function `change` failed: {type(error).__name__}: {error}") from error
+    beyond = [section for section in changes if section not in SECTIONS]
+    if beyond:
+        sections = f"{', '.join(SECTIONS[:-1])} and {SECTIONS[-1]}"
+        raise CaseError(f"its function `change` sets {beyond[0]}; an effect acts on {sections} alone")
     return rebuild(changed), changed
 
 
-def _refusals(effect: Effect, case: Case, value: float) -> list[str]:
+def _spelt_out(table: Raw, changes: Mapping[str, Any]) -> Raw:
+    """The case's table with what it says for short, or does not say, where an effect changes a part of that."""
+    if "sensors" in changes and not table.get("sensors"):
+        table = table | {"sensors": {name: {"kind": sensor.kind} for name, sensor in DEFAULT_SENSORS.items()}}
+    if "solver" in changes and isinstance(table.get("solver"), str):
+        table = table | {"solver": {"name": table["solver"]}}
+    return table
+
+
+def _refusals(effect: Effect, case: Declared, value: float) -> list[str]:
     if reason := effect.refuses(case):
         return [f"effects.{effect.name}: {reason}"]
     if value < effect.least(case):

@@ -16,9 +16,9 @@ from birdstrike.data.errors import CaseError
 from birdstrike.data.units import ACCEPTED, UnitError, si_unit
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.case.sections import at
-from birdstrike.solver.case.sensors import DEFAULT_SENSORS, NOISE
-from birdstrike.solver.choice import Choice
 from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint
+from birdstrike.solver.registry import Kinds
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,13 @@ class NodoutReading(Reading):
     component: Annotated[str, Text('"z-disp"')]
 
 
-FORMATS = {"csv": CsvReading, "columns": ColumnsReading, "nodout": NodoutReading}
+FORMATS = Kinds(
+    "format of a solver's output",
+    "format",
+    None,
+    {"csv": CsvReading, "columns": ColumnsReading, "nodout": NodoutReading},
+    Reading,
+)
 
 
 class External(Section):
@@ -103,7 +109,7 @@ class External(Section):
     command: tuple[Annotated[str, Text('"lsdyna"')], ...]
     template: Annotated[str, Text('"strike.k.j2"')]
     version: Annotated[str, Text('"LS-DYNA R14.1 double"')]
-    sensors: dict[str, Annotated[Reading, Choice("format", FORMATS)]]
+    sensors: dict[str, Annotated[Reading, FORMATS]]
     files: tuple[Annotated[str, Text('"mesh.k"')], ...] = ()
     success: Annotated[str, Text('"N o r m a l    t e r m i n a t i o n"')] | None = None
     time_limit: Annotated[float, Between("0.1 s", "1e7 s")] = Field(default=86400.0)
@@ -189,11 +195,11 @@ def broken_external_rules(raw: Raw) -> Iterator[str]:
 
 def _other_dimension(sensor: str, fields: Raw, reading: Raw) -> Iterator[str]:
     """The unit of a reading that does not fit the kind of its sensor."""
-    mark, unit = NOISE.get(str(fields.get("kind"))), reading.get("unit", "")
+    kind, unit = SENSORS.chosen(fields), reading.get("unit", "")
     try:
         UnitText().validate(unit)
     except PydanticCustomError:
         return  # an error of the field itself
-    if mark is not None and si_unit(unit) != mark.unit:
+    if kind is not None and si_unit(unit) != (own := kind.noise_range.unit):
         given = f'external.sensors.{sensor}.unit = "{unit}"'
-        yield f"{given} does not fit a sensor of kind {fields['kind']}; accepted units: {ACCEPTED[mark.unit]}"
+        yield f"{given} does not fit a sensor of kind {fields['kind']}; accepted units: {ACCEPTED[own]}"

@@ -11,9 +11,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from birdstrike.solver.case.overlay import FROM_MASS, SIZES, at
-from birdstrike.solver.case.sections import metadata_of
-from birdstrike.solver.choice import sections_of
+from birdstrike.solver.case.sections import metadata_of, sections_of
 from birdstrike.solver.fields import Between, OneOf
+from birdstrike.solver.registry import Kinds
 
 LONG = 4  # of a list: beyond it the message must say which entry it means
 Place = tuple[str | int, ...]
@@ -36,7 +36,9 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     """One of pydantic's errors about a `case` read from `table`: field, value, what is wrong, remedy."""
     kind, loc, message, value = error["type"], error["loc"], error["msg"], error["input"]
     key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
-    known = _fields(case, loc[:-1], table)
+    known, kinds = _place(case, loc[:-1], table)
+    if kind == "extra_forbidden" and kinds is not None and (why := kinds.foreign(str(loc[-1]))):
+        return f"{key} = {value}: {why}"
     if kind == "extra_forbidden":
         return f"{key} is not a key of a case; {_did_you_mean(list(known), str(loc[-1]))}"
     if kind == "missing":
@@ -66,15 +68,24 @@ def _expected(field: FieldInfo | None) -> str:
     return ""
 
 
-def _fields(case: type[BaseModel], loc: Place, table: Any) -> Mapping[str, FieldInfo]:
-    """Fields of the section at a place in the case as read; the names of sensors and parameters are the user's."""
+def _place(case: type[BaseModel], loc: Place, table: Any) -> tuple[Mapping[str, FieldInfo], Kinds[Any] | None]:
+    """Fields of the section at a place in the case as read, and the registry of which it is a kind.
+
+    The names of sensors and parameters are the user's.
+    """
     model: Any = case
+    kinds: Kinds[Any] | None = None
     for part in loc:
         table = table.get(part) if isinstance(table, Mapping) else None
+        kinds = None
         if isinstance(model, type) and issubclass(model, BaseModel):
             field = model.model_fields[str(part)]
-            sections = list(sections_of(field, table))
-            model = sections[0] if len(sections) == 1 else field.annotation
+            sections, marks, model = list(sections_of(field, table)), field.metadata, field.annotation
+            if len(sections) == 1:
+                model = sections[0]
         else:
-            model = get_args(model)[-1]
-    return model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}
+            model, marks = get_args(model)[-1], getattr(get_args(model)[-1], "__metadata__", ())
+        kinds = next((mark for mark in marks if isinstance(mark, Kinds)), None)
+        if kinds is not None:
+            model = kinds.chosen(table)
+    return (model.model_fields if isinstance(model, type) and issubclass(model, BaseModel) else {}), kinds

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, cast
 
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+
 Raw = dict[str, Any]
 
-CHOICES = {("bird", "material"): "model", ("bird", "material", "eos"): "kind"}
+CHOICES = {("bird", "material"): BIRD_MATERIALS.key, ("bird", "material", "eos"): EQUATIONS_OF_STATE.key}
 """Tables whose keys depend on one of them: where an overlay makes another choice, the base's keys are void."""
 SIZES, FROM_MASS = ("diameter", "length"), ("slenderness", "statistics")
 IDLE_FOR_RIGID = ("plate.edges", "plate.damping", "plate.preload", "plate.material.failure_strain")
@@ -20,6 +23,12 @@ ONLY_FOR = {
 METHOD = "sph"  # where none stands
 CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "plate.rigid")
 """Keys whose value makes others void: of several overrides these come first."""
+
+
+def law_gives_density(bird: Any) -> bool:
+    """Whether the bird's equation of state, as its table names it, is one that fixes the density."""
+    law = EQUATIONS_OF_STATE.chosen(at(bird, "material.eos"))
+    return law is not None and law.gives_density
 
 
 def at(raw: Any, key: str) -> Any:
@@ -62,17 +71,12 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
         void |= set(SIZES)
     elif any(key in over for key in SIZES):
         void |= set(FROM_MASS)
-    if over.get("statistics") or (_is_porous(over) and not _is_porous(base)):
+    if over.get("statistics") or (law_gives_density(over) and not law_gives_density(base)):
         void.add("density")
     by_mass = any(key in over or (key in base and key not in void) for key in FROM_MASS)
     if not by_mass and ("mass" in over or "density" in over):
         void |= {"mass", "density"}
     return void
-
-
-def _is_porous(bird: Mapping[str, Any]) -> bool:
-    """Whether the bird's law is one that fixes its density."""
-    return at(bird, "material.eos.kind") == "porous"
 
 
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:

@@ -7,14 +7,27 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from birdstrike.data.units import ACCEPTED
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import derived
-from birdstrike.solver.case.overlay import FROM_MASS, IDLE_FOR_RIGID, METHOD, ONLY_FOR, SIZES, Raw, at
+from birdstrike.solver.case.overlay import (
+    FROM_MASS,
+    IDLE_FOR_RIGID,
+    METHOD,
+    ONLY_FOR,
+    SIZES,
+    Raw,
+    at,
+    law_gives_density,
+)
 from birdstrike.solver.case.plate import STRESS
-from birdstrike.solver.case.sections import quantity_at, quantity_in, si, valid
-from birdstrike.solver.case.sensors import DEFAULT_SENSORS, DIRECTION, DRIFT, LENGTH, OF_KIND, OFFSET, PLACED
+from birdstrike.solver.case.sections import quantity_at, quantity_in, si
 from birdstrike.solver.fields import Between
+from birdstrike.solver.sensors.instrument import drift_of_some_kind
+from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
+from birdstrike.solver.sensors.sensor import PlateText
 
+SNAPSHOT = Between("0 ms", "100 ms")
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
 
 
@@ -42,7 +55,7 @@ def _idle(raw: Raw, key: str, whom: str, otherwise: str) -> Iterator[str]:
 def bird_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule about the bird of a case as read from its file."""
     if isinstance(raw.get("bird"), dict):
-        for rule in (_size, _density, _length, _bird_hardening, _table):
+        for rule in (_size, _density, _length, _material):
             yield from rule(raw)
     yield from _sought(raw)
 
@@ -64,7 +77,7 @@ def _size(raw: Raw) -> Iterator[str]:
 
 def _density(raw: Raw) -> Iterator[str]:
     mass, density = at(raw, "bird.mass"), at(raw, "bird.density")
-    known = _given(raw, ("statistics",)) or at(raw, "bird.material.eos.kind") == "porous"
+    known = _given(raw, ("statistics",)) or law_gives_density(raw["bird"])
     if _given(raw, FROM_MASS):
         if density is not None and _given(raw, ("statistics",)):
             yield f"bird.density = {density} and bird.statistics are both given; the statistics give the density"
@@ -91,24 +104,13 @@ def _length(raw: Raw) -> Iterator[str]:
         yield f"{given} differs from the sphere's diameter; leave it out"
 
 
-def _bird_hardening(raw: Raw) -> Iterator[str]:
-    young, tangent = si(raw, "bird.material.young"), si(raw, "bird.material.tangent_modulus")
-    if young is not None and tangent is not None and tangent >= young:
-        text = at(raw, "bird.material.tangent_modulus")
-        yield f"bird.material.tangent_modulus = {text} is not below young; megapascals?"
-
-
-def _table(raw: Raw) -> Iterator[str]:
-    eos = at(raw, "bird.material.eos")
-    if not isinstance(eos, dict) or eos.get("kind") != "table":
-        return
-    given = [name for name in ("rho", "mu") if name in eos]
-    if len(given) != 1:
-        yield "bird.material.eos: a table is over rho or over mu; give one of them (or `file`)"
-        return
-    first, p = eos[given[0]], eos.get("p")
-    if isinstance(first, list) and isinstance(p, list) and (len(first) != len(p) or len(p) < 3):
-        yield f"bird.material.eos: {len(first)} values of {given[0]} and {len(p)} of p; as many, and at least three"
+def _material(raw: Raw) -> Iterator[str]:
+    """What the chosen material and its equation of state refuse."""
+    for key, kinds in (("bird.material", BIRD_MATERIALS), ("bird.material.eos", EQUATIONS_OF_STATE)):
+        table = at(raw, key)
+        kind = kinds.chosen(table)
+        if kind is not None:
+            yield from kind.broken_rules(table, key)
 
 
 def _sought(raw: Raw) -> Iterator[str]:
@@ -142,7 +144,7 @@ def _preload(raw: Raw) -> Iterator[str]:
     texts = at(raw, "plate.preload")
     if not isinstance(texts, list) or len(texts) != 2:
         return
-    along, across = (valid(STRESS, text) or 0.0 for text in texts)
+    along, across = (STRESS.valid(text) or 0.0 for text in texts)
     given = f"plate.preload = {texts}"
     if (along or across) and (at(raw, "plate.edges") == "free" or si(raw, "plate.edges.in_plane") == 0.0):
         yield f"{given} needs edges that hold it in the plane; clamp or pin them, or give plate.edges.in_plane"
@@ -162,7 +164,7 @@ def _times(raw: Raw) -> Iterator[str]:
     snapshots = at(raw, "time.snapshots")
     early: list[str] = []
     for text in snapshots if isinstance(snapshots, list) else []:
-        instant = valid(Between("0 ms", "100 ms"), text)
+        instant = SNAPSHOT.valid(text)
         if instant is None or instant <= end:
             early.append(f'"{text}"')
             continue
@@ -174,68 +176,19 @@ def _times(raw: Raw) -> Iterator[str]:
 
 def broken_sensor_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule about sensors and instruments of a case as read from its file."""
-    sensors = raw.get("sensors")
+    sensors, plate = raw.get("sensors"), _plate(raw)
     for name, sensor in sensors.items() if isinstance(sensors, dict) else []:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in ("time", "run") or name.endswith("_sigma"):
             yield f'sensors."{name}" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)'
-        if isinstance(sensor, dict):
-            yield from _unit_in_name(name, sensor)
-            yield from _fields_of_its_kind(name, sensor)
-            yield from _place(raw, name, sensor)
-            yield from _ends(raw, name, sensor)
-            yield from _on_rigid(raw, name, sensor)
+        kind = SENSORS.chosen(sensor)
+        if kind is not None:
+            yield from kind.broken_rules(name, sensor, plate)
     yield from _instruments(raw)
 
 
-def _unit_in_name(name: str, sensor: Raw) -> Iterator[str]:
-    """A strain's column carries no unit, so that its name must not look as if it did."""
-    last = name.rpartition("_")[2]
-    if sensor.get("kind") == "strain" and last != name and last in ACCEPTED:
-        yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
-
-
-def _fields_of_its_kind(name: str, sensor: Raw) -> Iterator[str]:
-    for field, kind in OF_KIND.items():
-        if field in sensor and sensor.get("kind") != kind:
-            yield f"sensors.{name}.{field} = {sensor[field]}: only a {kind} sensor has a {field}; leave it out"
-
-
-def _place(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
-    place = sensor.get("at")
-    if place is None or not isinstance(place, list):
-        return
-    if sensor.get("kind") not in PLACED:
-        which = f"{', '.join(PLACED[:-1])} and {PLACED[-1]}"
-        yield f"sensors.{name}.at = {place}: only {which} sensors have a place; leave it out"
-    for text, key in zip(place, ("plate.length", "plate.width"), strict=False):
-        offset, size = valid(OFFSET, text), si(raw, key)
-        if offset is not None and size is not None and abs(offset) > 0.5 * size:
-            yield f'sensors.{name}.at: "{text}" is off the plate; within half of {key} = {at(raw, key)} of its centre'
-
-
-def _ends(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
-    """Both ends of a strain gauge lie on the plate, as its middle does."""
-    length, turned = valid(LENGTH, sensor.get("length")), valid(DIRECTION, sensor.get("direction", "0 deg"))
-    place = sensor.get("at", ["0 mm", "0 mm"])
-    if sensor.get("kind") != "strain" or length is None or turned is None or not isinstance(place, list):
-        return
-    for text, key, reach in zip(
-        place, ("plate.length", "plate.width"), (math.cos(turned), math.sin(turned)), strict=False
-    ):
-        offset, size = valid(OFFSET, text), si(raw, key)
-        if offset is None or size is None or abs(offset) > 0.5 * size:
-            continue
-        beyond = abs(offset) + 0.5 * length * abs(reach) - 0.5 * size
-        if beyond > 1e-9 * size:
-            yield (
-                f"sensors.{name}.length = {sensor['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
-                f"plate ({key} = {at(raw, key)}); a shorter gauge, or another place or direction?"
-            )
-
-
-def _on_rigid(raw: Raw, name: str, sensor: Raw) -> Iterator[str]:
-    if at(raw, "plate.rigid") is True and sensor.get("kind") == "strain":
-        yield f"sensors.{name}.kind = strain: a rigid plate has no strain; leave the sensor or plate.rigid out"
+def _plate(raw: Raw) -> PlateText:
+    sizes = {key: si(raw, f"plate.{key}") for key in ("length", "width")}
+    return PlateText({key: at(raw, f"plate.{key}") for key in sizes}, sizes, at(raw, "plate.rigid") is True)
 
 
 def _instruments(raw: Raw) -> Iterator[str]:
@@ -245,10 +198,12 @@ def _instruments(raw: Raw) -> Iterator[str]:
         if name not in known:
             yield f"instrument.{name} belongs to no sensor of the case; its sensors: {', '.join(known)}"
             continue
-        mark, drift = DRIFT.get(known[name]), own.get("drift") if isinstance(own, dict) else None
-        if mark and drift is not None and valid(mark, drift) is None and _some_kinds(drift):
-            kind = known[name]
-            yield f"instrument.{name}.drift = {drift} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
+        kind, drift = known[name], own.get("drift") if isinstance(own, dict) else None
+        if kind in SENSORS and drift is not None:
+            mark = SENSORS[kind].drift_range
+            if mark.valid(drift) is None and drift_of_some_kind(drift) is not None:  # else the field has complained
+                given = f"instrument.{name}.drift = {drift}"
+                yield f"{given} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
 
 
 def _kinds(raw: Raw) -> dict[str, str]:
@@ -257,8 +212,3 @@ def _kinds(raw: Raw) -> dict[str, str]:
     if not isinstance(sensors, dict) or not sensors:
         return {name: sensor.kind for name, sensor in DEFAULT_SENSORS.items()}
     return {name: str(sensor.get("kind")) if isinstance(sensor, dict) else "" for name, sensor in sensors.items()}
-
-
-def _some_kinds(drift: object) -> bool:
-    """Whether another kind of sensor may drift so; else the field itself has complained."""
-    return any(valid(mark, drift) is not None for mark in DRIFT.values())

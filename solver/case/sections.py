@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
-from typing import Annotated, Any, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticCustomError
 
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.case.plate import Plate
-from birdstrike.solver.choice import sections_of
 from birdstrike.solver.fields import Between, OneOf, Section
+from birdstrike.solver.registry import Kinds
 
 ASIDE = Between("-2500 mm", "2500 mm")
 
@@ -82,6 +83,18 @@ def _fields(key: str, content: Any = None) -> list[FieldInfo]:
     return fields
 
 
+def sections_of(field: FieldInfo, content: Any = None) -> Iterator[type[Section]]:
+    """The tables that a field may hold: all kinds of a registry, or the one that `content`, as read, has chosen."""
+    kinds = next((mark for mark in field.metadata if isinstance(mark, Kinds)), None)
+    if kinds is not None:
+        chosen = kinds.chosen(content)
+        yield from kinds.values() if chosen is None else (chosen,)
+    elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+        yield field.annotation  # pyright: ignore[reportReturnType] (every table of a case is a Section)
+    elif get_origin(field.annotation) in (Union, UnionType):
+        yield from (part for part in get_args(field.annotation) if isinstance(part, type) and issubclass(part, Section))
+
+
 def _below(content: Any, name: str) -> Any:
     return content.get(name) if isinstance(content, Mapping) else None
 
@@ -123,12 +136,4 @@ def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[t
 def si(raw: Mapping[str, Any], key: str) -> float | None:
     """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
     mark = quantity_at(key)
-    return None if mark is None else valid(mark, at(raw, key))
-
-
-def valid(mark: Between, value: Any) -> float | None:
-    """SI value of what stands in the file; None where nothing does, or what is itself an error."""
-    try:
-        return None if value is None else mark.validate(value)
-    except PydanticCustomError:
-        return None
+    return None if mark is None else mark.valid(at(raw, key))

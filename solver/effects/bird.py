@@ -1,24 +1,18 @@
-"""Effects of the bird and of the impact: speed, angle, aim, mass, length, porosity, friction."""
+"""Effects of the bird: mass, length, porosity."""
 
 from __future__ import annotations
-
-import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.porous import AIR_EXPONENT, ATMOSPHERE
-from birdstrike.solver.effects.registry import Effect, Table
-
-if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.effect import Declared, Effect, Table
 
 GROUP = "bird and impact"
 
 
-def _size(case: Case, density: float, length: float) -> Table:
+def _size(case: Declared, density: float, length: float) -> Table:
     """The bird by its own size and density, whatever keys the case gave them by."""
     diameter = quantity_text(case.bird.diameter, "m")
     return {
@@ -30,17 +24,17 @@ def _size(case: Case, density: float, length: float) -> Table:
     }
 
 
-def _mass(case: Case, change: float) -> Table:
+def _mass(case: Declared, change: float) -> Table:
     """Density at fixed size; the law of the equation of state is kept about the new density."""
     return _size(case, (case.bird.actual_mass + change) / case.bird.volume, case.bird.length)
 
 
-def _length(case: Case, change: float) -> Table:
+def _length(case: Declared, change: float) -> Table:
     """Overall length at fixed diameter and density; the mass follows."""
     return _size(case, case.bird.actual_density, case.bird.length + change)
 
 
-def _porosity(case: Case, change: float) -> Table:
+def _porosity(case: Declared, change: float) -> Table:
     """The bird's law with a share of air in series, at the bird's mass and size."""
     eos = case.bird.material.eos
     if eos.kind == "porous":
@@ -51,7 +45,7 @@ def _porosity(case: Case, change: float) -> Table:
     return {"bird": {"material": {"eos": points}}}
 
 
-def porous_points(case: Case, porosity: float) -> tuple[Array, Array]:
+def porous_points(case: Declared, porosity: float) -> tuple[Array, Array]:
     """Compression mu and pressure [Pa], (n,) each, of the case's law with a share `porosity` of air at rest.
 
     V/V0 = (1 - z) / (1 + mu_law(p)) + z (1 + p/p_atm)^(-1/1.4): one pressure in both (Wood, A Textbook of Sound, 1930).
@@ -67,54 +61,15 @@ def porous_points(case: Case, porosity: float) -> tuple[Array, Array]:
     return 1.0 / volume - 1.0, p + law.pressure_at_rest
 
 
-def _impact(case: Case, key: str, unit: str, change: float) -> Table:
-    value = getattr(case.impact, key) + change
-    return {"impact": {key: quantity_text(value, unit) if unit else value}}
-
-
-def _offset(case: Case, change: float) -> Table:
-    along, across = case.impact.offset
-    return {"impact": {"offset": [quantity_text(along + change, "m"), quantity_text(across, "m")]}}
-
-
-def _no_law(case: Case) -> str:
+def _no_law(case: Declared) -> str:
     return "" if hasattr(case.bird.material, "eos") else "the bird's material has no equation of state of its own"
 
 
-def _sphere(case: Case) -> str:
+def _sphere(case: Declared) -> str:
     return "a sphere has no length of its own" if case.bird.shape == "sphere" else ""
 
 
 BIRD = (
-    Effect(
-        "impact_speed",
-        "a bird faster or slower than measured",
-        "m/s",
-        lambda case, x: _impact(case, "speed", "m/s", x),
-        lambda case: 0.02 * case.impact.speed,
-        lambda case: -case.impact.speed,
-        group=GROUP,
-        source="light gates and high-speed video: 1 to 2 % of the speed",
-    ),
-    Effect(
-        "impact_angle",
-        "an impact at another angle",
-        "rad",
-        lambda case, x: _impact(case, "angle", "rad", x),
-        lambda _: math.radians(1.0),
-        lambda case: -case.impact.angle,
-        group=GROUP,
-        source="pitch of the bird and of the target's frame: about a degree",
-    ),
-    Effect(
-        "impact_offset",
-        "a bird that arrives beside the point of aim, along the plate's length",
-        "m",
-        _offset,
-        lambda case: 0.05 * case.bird.diameter,
-        group=GROUP,
-        source="dispersion of a gas gun: some millimetres",
-    ),
     Effect(
         "bird_mass",
         "a bird heavier or lighter than weighed, at the same size",
@@ -150,15 +105,5 @@ BIRD = (
         _no_law,
         GROUP,
         "air at one pressure with the bird's substance (Wood 1930); 10 % is usual in gelatine birds (Wilbeck 1978)",
-    ),
-    Effect(
-        "bird_friction",
-        "friction between bird and plate",
-        "",
-        lambda case, x: _impact(case, "friction", "", x),
-        lambda _: 0.1,
-        lambda case: -case.impact.friction,
-        group=GROUP,
-        source="Coulomb friction coefficient",
     ),
 )

@@ -7,39 +7,36 @@ has none, gain and bandwidth are those of all its sensors.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from birdstrike.data.units import quantity_text
-from birdstrike.solver.case.sensors import Instrument
-from birdstrike.solver.effects.registry import Effect, Table
-
-if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.effect import Declared, Effect, Table
+from birdstrike.solver.sensors.instrument import Instrument
 
 GROUP = "instrument"
 
 
-def transducers(case: Case) -> tuple[str, ...]:
+def transducers(case: Declared) -> tuple[str, ...]:
     """Sensors whose own electronics an effect changes: those of displacement, or all where there is none."""
     found = tuple(name for name, sensor in case.sensors.items() if sensor.kind == "displacement")
     return found or tuple(case.sensors)
 
 
-def _set(case: Case, names: tuple[str, ...], key: str, value: Any) -> Table:
+def _set(case: Declared, names: tuple[str, ...], key: str, value: Any) -> Table:
     """One key of several instruments; value: from the instrument that the case declares."""
     own = {name: case.instrument.get(name, Instrument()) for name in names}
     return {"instrument": {name: {key: value(instrument)} for name, instrument in own.items()}}
 
 
-def _time_offset(case: Case, x: float) -> Table:
+def _time_offset(case: Declared, x: float) -> Table:
     return _set(case, tuple(case.sensors), "time_offset", lambda own: quantity_text(own.time_offset + x, "s"))
 
 
-def _gain(case: Case, x: float) -> Table:
+def _gain(case: Declared, x: float) -> Table:
     return _set(case, transducers(case), "gain", lambda own: own.gain * (1.0 + x))
 
 
-def _bandwidth(case: Case, x: float) -> Table:
+def _bandwidth(case: Declared, x: float) -> Table:
     """Time constants add: a first-order low-pass of 1/(2 pi tau)."""
 
     def passed(own: Instrument) -> str:
@@ -49,11 +46,11 @@ def _bandwidth(case: Case, x: float) -> Table:
     return _set(case, transducers(case), "bandwidth", passed) if x > 0.0 else {}
 
 
-def _drift(case: Case, x: float) -> Table:
+def _drift(case: Declared, x: float) -> Table:
     return _set(case, transducers(case), "drift", lambda own: quantity_text(own.drift + x, "m/s"))
 
 
-def _no_displacement(case: Case) -> str:
+def _no_displacement(case: Declared) -> str:
     kinds = {sensor.kind for sensor in case.sensors.values()}
     return "" if "displacement" in kinds else "the case has no displacement sensor"
 

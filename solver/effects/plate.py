@@ -3,51 +3,47 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from birdstrike.data.units import quantity_text
-from birdstrike.solver.case.plate import EdgeSprings
-from birdstrike.solver.effects.registry import Effect, Table
-
-if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.effect import Declared, Effect, Table
 
 GROUP = "plate and support"
 RATE = 100.0  # 1/s, at which plate_rate_hardening states its gain
 ALUMINIUM_P = 4.0  # Cowper-Symonds exponent where the case declares no rate hardening
 
 
-def bending_stiffness(case: Case) -> float:
+def bending_stiffness(case: Declared) -> float:
     """D = E h^3 / 12 (1 - nu^2) [N m] (Timoshenko & Woinowsky-Krieger, eq. 3)."""
     material = case.plate.material
     return material.young * case.plate.thickness**3 / (12.0 * (1.0 - material.poisson**2))
 
 
-def first_frequency(case: Case) -> float:
+def first_frequency(case: Declared) -> float:
     """Angular frequency [1/s] of a clamped square plate of the shorter side, 35.99/b^2 sqrt(D/rho h) (Leissa 1969)."""
     b, plate = min(case.plate.length, case.plate.width), case.plate
     return 35.99 / b**2 * math.sqrt(bending_stiffness(case) / (plate.material.density * plate.thickness))
 
 
-def _rigid(case: Case) -> str:
+def _rigid(case: Declared) -> str:
     return "a rigid plate neither bends nor yields" if case.plate.rigid else ""
 
 
-def _compliance(case: Case, key: str) -> float:
+def _compliance(case: Declared, key: str) -> float:
     """Compliance of the declared edges, 0 where they hold rigidly, infinite where they do not hold."""
     edges = case.plate.edges
-    if isinstance(edges, EdgeSprings):
+    if not isinstance(edges, str):
         stiffness = getattr(edges, key)
         return 0.0 if stiffness is None else math.inf if stiffness == 0.0 else 1.0 / stiffness
     free = edges == "free" or (edges == "pinned" and key == "rotational")
     return math.inf if free else 0.0
 
 
-def _edges(case: Case, key: str, unit: str, compliance: float) -> Table:
+def _edges(case: Declared, key: str, unit: str, compliance: float) -> Table:
     """Springs in series with what the case declares."""
     edges = case.plate.edges
     springs: dict[str, Any] = {}
-    if isinstance(edges, EdgeSprings):
+    if not isinstance(edges, str):
         units = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
         springs = {k: quantity_text(v, units[k]) for k, v in edges.model_dump().items() if v is not None}
     elif edges == "pinned":
@@ -58,30 +54,30 @@ def _edges(case: Case, key: str, unit: str, compliance: float) -> Table:
     return {"plate": {"edges": springs}}
 
 
-def _no_edges(key: str, case: Case) -> str:
+def _no_edges(key: str, case: Declared) -> str:
     loose = math.isinf(_compliance(case, key))
     return _rigid(case) or ("the declared edges do not hold it at all" if loose else "")
 
 
-def _material(case: Case, key: str, unit: str, change: float) -> Table:
+def _material(case: Declared, key: str, unit: str, change: float) -> Table:
     value = getattr(case.plate.material, key) + change
     return {"plate": {"material": {key: quantity_text(value, unit)}}}
 
 
-def _gain(case: Case) -> float:
+def _gain(case: Declared) -> float:
     """Declared relative gain of the yield stress at 100 1/s, (RATE/C)^(1/p)."""
     material = case.plate.material
     return (RATE / material.rate_c) ** (1.0 / material.rate_p) if material.rate_c else 0.0
 
 
-def _rate_hardening(case: Case, change: float) -> Table:
+def _rate_hardening(case: Declared, change: float) -> Table:
     """Cowper-Symonds sigma_y [1 + (rate/C)^(1/p)] with C = RATE / gain^p."""
     gain, p = _gain(case) + change, case.plate.material.rate_p if case.plate.material.rate_c else ALUMINIUM_P
     c = RATE / gain**p if gain > 0.0 else 0.0
     return {"plate": {"material": {"rate_c": quantity_text(min(c, 1e9), "1/s"), "rate_p": p}}}
 
 
-def _preload(case: Case, change: float) -> Table:
+def _preload(case: Declared, change: float) -> Table:
     return {"plate": {"preload": [quantity_text(value + change, "Pa") for value in case.plate.preload]}}
 
 

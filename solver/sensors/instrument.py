@@ -1,4 +1,4 @@
-"""The instrument behind a sensor: bandwidth, gain, time offset, drift; and seeded noise on what was recorded."""
+"""The instrument behind a sensor: what a case says of it, how it changes a signal; and seeded noise on a record."""
 
 from __future__ import annotations
 
@@ -6,12 +6,46 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import field_validator
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
-from birdstrike.solver.case.sensors import Instrument, Sensor
+from birdstrike.solver.fields import Between, Section, complaint
+from birdstrike.solver.sensors.registry import SENSORS
+from birdstrike.solver.sensors.sensor import Sensor
+
+NO_DRIFT = 'fits no kind of sensor; write it per second, such as "1 mm/s" or "5 kN/s"'
+
+
+class Instrument(Section):
+    """What stands between the sensor and the record: reading(t) = gain * lowpass[signal](t - time_offset) + drift t.
+
+    bandwidth [Hz]: of a first-order low-pass (-3 dB), absent: none; time_offset [s]: above 0 the record is late;
+    drift: in the channel's SI unit per second, from the record's time 0.
+    """
+
+    time_offset: Annotated[float, Between("-10 ms", "10 ms")] = 0.0
+    gain: Annotated[float, Between(0.01, 100.0)] = 1.0
+    bandwidth: Annotated[float, Between("1 Hz", "1e9 Hz")] | None = None
+    drift: float = 0.0
+
+    @field_validator("drift", mode="before")
+    @classmethod
+    def _drift_of_some_kind(cls, value: Any) -> float:
+        """Of any kind: a rule between the sections sees to it that it is that of the instrument's own sensor."""
+        drift = drift_of_some_kind(value)
+        if drift is None:
+            raise complaint(NO_DRIFT)
+        return drift
+
+
+def drift_of_some_kind(value: Any) -> float | None:
+    """The drift in SI, in the unit of the first kind of sensor that it fits; None where it fits none."""
+    fitting = (kind.drift_range.valid(value) for kind in SENSORS.values())
+    return next((drift for drift in fitting if drift is not None), None)
 
 
 def recorded(instrument: Instrument | None, time: Array, signal: Array) -> Array:

@@ -28,7 +28,7 @@ def test_the_blocks_of_a_page_work_one_after_the_other(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("birdstrike.solver.effects.registry._own", {})  # what a page registers is gone with it
+    monkeypatch.setattr("birdstrike.solver.effects.registry.EFFECTS.own", {})  # what a page registers is gone with it
     names: dict[str, Any] = {"__name__": "page"}
     for block in blocks(page):
         if block.title:

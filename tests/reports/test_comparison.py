@@ -30,7 +30,7 @@ def test_methods_stand_under_the_bound_of_their_condition(results: Results, tmp_
         "table": [asdict(row) for row in (clean, *noisy)],
         "coverage": {"noise": [asdict(covered)]},
     }
-    write_json(tmp_path / comparison.FILE, content)
+    write_json(tmp_path / method_comparison.FILE, content)
     found = method_comparison.section(replace(results, folder=tmp_path))
     assert found is not None
     methods, coverage = (block for block in found.blocks if isinstance(block, Table))

@@ -85,7 +85,7 @@ def test_every_quantity_of_every_model_is_found_once():
 
 @pytest.mark.parametrize("name", ["reference_strike", PLASTIC, HYDRO])
 def test_one_quantity_is_looked_up_as_all_of_them_are_listed(name):
-    raw = load_case(name)._raw
+    raw = load_case(name).table
     listed = dict(quantities(raw))
     assert {key: mark for key, _ in quantities() if (mark := quantity_in(raw, key))} == listed
     assert quantity_in(raw, "bird.material.yeld_stress") is None

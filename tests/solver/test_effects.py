@@ -15,8 +15,9 @@ from birdstrike.data.units import to_si
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown, stated
 from birdstrike.solver.effects.bird import porous_points
+from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.plate import PLATE, bending_stiffness
-from birdstrike.solver.effects.registry import Effect, effects, register, unregister
+from birdstrike.solver.effects.registry import effects, register, unregister
 from birdstrike.solver.sensors.instrument import recorded
 
 CASE = load_case("virtual_strike")

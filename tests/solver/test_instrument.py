@@ -8,9 +8,9 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import case_hash, load_case
-from birdstrike.solver.case.sensors import Instrument, Sensor
-from birdstrike.solver.sensors.instrument import low_pass, recorded, with_noise
-from birdstrike.solver.sensors.recording import sample
+from birdstrike.solver.sensors.displacement import Displacement
+from birdstrike.solver.sensors.instrument import Instrument, low_pass, recorded, with_noise
+from birdstrike.solver.sensors.registry import SENSORS
 
 TIME = np.linspace(0.0, 20e-3, 40_001)
 
@@ -53,7 +53,8 @@ def test_the_bandwidth_acts_before_the_sampling():
     """A 49 kHz ringing sampled at 50 kHz would be a 1 kHz wave of size 1: a 2 kHz instrument leaves 4 % of it."""
     ringing = np.sin(2.0 * np.pi * 49e3 * TIME)
     clock = 20e-6 * np.arange(900)
-    seen = sample("displacement", clock, TIME, recorded(instrument(bandwidth="2 kHz"), TIME, ringing))
+    slow = recorded(instrument(bandwidth="2 kHz"), TIME, ringing)
+    seen = Displacement(kind="displacement").sampled(clock, TIME, slow)
     assert np.abs(seen[100:]).max() < 0.045
 
 
@@ -65,9 +66,9 @@ def histories() -> Histories:
 
 
 SENSORS = {
-    "w": Sensor.model_validate({"kind": "displacement", "noise": "0.03 mm"}),
-    "e": Sensor.model_validate({"kind": "strain", "noise": 5e-6}),
-    "f": Sensor.model_validate({"kind": "contact_force"}),
+    "w": SENSORS.validate({"kind": "displacement", "noise": "0.03 mm"}),
+    "e": SENSORS.validate({"kind": "strain", "noise": 5e-6}),
+    "f": SENSORS.validate({"kind": "contact_force"}),
 }
 
 

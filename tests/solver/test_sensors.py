@@ -11,14 +11,14 @@ import pytest
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.target_problems import gauge_under_a_layer
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.case.sensors import Sensor
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.plate.mesh import PlateMesh, plate_mesh, shell_mesh
 from birdstrike.solver.plate.rigid import RigidPlate, Target
 from birdstrike.solver.plate.shell import Plate, ShellMaterial
-from birdstrike.solver.sensors.gauges import gauges
 from birdstrike.solver.sensors.places import blend, place_on, point_at
-from birdstrike.solver.sensors.recording import sample
+from birdstrike.solver.sensors.recording import readings
+from birdstrike.solver.sensors.registry import SENSORS
+from birdstrike.solver.sensors.sensor import Sensor
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
 THICKNESS = 0.01
@@ -43,7 +43,7 @@ def strike_on(plate: Target, side: int = 1) -> SimpleNamespace:
 def read(plate: Plate, move, sensors: dict[str, Sensor], side: int = 1) -> dict[str, float]:
     """Readings after `move(plate)` has set velocities and one step of 1 s was taken."""
     strike = strike_on(plate, side)
-    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    found = readings(sensors, strike)  # pyright: ignore[reportArgumentType]
     move(plate)
     plate.update_forces(1.0)
     return {name: reading(strike) for name, reading in found.items()}  # pyright: ignore[reportArgumentType]
@@ -58,15 +58,15 @@ def test_a_place_on_any_quadrilaterals_is_found(radius, at):
 
 def test_displacement_of_a_linear_field_is_exact_anywhere():
     plate = Plate(distorted(0.3), THICKNESS, ALUMINIUM, "free")
-    sensors = {"a": Sensor.model_validate({"kind": "displacement", "at": ["13 mm", "-37 mm"]})}
-    found = gauges(sensors, strike_on(plate))  # pyright: ignore[reportArgumentType]
+    sensors = {"a": SENSORS.validate({"kind": "displacement", "at": ["13 mm", "-37 mm"]})}
+    found = readings(sensors, strike_on(plate))  # pyright: ignore[reportArgumentType]
     plate.x[:, 2] -= 0.002 + 0.03 * plate.x[:, 0] - 0.05 * plate.x[:, 1]
     expected = 0.002 + 0.03 * 0.013 + 0.05 * 0.037
     assert found["a"](strike_on(plate)) == pytest.approx(expected, abs=1e-12)  # pyright: ignore[reportArgumentType]
 
 
 def gauge(at=("13 mm", "-37 mm"), **fields) -> Sensor:
-    return Sensor.model_validate({"kind": "strain", "at": at, **fields})
+    return SENSORS.validate({"kind": "strain", "at": at, **fields})
 
 
 def test_gauges_read_a_known_membrane_strain_in_their_direction():
@@ -128,7 +128,7 @@ def test_a_stretched_gauge_reads_engineering_strain():
     """A bar stretched to 1.5 times its length in many steps reads 0.5: (L - L0)/L0, not the logarithm."""
     plate = Plate(plate_mesh(0.2, 0.16, (4, 4)), THICKNESS, ALUMINIUM, "free")
     strike = strike_on(plate)
-    reading = gauges({"e": gauge(("0 mm", "0 mm"))}, strike)["e"]  # pyright: ignore[reportArgumentType]
+    reading = readings({"e": gauge(("0 mm", "0 mm"))}, strike)["e"]  # pyright: ignore[reportArgumentType]
     start = plate.x[:, 0].copy()
     for step in range(400):
         plate.v[:, 0] = start * 0.5 / 400
@@ -155,7 +155,7 @@ def test_surface_strain_of_the_loaded_clamped_plate():
     plate = Plate(plate_mesh(a, a, (24, 24)), THICKNESS, ALUMINIUM, "clamped")
     sensors = {"centre": gauge(("0 mm", "0 mm")), "edge": gauge(("200 mm", "0 mm"), side="impact")}
     strike = strike_on(plate)
-    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    found = readings(sensors, strike)  # pyright: ignore[reportArgumentType]
     load = np.zeros_like(plate.x)
     np.add.at(load[:, 2], plate.quads.ravel(), -np.repeat(0.25 * q * plate.shape[:, 4], 4))
     dt = 0.9 * plate.stable_step()
@@ -189,8 +189,8 @@ def test_a_pressure_gauge_reads_the_pressure_on_it(rigid):
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
     strike = SimpleNamespace(plate=plate, contact=contact, bird=bird)
-    sensors = {r: Sensor.model_validate({"kind": "pressure", "radius": f"{r} mm"}) for r in ("15", "20", "40")}
-    found = gauges(sensors, strike)  # pyright: ignore[reportArgumentType]
+    sensors = {r: SENSORS.validate({"kind": "pressure", "radius": f"{r} mm"}) for r in ("15", "20", "40")}
+    found = readings(sensors, strike)  # pyright: ignore[reportArgumentType]
     assert found["15"](strike) == pytest.approx(pressure, rel=0.03)  # pyright: ignore[reportArgumentType]
     assert found["20"](strike) == pytest.approx(pressure, rel=0.02)  # pyright: ignore[reportArgumentType]
     assert found["40"](strike) == pytest.approx(pressure, rel=0.01)  # pyright: ignore[reportArgumentType]
@@ -201,9 +201,9 @@ def test_sampling_lets_no_alias_of_a_force_or_a_strain_through():
     time = np.arange(0.0, 5e-3, 0.4e-6)
     clock = 20e-6 * np.arange(240)
     ringing = np.sin(2.0 * np.pi * 50.5e3 * time)
-    assert np.abs(sample("displacement", clock, time, ringing)[2:-2]).max() > 0.95
+    assert np.abs(SENSORS.validate({"kind": "displacement"}).sampled(clock, time, ringing)[2:-2]).max() > 0.95
     for kind in ("strain", "contact_force", "reaction_force", "pressure"):
-        assert np.abs(sample(kind, clock, time, ringing)[2:-2]).max() < 0.011
+        assert np.abs(SENSORS.validate({"kind": kind}).sampled(clock, time, ringing)[2:-2]).max() < 0.011
 
 
 def test_a_pressure_gauge_off_centre_of_its_particles_still_reads():

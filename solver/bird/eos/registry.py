@@ -11,16 +11,22 @@ from birdstrike.solver.bird.eos.murnaghan import Murnaghan
 from birdstrike.solver.bird.eos.polynomial_k import PolynomialK
 from birdstrike.solver.bird.eos.porous import Porous
 from birdstrike.solver.bird.eos.table import Table
-from birdstrike.solver.choice import Choice
+from birdstrike.solver.registry import Kinds
 
-EQUATIONS_OF_STATE: dict[str, type[Law]] = {
-    "grueneisen": Grueneisen,
-    "linear_polynomial": LinearPolynomial,
-    "murnaghan": Murnaghan,
-    "polynomial_k": PolynomialK,
-    "porous": Porous,
-    "table": Table,
-}
+EQUATIONS_OF_STATE: Kinds[Law] = Kinds(
+    "equation of state",
+    "kind",
+    None,
+    {
+        "grueneisen": Grueneisen,
+        "linear_polynomial": LinearPolynomial,
+        "murnaghan": Murnaghan,
+        "polynomial_k": PolynomialK,
+        "porous": Porous,
+        "table": Table,
+    },
+    Law,
+)
 
-AnyLaw = Annotated[Law, Choice("kind", EQUATIONS_OF_STATE)]
+AnyLaw = Annotated[Law, EQUATIONS_OF_STATE]
 """Field of a material that takes any of them."""

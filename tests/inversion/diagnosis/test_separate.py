@@ -19,7 +19,7 @@ from birdstrike.inversion.diagnosis.separate import Bench, propose, rank
 from birdstrike.inversion.diagnosis.strikes import Strikes
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.sensors import Sensor
+from birdstrike.solver.sensors.displacement import Displacement
 from tests.inversion.diagnosis import toy_study
 
 CLOCK = np.linspace(0.0, 1.0, 801)
@@ -29,7 +29,7 @@ NOISE, SMALL = 0.2, 0.05
 SINE, COSINE = np.sin(2.0 * np.pi * CLOCK), np.cos(2.0 * np.pi * CLOCK)
 SIZES = {"a": 1.0, "b": 1.0}
 Toy = Mapping[str, tuple[Array, Array]]
-SENSORS = {name: Sensor(kind="displacement") for name in ("own", "telling", "deaf")}
+SENSORS = {name: Displacement(kind="displacement") for name in ("own", "telling", "deaf")}
 TWINS: Toy = {"own": (SINE, SINE), "telling": (SMALL * SINE, SMALL * COSINE)}
 
 

@@ -1,0 +1,20 @@
+"""Contact force of the bird on the plate [N], positive in the push, towards -z."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from birdstrike.solver.fields import Between
+from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
+
+
+class ContactForce(Sensor):
+    """Sum of the contact forces normal to the undeformed plate; no instrument measures it."""
+
+    noise_range: ClassVar = Between("0 kN", "100000 kN")
+    drift_range: ClassVar = Between("-1e6 kN/s", "1e6 kN/s")
+    noun: ClassVar = "the contact force"
+    figures: ClassVar = ("impulse",)
+
+    def reading(self, _run: Run, /) -> Reading:
+        return lambda now: now.push

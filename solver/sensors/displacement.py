@@ -1,0 +1,41 @@
+"""Displacement of a material point of the plate's mid-surface [m], positive in the push, towards -z."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.fields import Between
+from birdstrike.solver.sensors.sensor import Placed, Reading, Run, shell_is_gone, torn
+
+
+class Displacement(Placed):
+    """Interpolated by the shape functions of the element that holds the point.
+
+    It is sampled at the instants themselves: the plate's inertia has limited its band.
+    """
+
+    noise_range: ClassVar = Between("0 mm", "1000 mm")
+    drift_range: ClassVar = Between("-1000 mm/s", "1000 mm/s")
+    noun: ClassVar = "a displacement sensor"
+
+    def reading(self, run: Run, /) -> Reading:
+        from birdstrike.solver.kernels.contact import bilinear  # late: loading a case needs no compiled kernels
+        from birdstrike.solver.sensors.places import place_on
+
+        element, xi, eta = place_on(run.plate.mesh, self.at)
+        nodes, shape = run.plate.quads[element], np.array(bilinear(xi, eta))
+        rest = run.plate.x[nodes, 2].copy()
+        return lambda now: float(shape @ (rest - now.plate.x[nodes, 2]))
+
+    def sampled(self, clock: Array, time: Array, values: Array) -> Array:
+        """Readings of every step on the user's clock [s]: interpolated."""
+        return np.interp(clock, time, values)
+
+    def remarks(self, name: str, run: Run, /) -> Iterator[str]:
+        """Its node flies on freely once the shell has torn."""
+        if shell_is_gone(run, self.at):
+            yield torn(name)

@@ -1,0 +1,29 @@
+"""Reaction force of the plate on its frame [N], positive in the push, towards -z."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+from birdstrike.solver.fields import Between
+from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
+
+
+class ReactionForce(Sensor):
+    """What a load cell under the frame would feel."""
+
+    noise_range: ClassVar = Between("0 kN", "100000 kN")
+    drift_range: ClassVar = Between("-1e6 kN/s", "1e6 kN/s")
+    noun: ClassVar = "the reaction force"
+    figures: ClassVar = ("peak",)
+
+    def reading(self, _run: Run, /) -> Reading:
+        return lambda now: -float(now.reaction[2])
+
+    def remarks(self, name: str, run: Run, /) -> Iterator[str]:
+        """A plate with free edges has no frame to push."""
+        from birdstrike.solver.plate.boundary import NAMED  # late: loading a case needs no compiled kernels
+        from birdstrike.solver.plate.shell import Plate
+
+        if isinstance(run.plate, Plate) and run.plate.edges.stiffness == NAMED["free"]:
+            yield f"sensors.{name}: a plate with free edges has no frame: its reaction force is zero"

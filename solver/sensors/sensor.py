@@ -1,0 +1,178 @@
+"""A kind of sensor: what a case says of it, what it reads from the running state, and how its readings are sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import field_validator
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.solver.fields import Between, Section
+
+if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
+    from birdstrike.solver.bird.body import BirdBody
+    from birdstrike.solver.contact import Contact
+    from birdstrike.solver.plate.rigid import Target
+    from birdstrike.solver.plate.shell import Plate
+
+PLACE = Between("-2500 mm", "2500 mm")
+
+
+class Run(Protocol):
+    """The running state as sensors see it.
+
+    push: contact force on the plate along -z [N]; reaction: force on the frame, (3,) [N].
+    """
+
+    @property
+    def plate(self) -> Target:
+        """The target."""
+        ...
+
+    @property
+    def bird(self) -> BirdBody:
+        """The bird."""
+        ...
+
+    @property
+    def contact(self) -> Contact:
+        """Contact between them."""
+        ...
+
+    @property
+    def push(self) -> float:
+        """[N]."""
+        ...
+
+    @property
+    def reaction(self) -> Array:
+        """(3,) [N]."""
+        ...
+
+
+Reading = Callable[[Run], float]
+
+
+@dataclass(frozen=True)
+class PlateText:
+    """The plate as the file has it, for rules that a sensor must keep: text and SI size [m] by key, None if wrong."""
+
+    texts: Mapping[str, Any]
+    sizes: Mapping[str, float | None]
+    rigid: bool
+
+
+class Sensor(Section):
+    """What is recorded; `kind` names it. A kind is a class derived from this one, in the registry `SENSORS`.
+
+    noise: 1 sigma, in the channel's SI unit. Of the class: noise_range, whose unit is the channel's; drift_range: of
+    its instrument's drift, that unit per second; noun: the sensor in words; figures: numbers of its curve whose
+    convergence with the mesh is of interest, of "impulse", "peak", "peak_time".
+    """
+
+    noise_range: ClassVar[Between]
+    drift_range: ClassVar[Between]
+    noun: ClassVar[str]
+    figures: ClassVar[tuple[str, ...]] = ("peak", "peak_time")
+
+    kind: str
+    noise: float | None = None
+
+    @field_validator("noise", mode="before")
+    @classmethod
+    def _noise_in_the_unit_of_its_kind(cls, value: Any) -> float | None:
+        return None if value is None else cls.noise_range.validate(value)
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the channel."""
+        return self.noise_range.unit
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Where it sits, from the plate's centre along length and width [m]; None for one that has no place."""
+        return None
+
+    def canonical(self) -> dict[str, Any]:
+        """What changes its history, SI."""
+        return self.model_dump(mode="json", exclude={"noise"})
+
+    def elements(self, _run: Run, /) -> NDArray[np.int64]:
+        """Elements of the plate whose strain increments must be summed for it."""
+        return np.empty(0, np.int64)
+
+    def reading(self, run: Run, /) -> Reading:
+        """What it reads from the state at every step; run: the state before the first one."""
+        raise NotImplementedError(self.kind)
+
+    def sampled(self, clock: Array, time: Array, values: Array) -> Array:
+        """Readings of every step on the user's clock [s]: means over the sampling interval around each instant.
+
+        What oscillates at a multiple of the sampling rate, and would otherwise come back as a slow wave that is not
+        there, leaves nothing; no impulse is lost.
+        """
+        return mean_over_interval(clock, time, values)
+
+    def remarks(self, _name: str, _run: Run, /) -> Iterator[str]:
+        """What the user should know of its readings in a finished run."""
+        yield from ()
+
+    @classmethod
+    def broken_rules(cls, _name: str, _table: Mapping[str, Any], _plate: PlateText, /) -> Iterator[str]:
+        """One line for every rule between fields that a sensor's table, as read, breaks."""
+        yield from ()
+
+
+class Placed(Sensor):
+    """A sensor at a place; at: from the plate's centre along length and width, on the undeformed plate [m]."""
+
+    at: tuple[Annotated[float, PLACE], Annotated[float, PLACE]] = (0.0, 0.0)
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where it sits [m]."""
+        return self.at
+
+    @classmethod
+    def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
+        """It lies on the plate."""
+        place = table.get("at")
+        for text, key in zip(place if isinstance(place, list) else (), ("length", "width"), strict=False):
+            offset, size = PLACE.valid(text), plate.sizes[key]
+            if offset is not None and size is not None and abs(offset) > 0.5 * size:
+                where = f"within half of plate.{key} = {plate.texts[key]} of its centre"
+                yield f'sensors.{name}.at: "{text}" is off the plate; {where}'
+
+
+def mean_over_interval(clock: Array, time: Array, values: Array) -> Array:
+    """Mean over each sampling interval centred on the clock, from the integral: no impulse is lost or aliased."""
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+    half = 0.5 * (clock[1] - clock[0])
+    early, late = np.clip(clock - half, 0.0, time[-1]), np.clip(clock + half, 0.0, time[-1])
+    return (np.interp(late, time, integral) - np.interp(early, time, integral)) / (late - early)
+
+
+def deformable(run: Run) -> Plate:
+    """The plate, if it strains; raises UserError."""
+    from birdstrike.solver.plate.shell import Plate  # late: loading a case needs no compiled kernels
+
+    if not isinstance(run.plate, Plate):
+        raise UserError("a rigid plate has no strain: leave out its strain sensors or plate.rigid")
+    return run.plate
+
+
+def shell_is_gone(run: Run, at: tuple[float, float]) -> bool:
+    """Whether the shell under a place has torn."""
+    from birdstrike.solver.sensors.places import place_on  # late: it brings in compiled kernels
+
+    return not run.plate.alive[place_on(run.plate.mesh, at)[0]]
+
+
+def torn(name: str) -> str:
+    """A warning about a sensor whose shell is gone."""
+    return f"sensors.{name} lies on a shell that tore: what it reads since then is no measurement"

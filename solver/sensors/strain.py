@@ -1,0 +1,114 @@
+"""Surface strain of the plate along a gauge, (L - L0)/L0, positive in tension."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+from birdstrike.data.units import ACCEPTED
+from birdstrike.solver.fields import Between, OneOf
+from birdstrike.solver.sensors.sensor import PLACE, Placed, PlateText, Reading, Run, deformable, shell_is_gone, torn
+
+if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a case has no use for
+    from birdstrike.solver.plate.shell import Plate
+
+POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
+DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
+
+
+class Strain(Placed):
+    """direction: from the length axis towards the width's [rad]; side: of the plate; length: of the gauge [m].
+
+    Absent, the length is that of a point. The elements' co-rotational increments of membrane strain and curvature sum
+    up in the plate (`Plate.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2
+    on the back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length
+    where it has one. The sum is the logarithmic strain, ln(L/L0).
+    """
+
+    noise_range: ClassVar = Between(0.0, 1.0)
+    drift_range: ClassVar = Between("-1000 1/s", "1000 1/s")
+    noun: ClassVar = "a strain gauge"
+
+    direction: Annotated[float, DIRECTION] = 0.0
+    side: Annotated[str, OneOf(("impact", "back"))] = "back"
+    length: Annotated[float, LENGTH] | None = None
+
+    def elements(self, run: Run, /) -> NDArray[np.int64]:
+        """Those that it feels; raises UserError for a plate that does not strain."""
+        return gauge_weights(self, deformable(run), run.contact.side)[0]
+
+    def reading(self, run: Run, /) -> Reading:
+        plate = deformable(run)
+        near, share = gauge_weights(self, plate, run.contact.side)
+        rows = np.searchsorted(plate.watched, near)
+        return lambda _: math.expm1(float((share * plate.felt[rows]).sum()))
+
+    def remarks(self, name: str, run: Run, /) -> Iterator[str]:
+        """Its strain stands still once the shell has torn."""
+        if shell_is_gone(run, self.at):
+            yield torn(name)
+
+    @classmethod
+    def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
+        """Its column's name looks like no unit; middle and ends lie on the plate, which strains."""
+        last = name.rpartition("_")[2]
+        if last != name and last in ACCEPTED:
+            yield f'sensors.{name}: a strain\'s column would be read as one in the unit "{last}"; use another name'
+        yield from super().broken_rules(name, table, plate)
+        yield from _ends(name, table, plate)
+        if plate.rigid:
+            yield f"sensors.{name}.kind = strain: a rigid plate has no strain; leave the sensor or plate.rigid out"
+
+
+def _ends(name: str, table: Mapping[str, Any], plate: PlateText) -> Iterator[str]:
+    """Both ends of a gauge lie on the plate, as its middle does."""
+    length, turned = LENGTH.valid(table.get("length")), DIRECTION.valid(table.get("direction", "0 deg"))
+    place = table.get("at", ["0 mm", "0 mm"])
+    if length is None or turned is None or not isinstance(place, list):
+        return
+    for text, key, reach in zip(place, ("length", "width"), (math.cos(turned), math.sin(turned)), strict=False):
+        offset, size = PLACE.valid(text), plate.sizes[key]
+        if offset is None or size is None or abs(offset) > 0.5 * size:
+            continue
+        beyond = abs(offset) + 0.5 * length * abs(reach) - 0.5 * size
+        if beyond > 1e-9 * size:
+            yield (
+                f"sensors.{name}.length = {table['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
+                f"plate (plate.{key} = {plate.texts[key]}); a shorter gauge, or another place or direction?"
+            )
+
+
+def gauge_weights(sensor: Strain, plate: Plate, side: int) -> tuple[NDArray[np.int64], Array]:
+    """Elements (k,) and the shares (k, 8) of their strains that a gauge feels. side: see `Contact`."""
+    toward = np.array([math.cos(sensor.direction), math.sin(sensor.direction)])
+    at = np.array(sensor.at)
+    steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
+    height = 0.5 * plate.thickness * side * (1.0 if sensor.side == "impact" else -1.0)
+    total = np.zeros((len(plate.quads), 8))
+    for step, share in zip(steps, 0.5 * shares, strict=True):
+        x, y = at + 0.5 * (sensor.length or 0.0) * step * toward
+        add_point(total, share, plate, (float(x), float(y)), toward, height)
+    near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
+    return near, total[near]
+
+
+def add_point(total: Array, share: float, plate: Plate, at: tuple[float, float], toward: Array, height: float) -> None:
+    """Add the shares of one point of a gauge to total (e, 8); toward: (2,) direction in plan, laid on each element."""
+    from birdstrike.solver.sensors.places import blend, facets_around, place_on, point_at
+
+    element, xi, eta = place_on(plate.mesh, at)
+    near = facets_around(plate.quads, element)
+    frame = plate.frame[near].reshape(-1, 3, 3)
+    centres = plate.mesh.nodes[plate.quads[near]].mean(axis=1) - point_at(plate.mesh, element, xi, eta)
+    own = plate.frame[element].reshape(3, 3)
+    along = frame[:, :2, :2] @ toward
+    c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
+    felt = np.stack([c * c, s * s, c * s], axis=1)
+    weight = share * blend(centres @ own[:2].T)[:, None]
+    total[near, :3] += weight * felt
+    total[near, 3:6] += weight * height * felt
