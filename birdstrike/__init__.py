@@ -24,18 +24,19 @@ if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
     from birdstrike.data.errors import RunFailed, UserError
     from birdstrike.data.histories import Histories, Snapshot
-    from birdstrike.doe.campaign.runner import Progress
+    from birdstrike.doe.campaign.runner import RunCounts
     from birdstrike.doe.designs.registry import Design
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.inversion.audit.audit import audit
     from birdstrike.inversion.diagnosis.diagnose import diagnose
     from birdstrike.inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
     from birdstrike.inversion.diagnosis.wishes import Wishes as DiagnosisOptions
-    from birdstrike.inversion.inversion import Answer, Estimate, Inversion
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
     from birdstrike.inversion.method_comparison import Row as MethodRow
+    from birdstrike.inversion.results.estimates import Answer, Estimate
+    from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
     from birdstrike.loop import close_the_loop
     from birdstrike.reports.page.page import report
@@ -72,10 +73,10 @@ _TYPES = {
     "ParameterSpace": "birdstrike.doe.designs.space",
     "Design": "birdstrike.doe.designs.registry",
     "Dataset": "birdstrike.data.dataset",
-    "Progress": "birdstrike.doe.campaign.runner",
-    "Inversion": "birdstrike.inversion.inversion",
-    "Answer": "birdstrike.inversion.inversion",
-    "Estimate": "birdstrike.inversion.inversion",
+    "RunCounts": "birdstrike.doe.campaign.runner",
+    "Inversion": "birdstrike.inversion.results.inversion",
+    "Answer": "birdstrike.inversion.results.estimates",
+    "Estimate": "birdstrike.inversion.results.estimates",
     "Extras": "birdstrike.inversion.train_and_invert",
     "MethodRow": "birdstrike.inversion.method_comparison:Row",
     "Mesh": "birdstrike.inversion.mesh_convergence.meshes",
@@ -111,7 +112,7 @@ __all__ = [
     "MeshConvergence",
     "MethodRow",
     "ParameterSpace",
-    "Progress",
+    "RunCounts",
     "RunFailed",
     "Snapshot",
     "UserError",
