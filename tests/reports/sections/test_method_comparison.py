@@ -10,13 +10,13 @@ from birdstrike.inversion.coverage import Coverage
 from birdstrike.inversion.method_comparison import Row
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections import comparison
+from birdstrike.reports.sections import method_comparison
 
 VISCOSITY = "bird.material.viscosity"
 
 
 def test_without_a_comparison_there_is_no_section(results: Results) -> None:
-    assert comparison.section(results) is None
+    assert method_comparison.section(results) is None
 
 
 def test_methods_stand_under_the_bound_of_their_condition(results: Results, tmp_path: Path) -> None:
@@ -30,8 +30,8 @@ def test_methods_stand_under_the_bound_of_their_condition(results: Results, tmp_
         "table": [asdict(row) for row in (clean, *noisy)],
         "coverage": {"noise": [asdict(covered)]},
     }
-    write_json(tmp_path / comparison.FILE, content)
-    found = comparison.section(replace(results, folder=tmp_path))
+    write_json(tmp_path / method_comparison.FILE, content)
+    found = method_comparison.section(replace(results, folder=tmp_path))
     assert found is not None
     methods, coverage = (block for block in found.blocks if isinstance(block, Table))
     assert [row[1] for row in methods.rows] == ["network LM", "information bound", "LM", "MAP"]
