@@ -176,8 +176,8 @@ def picture(results: list[Collision], material: NullMaterial, name: str, lattice
     caption = (
         f"Two halves of a laterally periodic column ({lattice}) meet at ±u. Left: mean pressure of each lattice plane "
         f"at the end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). "
-        f"Largest error: pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) at "
-        f"most {ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
+        f"Largest error: pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) "
+        f"at most {ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
     )
     return Picture(name, draw(left, right), caption)
 

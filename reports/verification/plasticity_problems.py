@@ -25,12 +25,20 @@ from birdstrike.solver.kernels.plasticity import return_to_yield
 from birdstrike.solver.plate.material import ShellMaterial
 from birdstrike.solver.plate.mesh import plate_mesh
 from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.reference.plasticity import (
+    biaxial_stress,
+    cowper_symonds_shear_stress,
+    jones_deflection,
+    nurick_deflection,
+    shear_stress,
+)
 
 CLOSED = "closed form, linear hardening"
 TIGHT = 1e-8  # %, that is 1e-10
 RATELESS = (0.0, 1.0)
 YOUNG, NU, YIELD, TANGENT = 200e9, 0.3, 250e6, 2e9
 MODULUS = YOUNG * TANGENT / (YOUNG - TANGENT)  # Ep
+STEEL = (YOUNG, NU, YIELD, MODULUS)
 
 
 def steel(beta: float) -> ShellMaterial:
@@ -46,17 +54,6 @@ def drive(material: ShellMaterial, direction: Array, steps: int, increment: floa
         stress += stiffness @ (increment * direction)
         eps_p = return_to_yield(stress, back, eps_p, material.elastic, material.hardening, RATELESS)
     return stress, eps_p
-
-
-def shear_stress(gamma: float) -> float:
-    """sqrt3 tau = Y + Ep (gamma - tau/G)/sqrt3 in pure shear beyond yield [Pa]."""
-    shear = YOUNG / (2.0 * (1.0 + NU))
-    return (YIELD + MODULUS * gamma / np.sqrt(3.0)) / (np.sqrt(3.0) + MODULUS / (np.sqrt(3.0) * shear))
-
-
-def biaxial_stress(strain: float) -> float:
-    """sigma = Y + 2 Ep (strain - (1 - nu) sigma/E) in equal biaxial tension beyond yield [Pa]."""
-    return (YIELD + 2.0 * MODULUS * strain) / (1.0 + 2.0 * MODULUS * (1.0 - NU) / YOUNG)
 
 
 def uniaxial(material: ShellMaterial, strain: float, steps: int) -> float:
@@ -84,8 +81,8 @@ def solve_return(_: Computed) -> Solution:
         shear, _eps_p = drive(steel(beta), np.array([0.0, 0.0, 1.0]), 50, 0.02 / 50)
         biaxial, _eps_p = drive(steel(beta), np.array([1.0, 1.0, 0.0]), 50, 0.01 / 50)
         for name, ours, truth in (
-            ("pure shear", float(shear[2]), shear_stress(0.02)),
-            ("equal biaxial tension", float(biaxial[0]), biaxial_stress(0.01)),
+            ("pure shear", float(shear[2]), shear_stress(*STEEL, 0.02)),
+            ("equal biaxial tension", float(biaxial[0]), biaxial_stress(*STEEL, 0.01)),
             ("uniaxial tension", uniaxial(steel(beta), 0.02, 100), tension),
         ):
             rows.append(matches(f"{name}, {kind}", 1e-6 * ours, 1e-6 * truth, "MPa", TIGHT, CLOSED))
@@ -164,19 +161,9 @@ def dented(material: ShellMaterial, number: float, elements: int = 16) -> Dent:
 def nurick_plate(number: float = 14.0, elements: int = 16) -> Compared:
     """Permanent deflection over thickness of a mild steel plate against the correlation of its experiments.
 
-    0.471 phi + 0.001: G. N. Nurick & J. B. Martin, Int. J. Impact Engng 8 (1989) 171, quadrangular plates. Static
-    yield stress, and mild steel's Cowper-Symonds constants 40.4 1/s and 5. Experiments scatter by one thickness.
+    Static yield stress, and mild steel's Cowper-Symonds constants 40.4 1/s and 5.
     """
-    return Compared(np.array([dented(MILD_STEEL, number, elements).permanent]), np.array([0.471 * number + 0.001]))
-
-
-def jones_deflection(number: float, factor: float = 1.0) -> float:
-    """Rigid-plastic deflection over thickness of a clamped square plate; N. Jones, Structural Impact (1989), chapter 7.
-
-    w/H = sqrt(1 + lambda/6) - 1 with lambda = 4 phi^2: yield surface of N and M circumscribed as a square (factor 1) or
-    inscribed (factor 0.618 on the yield stress). The two bracket the exact yield surface's answer.
-    """
-    return float(np.sqrt(1.0 + 4.0 * number**2 / (6.0 * factor)) - 1.0)
+    return Compared(np.array([dented(MILD_STEEL, number, elements).permanent]), np.array([nurick_deflection(number)]))
 
 
 def jones_plate(number: float = 8.0, elements: int = 16) -> tuple[float, float, float]:
@@ -186,20 +173,14 @@ def jones_plate(number: float = 8.0, elements: int = 16) -> tuple[float, float, 
 
 
 def shear_stress_at_rate(material: ShellMaterial, rate: float, dt: float, steps: int = 2000) -> Compared:
-    """Stress [Pa] after a steady engineering shear rate [1/s] against (yield + K eps_p) factor/sqrt(3).
-
-    In shear the whole rate is plastic once the stress stands (perfect plasticity), so that the plastic rate is
-    rate/sqrt(3) and the factor 1 + (rate/(sqrt(3) C))^(1/P).
-    """
+    """Stress [Pa] after a steady engineering shear rate [1/s] against Cowper and Symonds' closed form."""
     stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
     modulus = material.young / (2.0 * (1.0 + material.poisson))
     for _ in range(steps):
         stress[2] += modulus * rate * dt
         eps_p = return_to_yield(stress, back, eps_p, material.elastic, material.hardening, material.rate(dt))
-    factor = 1.0
-    if material.rate_c > 0.0:
-        factor += (rate / (np.sqrt(3.0) * material.rate_c)) ** (1.0 / material.rate_p)
-    return Compared(stress[2:], np.array([factor * material.yield_stress / np.sqrt(3.0)]))
+    expected = cowper_symonds_shear_stress(material.yield_stress, material.rate_c, material.rate_p, rate)
+    return Compared(stress[2:], np.array([expected]))
 
 
 CONSTANTS = {"mild steel, 40.4 1/s and 5": (40.4, 5.0), "aluminium, 6500 1/s and 4": (6500.0, 4.0)}
