@@ -38,8 +38,13 @@ class Score:
         return None if self.magnitude is None or self.phase is None else float(np.hypot(self.magnitude, self.phase))
 
 
-def score(time: Array, record: Array, run: Histories, channel: str, offset: float) -> Score | None:
-    """Score of a run's channel against a record (m,), NaN in gaps, on its clock; None where they never meet."""
+def score(
+    time: Array, record: Array, run: Histories, channel: str, offset: float, *, shaped: bool = True
+) -> Score | None:
+    """Score of a run's channel against a record (m,), NaN in gaps, on its clock; None where they never meet.
+
+    shaped: with the figures of the curve's shape, magnitude, phase and rating, which cost far more than the others.
+    """
     simulated = on_clock(run, channel, time, offset)
     both = np.isfinite(record) & np.isfinite(simulated)
     if not both.any() or not np.abs(record[both]).max() > 0.0:
@@ -47,7 +52,7 @@ def score(time: Array, record: Array, run: Histories, channel: str, offset: floa
     time, record, simulated = time[both], record[both], simulated[both]
     top, found = int(np.argmax(np.abs(record))), int(np.argmax(np.abs(simulated)))
     difference = float(simulated[found] - record[top])
-    shape = _shape(time, record, run, channel, offset) if len(time) >= FEWEST_POINTS else None
+    shape = _shape(time, record, run, channel, offset) if shaped and len(time) >= FEWEST_POINTS else None
     magnitude, phase = sprague_geers(*shape) if shape else (None, None)
     return Score(
         rms=rmse(simulated, record),

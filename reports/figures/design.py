@@ -32,7 +32,7 @@ def design_figure(
         for column in range(k - 1):
             axes = grid[row - 1, column]
             if column >= row:
-                axes.set_axis_off()
+                axes.remove()
                 continue
             _projection(axes, values[:, [column, row]], (units[column], units[row]), held_out)
             _box(axes, (lows, highs), (column, row), (units[column], units[row]), limits)

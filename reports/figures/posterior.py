@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import labelled, milliseconds, shown, symbol
 from birdstrike.reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
 
 BINS = 30
+LEFT, BELOW, EDGE, GAP = 0.75, 0.5, 0.1, 0.12
+"""Room for the labels, at the other edges and between the panels of the corner plot [in]."""
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
@@ -19,21 +23,19 @@ COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Mapping[str, float]) -> Figure:
     """Histograms of every parameter and of every pair; draws: name -> (n,) SI; best: the most probable point, SI."""
     names = list(draws)
-    figure = Figure(figsize=(WIDE, WIDE * 0.75), layout="constrained")
-    grid = np.atleast_2d(figure.subplots(len(names), len(names)))
+    figure, grid = _triangle(len(names))
     values = {name: shown(draws[name], units[name]) for name in names}
     points = {name: float(shown(np.array(best[name]), units[name])[0]) for name in names}
     for i, row in enumerate(names):
-        for j, column in enumerate(names):
+        for j, column in enumerate(names[: i + 1]):
             axes = grid[i, j]
             axes.grid(False)
-            axes.tick_params(labelsize=7, labelleft=j == 0 < i, labelbottom=i == len(names) - 1)
-            if j > i:
-                axes.set_axis_off()
-            elif i == j:
+            axes.tick_params(labelsize=7)
+            axes.xaxis.set_major_locator(MaxNLocator(4) if i == len(names) - 1 else NullLocator())
+            axes.yaxis.set_major_locator(MaxNLocator(4) if j == 0 < i else NullLocator())
+            if i == j:
                 axes.hist(values[row][0], BINS, color=SKY)
                 axes.axvline(points[row], color=VERMILION, linewidth=1.0)
-                axes.set_yticks([])
             else:
                 axes.hist2d(values[column][0], values[row][0], BINS, cmap="Blues")
                 axes.plot(points[column], points[row], "+", color=VERMILION)
@@ -41,7 +43,27 @@ def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Ma
                 axes.set_xlabel(labelled(symbol(column), values[column][1]), fontsize=8)
             if j == 0 < i:
                 axes.set_ylabel(labelled(symbol(row), values[row][1]), fontsize=8)
+                axes.yaxis.set_label_coords(-0.42, 0.5)
     return figure
+
+
+def _triangle(count: int) -> tuple[Figure, Mapping[tuple[int, int], Axes]]:
+    """Axes (row, column) on and below the diagonal, of fixed size: no layout has to be searched for."""
+    width, height = WIDE, 0.75 * WIDE
+    wide, tall = ((size - GAP * (count - 1)) / count for size in (width - LEFT - EDGE, height - BELOW - EDGE))
+    figure = Figure(figsize=(width, height))
+    return figure, {
+        (row, column): figure.add_axes(
+            (
+                (LEFT + column * (wide + GAP)) / width,
+                (BELOW + (count - 1 - row) * (tall + GAP)) / height,
+                wide / width,
+                tall / height,
+            )
+        )
+        for row in range(count)
+        for column in range(row + 1)
+    }
 
 
 @styled

@@ -13,7 +13,18 @@ from matplotlib.figure import Figure
 from birdstrike.data.histories import Snapshot
 from birdstrike.reports.figures.quantities import milliseconds, shown
 from birdstrike.reports.figures.style import WIDE, styled
-from birdstrike.reports.figures.views import Scene, dot_area, draw_bird, draw_section, nearest, window
+from birdstrike.reports.figures.views import (
+    BETWEEN,
+    ENDS,
+    Scene,
+    column_width,
+    dot_area,
+    draw_bird,
+    draw_section,
+    grid_of_views,
+    nearest,
+    window,
+)
 
 # Even steps of lightness, dark is high: safe for all kinds of colour vision and in a black-and-white print.
 PRESSURE_COLOURS = LinearSegmentedColormap.from_list("pressure", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
@@ -34,11 +45,10 @@ def shapes_figure(models: Mapping[str, Sequence[Snapshot]], instants: Sequence[f
     norm = pressure_scale(every)
     x_limits, z_limits = window(every, scene)
     columns, rows = len(models), len(instants)
-    cell = (WIDE - 0.6) / max(columns, 2)
+    cell = column_width(columns, WIDE if columns > 1 else WIDE / 2 + 0.8)
     paint = {"s": dot_area(scene.spacing, cell, x_limits), "cmap": PRESSURE_COLOURS, "norm": norm}
-    height = rows * (cell * float(np.ptp(z_limits) / np.ptp(x_limits)) + 0.12) + 1.3
-    figure = Figure(figsize=(WIDE if columns > 1 else WIDE / 2 + 0.8, height), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    heights = [cell * float(np.ptp(z_limits) / np.ptp(x_limits))] * rows
+    figure, grid, (below,) = grid_of_views(columns, cell, heights, [BETWEEN] * (rows - 1), 1)
     for column, (title, snapshots) in enumerate(chosen.items()):
         grid[0, column].set_title(title[:1].upper() + title[1:], fontsize=8.5)
         for row, snapshot in enumerate(snapshots):
@@ -50,8 +60,7 @@ def shapes_figure(models: Mapping[str, Sequence[Snapshot]], instants: Sequence[f
             time = float(milliseconds(np.asarray(snapshot.time)))
             axes.text(0.98, 0.96, f"{time:.2f} ms", transform=axes.transAxes, ha="right", va="top", fontsize=8)
         grid[-1, column].set_xlabel("x [mm]")
-    figure.supylabel("Height above the plate [mm]", fontsize=9.0)
-    shape = {"location": "bottom", "aspect": 55, "pad": 0.02, "fraction": 0.03, "extend": "both"}
-    bar = figure.colorbar(ScalarMappable(norm, PRESSURE_COLOURS), ax=grid, **shape)
+    figure.supylabel("Height above the plate [mm]", x=0.08 / figure.get_figwidth(), ha="left", fontsize=9.0)
+    bar = figure.colorbar(ScalarMappable(norm, PRESSURE_COLOURS), below, orientation="horizontal", **ENDS)
     bar.set_label("Simulated pressure in the bird [MPa]")
     return figure

@@ -17,7 +17,17 @@ from matplotlib.figure import Figure
 from birdstrike.data.histories import Array, Snapshot
 from birdstrike.reports.figures.quantities import shown
 from birdstrike.reports.figures.style import WIDE, styled
-from birdstrike.reports.figures.views import Scene, dot_area, draw_bird, mid_line, window
+from birdstrike.reports.figures.views import (
+    BETWEEN,
+    ENDS,
+    Scene,
+    column_width,
+    dot_area,
+    draw_bird,
+    grid_of_views,
+    mid_line,
+    window,
+)
 
 BIRD_COLOURS = LinearSegmentedColormap.from_list("bird", colormaps["magma_r"](np.linspace(0.12, 0.95, 128)))
 PLATE_COLOURS = colormaps["cividis"]
@@ -54,35 +64,34 @@ def stress_figure(models: Mapping[str, Snapshot], scene: Scene) -> Figure:
     x_limits, z_limits = window(snapshots, scene)
     y_limits = 1e3 * np.array([-1.04, 1.04]) * np.abs(scene.resting[:, 1]).max()
     columns, bands = min(2, len(models)), -(-len(models) // 2)
-    cell, width = (WIDE - 0.8) / 2, float(np.ptp(x_limits))
-    front, top = cell * float(np.ptp(z_limits)) / width, cell * float(np.ptp(y_limits)) / width
+    cell, width = column_width(2, WIDE), float(np.ptp(x_limits))
+    heights = [cell * float(np.ptp(z_limits)) / width, cell * float(np.ptp(y_limits)) / width] * bands
+    gaps = [BETWEEN if row % 2 == 0 else 0.8 for row in range(2 * bands - 1)]
     dots = dot_area(scene.spacing, cell, x_limits)
-    figure = Figure(
-        figsize=(WIDE if columns == 2 else WIDE / 2 + 0.6, bands * (front + top + 0.75) + 1.5), layout="constrained"
-    )
-    grid = figure.subplots(2 * bands, columns, sharex=True, squeeze=False, height_ratios=[front, top] * bands)
+    figure, grid, below = grid_of_views(columns, cell, heights, gaps, 2)
     for place, (title, snapshot) in enumerate(models.items()):
         row, column = 2 * (place // 2), place % 2
         _front(grid[row, column], snapshot, scene, scales, dots)
         _top(grid[row + 1, column], snapshot, scene, scales, dots)
         grid[row, column].set_title(title[:1].upper() + title[1:])
         grid[row, column].set(xlim=x_limits, ylim=z_limits, aspect="equal")
-        grid[row + 1, column].set(ylim=y_limits, aspect="equal", xlabel="x along the plate's length [mm]")
-        grid[row, column].tick_params(labelbottom=False)
-        grid[row + 1, column].tick_params(labelbottom=True)
+        grid[row + 1, column].set(
+            xlim=x_limits, ylim=y_limits, aspect="equal", xlabel="x along the plate's length [mm]"
+        )
     for spare in range(len(models), columns * bands):
         for row in (0, 1):
-            grid[2 * (spare // 2) + row, spare % 2].set_axis_off()
+            grid[2 * (spare // 2) + row, spare % 2].remove()
     for row in range(2 * bands):
         grid[row, 0].set_ylabel("y [mm]" if row % 2 else "Height [mm]")
-    _bars(figure, grid, scales)
+        grid[row, 0].yaxis.set_label_coords(-0.5 / cell, 0.5)
+    _bars(figure, below, scales)
     return figure
 
 
 def _front(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: float) -> None:
     """Bird by its stress; the plate's section along its mid line by the stress of the shells beside that line."""
-    line, up = set(mid_line(scene.resting).tolist()), scene.up
-    beside = [q for q, quad in enumerate(snapshot.quads) if line.intersection(quad.tolist())]
+    up = scene.up
+    beside = np.flatnonzero(np.isin(snapshot.quads, mid_line(scene.resting)).any(axis=1))
     nodes, half = shown(snapshot.nodes, "m")[0], 0.5e3 * scene.thickness
     strips, values = [], []
     for q in beside:
@@ -103,7 +112,7 @@ def _top(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: flo
     corners = shown(scene.resting[snapshot.quads][:, :, :2], "m")[0]
     values = shown(snapshot.plate_stress, "Pa")[0]
     paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
-    axes.add_collection(PolyCollection(list(corners), array=values, **paint))
+    axes.add_collection(PolyCollection(corners, array=values, **paint))
     draw_bird(axes, snapshot, (1, scene.up), scales.paint(dots), _stress(snapshot, scales))
     axes.grid(False)
 
@@ -113,9 +122,9 @@ def _stress(snapshot: Snapshot, scales: Scales) -> Array:
     return np.maximum(shown(snapshot.bird_stress, "Pa")[0], float(scales.bird.vmin or LOWEST))
 
 
-def _bars(figure: Figure, grid: np.ndarray, scales: Scales) -> None:
-    shape = {"location": "bottom", "aspect": 45, "pad": 0.012, "fraction": 0.025}
-    plate = figure.colorbar(ScalarMappable(scales.plate, PLATE_COLOURS), ax=grid, **shape)
-    plate.set_label("Simulated von Mises stress in the plate, largest through the thickness [MPa]")
-    bird = figure.colorbar(ScalarMappable(scales.bird, BIRD_COLOURS), ax=grid, extend="both", **shape)
+def _bars(figure: Figure, below: Sequence[Axes], scales: Scales) -> None:
+    plate = figure.colorbar(ScalarMappable(scales.plate, PLATE_COLOURS), below[0], orientation="horizontal")
+    plate.set_label("Simulated von Mises stress in the plate, largest of the layers [MPa]")
+    bird = figure.colorbar(ScalarMappable(scales.bird, BIRD_COLOURS), below[1], orientation="horizontal", **ENDS)
+    bird.ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     bird.set_label("Simulated von Mises stress in the bird [MPa]")

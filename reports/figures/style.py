@@ -11,6 +11,8 @@ from typing import Any, ParamSpec
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 P = ParamSpec("P")
@@ -21,6 +23,7 @@ BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#8C8C8C"
 
 METHOD_MARKERS = {"network": "s", "emulator": "D"}
 
+SVG_DOTS = 72.0  # per inch: the unit of length in matplotlib's SVG is the point
 WIDE = 8.6  # in: the page's column at 96 dots per inch is a little wider, so text is never scaled down
 
 RULES: dict[str, Any] = {
@@ -76,7 +79,9 @@ def inline_svg(figure: Figure, prefix: str) -> str:
     """The figure as an SVG element for a page; `prefix` keeps its ids apart from other figures' ids."""
     buffer = StringIO()
     with _rules():
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        canvas = FigureCanvasSVG(figure)
+        _lay_out(figure, SVG_DOTS)
+        canvas.print_svg(buffer, metadata={"Date": None, "Creator": None})
     return _embedded(buffer.getvalue(), prefix)
 
 
@@ -89,8 +94,19 @@ def png(figure: Figure, dots_per_inch: int = 160) -> bytes:
     """The figure as PNG bytes: for pictures of thousands of particles, where SVG would weigh megabytes."""
     buffer = BytesIO()
     with _rules():
-        figure.savefig(buffer, format="png", dpi=dots_per_inch, metadata={"Software": None})
+        canvas = FigureCanvasAgg(figure)
+        _lay_out(figure, dots_per_inch)
+        canvas.print_png(buffer, metadata={"Software": None})
     return buffer.getvalue()
+
+
+def _lay_out(figure: Figure, dots_per_inch: float) -> None:
+    """Place axes and labels once, for the canvas that the figure has; `savefig` would draw the whole figure twice."""
+    figure.dpi = dots_per_inch
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
 
 
 def _embedded(svg: str, prefix: str) -> str:

@@ -8,11 +8,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, Snapshot
 from birdstrike.reports.figures.quantities import shown
 from birdstrike.reports.figures.style import GREY
+
+LEFT, RIGHT, TOP, BETWEEN, BOTTOM, BAR = 0.65, 0.15, 0.32, 0.12, 0.55, 0.6
+"""Margins of a grid of views, gap between its columns, room below it for the x axis and for each colour bar [in]."""
+
+ENDS: Mapping[str, Any] = {"extend": "both", "extendfrac": 0.02}
+"""A colour bar beyond whose ends there are values."""
 
 PLATE_FACE, PLATE_EDGE = "#9FB4C4", "#4A5A66"
 
@@ -58,6 +66,38 @@ class Scene:
     thickness: float
     spacing: float
     up: float
+
+
+def column_width(columns: int, width: float) -> float:
+    """Width [in] of each of so many columns in a figure of `width` inches."""
+    return (width - LEFT - RIGHT - BETWEEN * (columns - 1)) / columns
+
+
+def grid_of_views(
+    columns: int, cell: float, heights: Sequence[float], gaps: Sequence[float], bars: int
+) -> tuple[Figure, NDArray[np.object_], list[Axes]]:
+    """Axes of fixed size, and below them axes for colour bars: no layout has to be searched for.
+
+    Only the first column and the rows with room below them have ticks, all views of a row or column having one scale.
+
+    cell: width of a column; heights: of the rows; gaps: below each row but the last, all in inches.
+    """
+    width = LEFT + RIGHT + columns * cell + BETWEEN * (columns - 1)
+    height = TOP + sum(heights) + sum(gaps) + BOTTOM + BAR * bars
+    figure, top = Figure(figsize=(width, height)), height - TOP
+    grid = np.empty((len(heights), columns), dtype=object)
+    for row, (tall, gap) in enumerate(zip(heights, (*gaps, 0.0), strict=True)):
+        for column in range(columns):
+            left = LEFT + column * (cell + BETWEEN)
+            grid[row, column] = figure.add_axes((left / width, (top - tall) / height, cell / width, tall / height))
+            if column > 0:
+                grid[row, column].yaxis.set_major_locator(NullLocator())
+            if gap == BETWEEN:
+                grid[row, column].xaxis.set_major_locator(NullLocator())
+        top -= tall + gap
+    across = 1.0 - (LEFT + RIGHT) / width
+    places = [0.47 + BAR * number for number in reversed(range(bars))]
+    return figure, grid, [figure.add_axes((LEFT / width, at / height, across, 0.09 / height)) for at in places]
 
 
 def dot_area(spacing: float, inches: float, limits: Array) -> float:

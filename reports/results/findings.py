@@ -158,7 +158,7 @@ def balance(results: Results) -> str:
     return (
         f"Energy balance: {len(results.summaries)} simulations used{failed}, worst energy error {percent(energy)} of "
         f"the initial normal kinetic energy ({worst_run(results, 'energy_error')}), worst momentum error "
-        f"{momentum:.0e} of the bird's; "
+        f"{momentum:.0e} of the bird's momentum; "
         f"{seconds / 60:.2g} minutes of solver time."
     )
 

@@ -57,7 +57,8 @@ def _comparison_caption(results: Results, channel: str) -> str:
             f"{method.capitalize()} (simulated): peak {quantity(top, unit)} at {quantity(at, 's')}; "
             f"{channel_error(results, method, channel)}; largest residual {worst_text(results, channel, method)}."
         )
-    parts.append(f"Clocks: {offset_text(results)}. Below: simulated minus record. Triangles: simulated peaks.")
+    clocks = offset_text(results)
+    parts.append(f"{clocks[0].upper()}{clocks[1:]}. Below: simulated minus record. Triangles: simulated peaks.")
     measured = results.inversion.measured
     size = f"{quantity(measured.noise[channel], unit, 2)} ({measured.noise_source[channel]})"
     known = f"Grey band: two standard deviations of the record's noise, {size}."

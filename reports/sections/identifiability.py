@@ -38,7 +38,7 @@ def _corner(results: Results, posterior: PosteriorFigures) -> Block:
     caption = (
         f"Posterior by the emulator: histograms of each parameter and pair, red: the most probable point. "
         f"{posterior.steps} steps, R-hat at most {worst:.3f}, {min(posterior.effective.values()):.0f} effective draws "
-        f"or more. Variance taken from the prior: {contraction}."
+        f"or more. Reduction of the prior's variance: {contraction}."
     )
     return photograph("posterior", figure, caption, "Corner plot of the posterior's draws")
 

@@ -18,10 +18,20 @@ from birdstrike.solver.case.sections import quantity_at
 NONE = "–"
 
 
-def scores(results: Results) -> dict[tuple[str, str], Score]:
-    """Score by (model, channel) of every finished model and every channel of the record that it meets."""
+def scores(results: Results, *, shaped: bool = False) -> dict[tuple[str, str], Score]:
+    """Score by (model, channel) of every finished model and every channel of the record that it meets.
+
+    shaped: with magnitude, phase and rating.
+    """
     found = {
-        (key, channel): score(results.record.time, results.record.channels[channel], model.run, channel, model.offset)
+        (key, channel): score(
+            results.record.time,
+            results.record.channels[channel],
+            model.run,
+            channel,
+            model.offset,
+            shaped=shaped,
+        )
         for key, model in results.models.items()
         for channel in results.channels
         if model.run is not None
@@ -42,9 +52,8 @@ def errors_table(results: Results) -> Table:
         "ISO/TS 18571",
         "clock set later by",
     )
-    rows = tuple(
-        _errors(results, results.models[key], channel, entry) for (key, channel), entry in scores(results).items()
-    )
+    rated = scores(results, shaped=True)
+    rows = tuple(_errors(results, results.models[key], channel, entry) for (key, channel), entry in rated.items())
     sparse = min(results.record.points(channel)[0].size for channel in results.channels)
     note = (
         f" M, P and the ISO score need the curve between the record's points; with {sparse} of them it is the straight "

@@ -81,7 +81,7 @@ def _bird(case: Case) -> tuple[tuple[str, str], ...]:
         ),
         (
             "bird's model",
-            f"{model_of(material)}, {pieces_of(bird)} asked for",
+            f"{model_of(material)}, {pieces_of(bird)} requested",
         ),
         ("speed", f"{quantity(case.impact.speed, 'm/s')}, of which {quantity(case.normal_speed, 'm/s')} normal"),
         ("momentum", f"{momentum:.3g} N s normal to the plate"),

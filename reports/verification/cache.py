@@ -1,10 +1,12 @@
-"""What the verification keeps between runs: strikes by their key, and each problem's rows and pictures."""
+"""What the verification keeps between runs: simulations by their key, and each problem's rows and pictures."""
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +14,13 @@ from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.paths import CASES, REFERENCE
 from birdstrike.data.store import RunStore
 from birdstrike.reports.figures.style import png
-from birdstrike.reports.verification.problem import Outcome, Problem, Reason
-from birdstrike.reports.verification.rows import Row
+from birdstrike.reports.verification.problem import Problem, Reason, Row, Solution
 from birdstrike.solver.version import SOLVER_VERSION
 
-HERE = Path(__file__).resolve().parent
-UNUSED = ("page.py", "cache.py", "verify.py", "registry.py")
-"""Files that change no problem's rows or pictures."""
+PACKAGE = Path(__file__).resolve().parents[2]
+"""Root of the folders that `birdstrike` holds."""
+OWN = ("birdstrike.reports.", "birdstrike.solver.reference.")
+"""Modules that make rows and pictures; what computes a history is in the solver's version."""
 DOTS_PER_INCH = 130
 
 
@@ -33,7 +35,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Result:
-    """A solved problem as the page reads it; seconds: CPU time of its own solving, its strikes apart."""
+    """A solved problem as the page reads it; seconds: CPU time of its own solving, its simulations apart."""
 
     problem: Problem
     rows: tuple[Row, ...]
@@ -43,29 +45,52 @@ class Result:
 
 
 def fingerprint(problem: Problem) -> str:
-    """Digest of all that its rows depend on: solver, problem's own sources, cases, references, its strikes."""
+    """Digest of all that its rows and pictures depend on.
+
+    The solver's version; the sources that the problem's own module imports, directly or not, among those that make rows
+    and pictures; shipped cases and reference data; the simulations that it is given.
+    """
     whole = hashlib.sha256(SOLVER_VERSION.encode())
-    module = f"{getattr(problem.solve, 'func', problem.solve).__module__.rpartition('.')[2]}.py"
-    shared = [p for p in HERE.glob("*.py") if not p.name.endswith("_problems.py") and p.name not in UNUSED]
-    for path in sorted([HERE / module, *shared, *CASES.glob("*.toml"), *REFERENCE.glob("*.csv")]):
+    sources = imported(getattr(problem.solve, "func", problem.solve).__module__)
+    for path in sorted([*sources, *CASES.glob("*.toml"), *REFERENCE.glob("*.csv")]):
         whole.update(path.name.encode() + path.read_bytes())
-    for shot in problem.shots:
-        whole.update(shot.key().encode())
+    for spec in problem.runs:
+        whole.update(spec.key().encode())
     return whole.hexdigest()[:16]
 
 
+@cache
+def imported(module: str) -> frozenset[Path]:
+    """Files of a module and of all in OWN that it imports, directly or not, read from the sources."""
+    waiting, found = [module], dict[str, Path]()
+    while waiting:
+        name = waiting.pop()
+        if name in found or not (name == module or name.startswith(OWN)):
+            continue
+        path = PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py")
+        if not path.is_file():
+            continue
+        found[name] = path
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            elif isinstance(node, ast.Import):
+                waiting += [alias.name for alias in node.names]
+    return frozenset(found.values())
+
+
 class Cache:
-    """A folder with `strikes/` and one folder for each solved problem."""
+    """A folder with `runs/` and one folder for each solved problem."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.strikes = RunStore(folder / "strikes")
+        self.runs = RunStore(folder / "runs")
 
     def place(self, problem: Problem) -> Path:
         """Folder of the problem under the present code."""
         return self.folder / "problems" / f"{problem.name}-{fingerprint(problem)}"
 
-    def keep(self, problem: Problem, outcome: Outcome, seconds: float) -> None:
+    def keep(self, problem: Problem, outcome: Solution, seconds: float) -> None:
         """Pictures first, then the rows: a folder with rows is whole."""
         place = self.place(problem)
         for picture in outcome.pictures:

@@ -11,8 +11,7 @@ from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.plate_problems import MESHES, central_load, respond, shells
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rows import Row, below, matches, near
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, near
 from birdstrike.solver.plate.modes import natural_frequencies
 
 
@@ -39,7 +38,7 @@ FORCE = 30e3  # N on the central 100 x 100 mm
 STEP_SOURCE = "data/reference/plate_step_response.csv (simulated or computed by others)"
 
 
-def solve_frequencies(_: Strikes) -> Outcome:
+def solve_frequencies(_: Computed) -> Solution:
     """First three frequencies on three meshes; order from their differences, free of any reference."""
     found = np.array([natural_frequencies(shells(mesh))[0] for mesh in MESHES])
     steps = np.abs(np.diff(found, axis=0))
@@ -68,10 +67,10 @@ def solve_frequencies(_: Strikes) -> Outcome:
         f"Orders of "
         f"convergence {', '.join(f'{order:.2f}' for order in orders)}; grey ±1 % of Mindlin Ritz."
     )
-    return Outcome(tuple(rows), (Picture(figure, draw(panel), caption),))
+    return Solution(tuple(rows), (Picture(figure, draw(panel), caption),))
 
 
-def solve_step(kind: str, _: Strikes) -> Outcome:
+def solve_step(kind: str, _: Computed) -> Solution:
     """Centre displacement under a held load; small: a thousandth of the load, scaled up."""
     scale = 1000.0 if kind == "linear" else 1.0
     runs = {}
@@ -93,12 +92,12 @@ def solve_step(kind: str, _: Strikes) -> Outcome:
         for m, run in runs.items()
         for column, (label, gate) in OTHERS[kind].items()
     ]
-    curves, misses = [], []
+    curves, residuals = [], []
     for number, (column, (label, _gate)) in enumerate(OTHERS[kind].items()):
         t, expected = reference(column)
         curves.append(Curve(label, 1e3 * t, 1e3 * expected, truth=number == 0))
         if number == 0:
-            misses = [
+            residuals = [
                 Curve(f"{m[0]} x {m[1]}", 1e3 * t, 100.0 * (np.interp(t, run[0], run[1]) - expected) / expected.max())
                 for m, run in runs.items()
             ]
@@ -108,7 +107,10 @@ def solve_step(kind: str, _: Strikes) -> Outcome:
     picture = draw(
         Panel("time [ms]", "centre displacement [mm]", curves),
         Panel(
-            "time [ms]", f"off {truth.split()[0]} [% of peak]", misses, band=(-1.0, 1.0) if scale > 1.0 else (-2.0, 2.0)
+            "time [ms]",
+            f"off {truth.split()[0]} [% of peak]",
+            residuals,
+            band=(-1.0, 1.0) if scale > 1.0 else (-2.0, 2.0),
         ),
     )
     gated = [row for row in rows if row.tolerance is not None]
@@ -116,7 +118,7 @@ def solve_step(kind: str, _: Strikes) -> Outcome:
     caption = (
         f"{FORCE / 1e3:g} kN held on the central 100 x 100 mm, {kind}: RMS {off} of the peak on 50 x 40 and 100 x 80."
     )
-    return Outcome(tuple(rows), (Picture(figure, picture, caption),))
+    return Solution(tuple(rows), (Picture(figure, picture, caption),))
 
 
 ABOUT = "525 x 430 x 10 mm, E 71 GPa, nu 0.3, 2780 kg/m³, all edges clamped, elastic and undamped."

@@ -15,9 +15,8 @@ from pathlib import Path
 
 from birdstrike.data.files import whole_file, write_atomically
 from birdstrike.reports.verification.cache import Drawn, Result
-from birdstrike.reports.verification.problem import Reason
+from birdstrike.reports.verification.problem import Reason, Row
 from birdstrike.reports.verification.registry import problems
-from birdstrike.reports.verification.rows import Row
 from birdstrike.solver.version import SOLVER_VERSION
 
 ROOT = Path(__file__).resolve().parents[2]

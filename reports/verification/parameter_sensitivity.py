@@ -10,17 +10,16 @@ from functools import partial
 import numpy as np
 
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.openradioss import SOURCE, VARIANTS, Misfit, Reference, compare, reference
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rows import Row, shown
-from birdstrike.reports.verification.shots import Shot
+from birdstrike.reports.verification.openradioss_problems import SOURCE, VARIANTS, Misfit, Reference, compare, reference
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, shown
+from birdstrike.reports.verification.runs import RunSpec
 from birdstrike.solver.build import bird_lattice
 
 CHANNEL = "displacement_centre"
 
 
-def knobs(base: Shot) -> dict[str, Shot]:
-    """One knob turned at a time, by its name in the table."""
+def variations(base: RunSpec) -> dict[str, RunSpec]:
+    """One parameter changed at a time, by its name in the table."""
     return {
         "as compared": base,
         "lattice turned 15°": replace(base, roll=math.radians(15.0)),
@@ -52,34 +51,36 @@ SHORT = (
     "artificial viscosity 1, 2",
     "smoothing length 1.5 d",
 )
-"""What is turned for the inviscid strike too: the knobs of the figure."""
+"""What is changed in the inviscid case too: the parameters of the figure."""
 
 
-def turned_for(variant: str) -> dict[str, Shot]:
-    """Knobs of one variant."""
-    every = knobs(VARIANTS[variant])
+def variations_of(variant: str) -> dict[str, RunSpec]:
+    """Runs of one variant."""
+    every = variations(VARIANTS[variant])
     return every if variant == "viscous" else {name: every[name] for name in SHORT}
 
 
-def height_at_first_contact(shot: Shot) -> float:
+def height_at_first_contact(spec: RunSpec) -> float:
     """Of the bird's ideal surface above the plate's when the first particle touches [m].
 
     A particle touches half a spacing off; how far the outermost ones lie below the ideal surface is an accident of
     where the lattice was cut.
     """
-    case = shot.load()
+    case = spec.load()
     b, angle = case.bird, case.impact.angle
     points, spacing = bird_lattice(b)
-    across = points[:, 2] * math.cos(shot.roll) - points[:, 1] * math.sin(shot.roll)
+    across = points[:, 2] * math.cos(spec.roll) - points[:, 1] * math.sin(spec.roll)
     lowest = float((-points[:, 0] * math.sin(angle) + across * math.cos(angle)).min())
     ideal = -0.5 * b.diameter - 0.5 * (b.length - b.diameter) * math.sin(angle)
-    return 0.5 * spacing + shot.gap - (lowest - ideal)
+    return 0.5 * spacing + spec.gap - (lowest - ideal)
 
 
 @dataclass(frozen=True)
-class Turned:
-    """A run with one knob turned: against OpenRadioss; what it moved our curve by, in % of the peak, on its own clock
-    and on one that starts at equal heights of the bird's ideal surface; viscosity: of shocks as shear [Pa s].
+class Varied:
+    """A run with one parameter changed, and its misfit against OpenRadioss.
+
+    moved: change of our curve in % of the peak, on its own clock; aligned: the same on a clock that starts at equal
+    heights of the bird's ideal surface; height: of first contact [m]; viscosity: of shocks as shear [Pa s].
     """
 
     misfit: Misfit
@@ -89,10 +90,10 @@ class Turned:
     viscosity: float
 
 
-def turn(shot: Shot, base: Shot, strikes: Strikes, truth: Reference) -> Turned:
+def compare_varied(spec: RunSpec, base: RunSpec, computed: Computed, truth: Reference) -> Varied:
     """Compare one run with OpenRadioss and with our own default."""
-    run, standard = strikes[shot], strikes[base]
-    height = height_at_first_contact(shot)
+    run, standard = computed[spec], computed[base]
+    height = height_at_first_contact(spec)
     lag = (height_at_first_contact(base) - height) / base.load().normal_speed
     seen = truth.time + abs(lag) <= run.time[-1]
     default, peak = standard.at(CHANNEL, truth.time), float(standard.channels[CHANNEL].max())
@@ -103,19 +104,19 @@ def turn(shot: Shot, base: Shot, strikes: Strikes, truth: Reference) -> Turned:
 
     viscosity = run.summary["shock_equivalent_viscosity_Pa_s"]
     misfit = compare(run, truth)
-    return Turned(misfit, apart(0.0), apart(lag), height, viscosity)
+    return Varied(misfit, apart(0.0), apart(lag), height, viscosity)
 
 
-def solve(variant: str, strikes: Strikes) -> Outcome:
-    """Each knob's misfit against OpenRadioss beside what it moved our own curve by."""
+def solve(variant: str, computed: Computed) -> Solution:
+    """Misfit of each run against OpenRadioss, and the change of our own curve."""
     truth, base = reference(variant), VARIANTS[variant]
-    runs = {name: turn(shot, base, strikes, truth) for name, shot in turned_for(variant).items()}
-    figure = f"knobs_{variant}"
+    runs = {name: compare_varied(spec, base, computed, truth) for name, spec in variations_of(variant).items()}
+    figure = f"sensitivity_{variant}"
     rows = [_row(variant, name, run, figure) for name, run in runs.items()]
-    return Outcome(tuple(rows), (picture(variant, truth, runs),))
+    return Solution(tuple(rows), (picture(variant, truth, runs),))
 
 
-def _row(variant: str, name: str, run: Turned, figure: str) -> Row:
+def _row(variant: str, name: str, run: Varied, figure: str) -> Row:
     """Displacement misfit of one run, with what else it did in the note."""
     m = run.misfit
     note = (
@@ -126,8 +127,8 @@ def _row(variant: str, name: str, run: Turned, figure: str) -> Row:
     return shown(f"{variant}, {name}: displacement RMS of peak", m.w_rms, "%", SOURCE, note, figure)
 
 
-def picture(variant: str, truth: Reference, runs: Mapping[str, Turned]) -> Picture:
-    """Difference from OpenRadioss over time, lattice and resolution left, the other knobs right."""
+def picture(variant: str, truth: Reference, runs: Mapping[str, Varied]) -> Picture:
+    """Difference from OpenRadioss over time, lattice and resolution left, the other parameters right."""
     time = 1e3 * truth.time
     scale = 100.0 / float(truth.w.max())
     moved = ("lattice turned 30°", "cubic lattice", "2200 particles", "9000 particles")
@@ -145,27 +146,27 @@ def picture(variant: str, truth: Reference, runs: Mapping[str, Turned]) -> Pictu
     peaks = np.array([run.misfit.peak for run in turned])
     largest = max((run.moved, name) for name, run in runs.items())
     caption = (
-        f"The {variant} strike: displacement less OpenRadioss's, one knob turned at a time; grey ±3 %. Scatter of "
+        f"The {variant} case: displacement less OpenRadioss's, one parameter changed at a time; grey ±3 %. Scatter of "
         f"{len(turned)} turns of the lattice about the axis: peak {1e3 * peaks.mean():.3f} ± "
         f"{1e3 * peaks.std(ddof=1):.3f} "
-        f"mm. The knob that moves our curve most is {largest[1]} ({largest[0]:.2f} % RMS)."
+        f"mm. The parameter that moves our curve most is {largest[1]} ({largest[0]:.2f} % RMS)."
     )
-    return Picture(f"knobs_{variant}", draw(*panels, height=3.8), caption)
+    return Picture(f"sensitivity_{variant}", draw(*panels, height=3.8), caption)
 
 
 ABOUT = (
-    "One knob is turned at a time, from the strike as it was compared. First contact, on which both clocks start, is "
-    "made by whichever particle the cut of the lattice leaves lowest; turning or changing the lattice, which no theory "
-    "fixes, is our own scatter. Gap and stiffness are those of the penalty contact; artificial viscosity 1, 2 is the "
-    "solver's default (linear, quadratic)."
+    "One parameter is changed at a time, from the case as it was compared. First contact, on which both clocks start, "
+    "is made by whichever particle the cut of the lattice leaves lowest; turning or changing the lattice, which no "
+    "theory fixes, is our own scatter. Gap and stiffness are those of the penalty contact; artificial viscosity 1, 2 "
+    "is the solver's default (linear, quadratic)."
 )
 PROBLEMS = tuple(
     Problem(
-        f"knobs_{variant}",
-        "Knobs of the OpenRadioss strike",
+        f"sensitivity_{variant}",
+        "Parameter sensitivity of the OpenRadioss strike",
         ABOUT if variant == "viscous" else "",
         partial(solve, variant),
-        tuple(turned_for(variant).values()),
+        tuple(variations_of(variant).values()),
     )
     for variant in ("viscous", "inviscid")
 )

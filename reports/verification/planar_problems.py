@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.columns import SEED, advance, periodic_bird
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rows import Row, matches
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, matches
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.eos.linear_polynomial import linear_polynomial
 from birdstrike.solver.bird.eos.murnaghan import murnaghan
@@ -147,13 +146,13 @@ def rows_of(results: list[Collision], eos: str, tolerance: float | None, figure:
     return rows
 
 
-def solve(name: str, kind: str, speeds: tuple[float, ...], _: Strikes) -> Outcome:
+def solve(name: str, kind: str, speeds: tuple[float, ...], _: Computed) -> Solution:
     """One equation of state on one lattice."""
     material, tolerance = MATERIALS[name]
     length = POROUS_LENGTH if name.startswith("porous") else LENGTH[kind]
     results, figure = collide(material, speeds, kind, length), f"planar_impact_{_file(name)}_{kind}"
     rows = rows_of(results, f"{name}, {kind}", tolerance, figure)
-    return Outcome(tuple(rows), (picture(results, material, figure, f"{name}, {kind}"),))
+    return Solution(tuple(rows), (picture(results, material, figure, f"{name}, {kind}"),))
 
 
 def picture(results: list[Collision], material: Fluid, name: str, lattice: str) -> Picture:
@@ -173,11 +172,9 @@ def picture(results: list[Collision], material: Fluid, name: str, lattice: str) 
     astray = max(abs(r[2].astray) for r in results)
     caption = (
         f"Two halves of a laterally periodic column ({lattice}) meet at ±u. Left: mean pressure of each lattice plane "
-        f"at the "
-        f"end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). Largest "
-        f"miss: "
-        f"pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) at most "
-        f"{ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
+        f"at the end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). "
+        f"Largest error: pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) "
+        f"at most {ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
     )
     return Picture(name, draw(left, right), caption)
 

@@ -10,8 +10,7 @@ import pandas as pd
 from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rows import matches
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Solution, matches
 from birdstrike.solver.plate.boundary import EdgeStiffness
 from birdstrike.solver.plate.material import ShellMaterial
 from birdstrike.solver.plate.mesh import plate_mesh
@@ -172,7 +171,7 @@ PRESSURE = 0.1e6  # Pa
 DAMPINGS = (50.0, 100.0, 400.0)  # 1/s
 
 
-def solve_springs(_: Strikes) -> Outcome:
+def solve_springs(_: Computed) -> Solution:
     """First three frequencies from nearly pinned to nearly clamped; the first is judged."""
     figure = "edge_springs"
     found = [spring_frequencies(stiffness, MESH) for stiffness in ROTATIONAL]
@@ -198,10 +197,10 @@ def solve_springs(_: Strikes) -> Outcome:
     worst = 100.0 * max(pair.error for pair in found)
     caption = f"Three frequencies against the stiffness of rotational edge springs: at most {worst:.2f} % off Ritz."
     panel = Panel("rotational stiffness of the edge [kN m/rad/m]", "frequency [Hz]", curves, log=True)
-    return Outcome(tuple(rows), (Picture(figure, draw(panel), caption),))
+    return Solution(tuple(rows), (Picture(figure, draw(panel), caption),))
 
 
-def solve_preload(_: Strikes) -> Outcome:
+def solve_preload(_: Computed) -> Solution:
     """First three frequencies of the clamped plate under three states of initial stress; the first is judged."""
     rows = []
     for name, tension in TENSIONS.items():
@@ -211,10 +210,10 @@ def solve_preload(_: Strikes) -> Outcome:
             rows.append(
                 matches(f"frequency {mode + 1}, preload {name}", float(ours), float(truth), "Hz", gate, MINDLIN)
             )
-    return Outcome(tuple(rows))
+    return Solution(tuple(rows))
 
 
-def solve_in_plane(_: Strikes) -> Outcome:
+def solve_in_plane(_: Computed) -> Solution:
     """Centre deflection under a pressure, the edge held, sprung and nearly free in its plane."""
     pair = membrane_stiffening(PRESSURE, IN_PLANE)
     note = f"{1e3 * THICKNESS:g} mm thick, {1e-6 * PRESSURE:g} MPa; the time loop relaxed to rest, 20 x 16 shells"
@@ -225,10 +224,10 @@ def solve_in_plane(_: Strikes) -> Outcome:
         )
         for w, a, b in zip(words, pair.computed, pair.reference, strict=True)
     ]
-    return Outcome(tuple(rows))
+    return Solution(tuple(rows))
 
 
-def solve_damping(_: Strikes) -> Outcome:
+def solve_damping(_: Computed) -> Solution:
     """Decay of the first mode's free vibration over six periods."""
     source = "exp(-d t): plate.damping is the rate at which the amplitude decays"
     rows = []
@@ -236,7 +235,7 @@ def solve_damping(_: Strikes) -> Outcome:
         pair = damping_decrement(damping)
         name = f"decay rate of the first mode, damping {damping:g} 1/s"
         rows.append(matches(name, float(pair.computed[0]), float(pair.reference[0]), "1/s", 1.0, source))
-    return Outcome(tuple(rows))
+    return Solution(tuple(rows))
 
 
 ABOUT = (

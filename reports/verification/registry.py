@@ -12,20 +12,16 @@ from birdstrike.reports.verification.problem import Problem
 MODULES = (
     "planar_problems",
     "lattice_problems",
-    "shear_problems",
     "clamped_plate_problems",
     "plate_problems",
     "shell_problems",
     "plasticity_problems",
-    "ductile_problems",
     "stagnation_problems",
     "target_problems",
     "energy_balance_problems",
     "openradioss_problems",
     "parameter_sensitivity",
-    "lagrangian_problems",
-    "table7_problems",
-    "trend_problems",
+    "published_problems",
 )
 
 

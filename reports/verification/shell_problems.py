@@ -1,4 +1,4 @@
-"""Rows of curved shells: the Scordelis-Lo roof, the pinched hemisphere, and a strike on a curved panel."""
+"""Rows of curved shells: the Scordelis-Lo roof, the pinched hemisphere, and an impact on a curved panel."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.plate_problems import Compared
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rows import Row, below, matches, shown
-from birdstrike.reports.verification.shots import Shot
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.runs import RunSpec
 from birdstrike.solver.plate.material import ShellMaterial
 from birdstrike.solver.plate.mesh import cylindrical_panel, plate_mesh, shell_mesh
 from birdstrike.solver.plate.modes import static_deflection
@@ -110,7 +109,7 @@ def rotation(axis: Array, angle: float) -> Array:
 
 ROOFS, HEMISPHERES = (8, 16, 32), (4, 8, 16)
 MACNEAL = "R. H. MacNeal & R. L. Harder, Finite Elements in Analysis and Design 1 (1985) 3"
-FLAT = Shot(
+FLAT = RunSpec(
     "reference_strike_156mm",
     (
         ("bird.particles", "500"),
@@ -124,7 +123,7 @@ RADIUS = "500 mm"
 CURVED = FLAT.with_(plate__radius=RADIUS)
 
 
-def solve_shells(_: Strikes) -> Outcome:
+def solve_shells(_: Computed) -> Solution:
     """Both benchmarks on three meshes, the finest judged."""
     figure = "curved_shells"
     rows: list[Row] = []
@@ -145,24 +144,24 @@ def solve_shells(_: Strikes) -> Outcome:
     panel = Panel("elements along a side", "displacement / published - 1 [%]", curves, band=(-3.0, 3.0))
     ends = " and ".join(f"{row.error:+.2f} %" for row in rows if row.tolerance is not None)
     caption = f"Displacements of the two shells against the published ones: {ends} on the finest meshes; grey ±3 %."
-    return Outcome(tuple(rows), (Picture(figure, draw(panel), caption),))
+    return Solution(tuple(rows), (Picture(figure, draw(panel), caption),))
 
 
-def solve_panel(strikes: Strikes) -> Outcome:
-    """Books of the strike on the panel and on the flat plate, and what curvature does to the deflection."""
+def solve_panel(computed: Computed) -> Solution:
+    """Energy balance of an impact on the panel and on the flat plate, and the change of deflection by curvature."""
     figure, rows = "curved_panel", []
     names = {f"panel of radius {RADIUS}": CURVED, "flat plate": FLAT}
-    for name, shot in names.items():
-        s = strikes[shot].summary
+    for name, spec in names.items():
+        s = computed[spec].summary
         worst = 100.0 * s["worst_energy_error"]
         peak = 1e3 * s["peak"]["displacement_centre"]["value"]
-        books = "energies, each from its own rate"
+        balance = "energies, each from its own rate"
         rows += [
             below(f"{name}: linear momentum", s["momentum_error"], 1e-10, "", "conservation", "of the bird's"),
-            below(f"{name}: energy, worst instant", worst, 1.0, "%", books, "of the normal kinetic energy"),
+            below(f"{name}: energy, worst instant", worst, 1.0, "%", balance, "of the normal kinetic energy"),
             shown(f"{name}: peak centre displacement", peak, "mm", "our run", "", figure),
         ]
-    runs = {name: strikes[shot] for name, shot in names.items()}
+    runs = {name: computed[spec] for name, spec in names.items()}
     panels = [
         Panel("time [ms]", label, [Curve(n, 1e3 * r.time, scale * r.channels[channel]) for n, r in runs.items()])
         for channel, label, scale in (
@@ -172,10 +171,10 @@ def solve_panel(strikes: Strikes) -> Outcome:
     ]
     peaks = [row.ours for row in rows if row.error_unit == "mm"]
     caption = (
-        f"One strike, 500 particles, on a panel of radius {RADIUS} and on the flat plate: "
+        f"One impact, 500 particles, on a panel of radius {RADIUS} and on the flat plate: "
         f"peaks {peaks[0]:.2f} and {peaks[1]:.2f} mm."
     )
-    return Outcome(tuple(rows), (Picture(figure, draw(*panels), caption),))
+    return Solution(tuple(rows), (Picture(figure, draw(*panels), caption),))
 
 
 ABOUT = (

@@ -1,19 +1,104 @@
-"""Wilbeck's pressures on a rigid plate: Hugoniot peak and stagnation mean, by resolution, speed, shape and porosity."""
+"""Wilbeck's problem: a soft cylinder end on against a rigid plate, its pressures on a gauge in the middle."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Strikes
-from birdstrike.reports.verification.rigid_target import DIAMETER, GAUGE, Wilbeck, pressures, rigid_shot
-from birdstrike.reports.verification.rows import Row, matches
-from birdstrike.reports.verification.shots import Shot
+from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, matches
+from birdstrike.reports.verification.runs import RunSpec
 from birdstrike.solver.bird.eos.porous import porous_density
-from birdstrike.solver.reference.wilbeck import duration
+from birdstrike.solver.reference.stagnation import compressible_stagnation_pressure
+from birdstrike.solver.reference.wilbeck import duration, peak, stagnation_pressure, steady_mean
+
+DENSITY, C, S1 = 938.0, 1670.0, 2.48
+DIAMETER = 0.1  # m
+GAUGE = 0.1  # of the diameter: the gauge's radius
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A computed value and its reference, both SI, and what else was seen."""
+
+    computed: float
+    reference: float
+    unit: str
+    seen: dict[str, float]
+
+    @property
+    def error(self) -> float:
+        """Relative to the reference."""
+        return self.computed / self.reference - 1.0
+
+
+def rigid_run(spacing: float, length: float, speed: float, end: float, **changes: str) -> RunSpec:
+    """A flat cylinder of DIAMETER, particles `spacing` [m] apart, no viscosity; speed [m/s], end [s].
+
+    changes: as of `RunSpec.with_`.
+    """
+    particles = round(0.25 * np.pi * DIAMETER**2 * length / spacing**3)
+    table = {
+        "plate.rigid": "true",
+        "plate.length": "600 mm",
+        "plate.width": "600 mm",
+        "plate.elements": "[30, 30]",
+        "bird.shape": "cylinder",
+        "bird.diameter": f"{DIAMETER} m",
+        "bird.length": f"{length} m",
+        "bird.density": f"{DENSITY} kg/m^3",
+        "bird.particles": f"{particles}",
+        "bird.material.viscosity": "0 Pa s",
+        "bird.material.compression_erosion": "0.0",
+        "impact.speed": f"{speed} m/s",
+        "impact.angle": "90 deg",
+        "impact.standoff": "0 mm",
+        "time.end": f"{end} s",
+        "time.output_interval": "2 us",
+        "time.snapshots": "[]",
+        "sensors.centre.kind": "pressure",
+        "sensors.centre.radius": f"{GAUGE * DIAMETER} m",
+    }
+    return RunSpec("reference_strike", tuple(table.items())).with_(**changes)
+
+
+@dataclass(frozen=True)
+class Wilbeck:
+    """Peak and steady mean of the gauge [Pa] with their theories: Hugoniot, incompressible and compressible stagnation.
+
+    scatter: standard deviation in the steady phase.
+    """
+
+    peak: float
+    hugoniot: float
+    steady: float
+    stagnation: float
+    compressible: float
+    scatter: float
+    particles: int
+
+
+def pressures(of: RunSpec, run: Histories) -> Wilbeck:
+    """What the gauge of a run says."""
+    case, curve = of.load(), run.channels["centre"]
+    speed, density = case.impact.speed, case.bird.actual_density
+    whole = duration(case.bird.length, speed)
+    steady = (run.time > whole / 3.0) & (run.time < 2.0 * whole / 3.0)
+    eos = case.bird.material.build(density).eos
+    return Wilbeck(
+        peak(run.time, curve)[0],
+        eos.hugoniot(speed)[0],
+        steady_mean(run.time, curve, 0.0, whole),
+        stagnation_pressure(density, speed),
+        compressible_stagnation_pressure(eos, speed),
+        float(curve[steady].std()),
+        int(run.summary["particles"]),
+    )
+
 
 SPEED, LENGTH = 200.0, 3.0 * DIAMETER  # m/s, m
 TENSION = "-500 MPa"  # beyond Hugoniot's 406 MPa, which the release can at most turn into tension
@@ -26,25 +111,25 @@ HUGONIOT = "p_H = rho0 u_s u0 of the bird's own law: J. S. Wilbeck, AFML-TR-77-1
 SMOOTHED = 1.0 / 6.0  # of t_D: width of the running mean in the picture
 
 
-def shot(spacing: float, speed: float = SPEED, **changes: str) -> Shot:
+def gauge_run(spacing: float, speed: float = SPEED, **changes: str) -> RunSpec:
     """A run until the steady phase's end at 2 t_D/3; spacing [m], speed [m/s]."""
     end = 2.01 * duration(LENGTH, speed) / 3.0
-    return rigid_shot(spacing, LENGTH, speed, end, **({CUTOFF: TENSION} | changes))
+    return rigid_run(spacing, LENGTH, speed, end, **({CUTOFF: TENSION} | changes))
 
 
-def coarse(speed: float = SPEED, **changes: str) -> Shot:
+def coarse(speed: float = SPEED, **changes: str) -> RunSpec:
     """The cheap resolution."""
-    return shot(COARSE, speed, **({"sensors__centre__radius": WIDE} | changes))
+    return gauge_run(COARSE, speed, **({"sensors__centre__radius": WIDE} | changes))
 
 
-def porous(z: float) -> Shot:
+def porous(z: float) -> RunSpec:
     """Water with a share z of air, by Wood's law; the mixture's own tension ends at -1 atmosphere."""
     law = {"kind": "porous", "z": f"{z:g}", "mixing": "wood"}
     changes = {f"bird__material__eos__{key}": text for key, text in law.items()} | {CUTOFF: "-0.1 MPa"}
     return coarse(SPEED, bird__density=f"{porous_density(z, 1000.0)} kg/m^3", **changes)
 
 
-FINE = {f"{spacings:g} spacings in 0.1 D": shot(GAUGE * DIAMETER / spacings) for spacings in SPACINGS}
+FINE = {f"{spacings:g} spacings in 0.1 D": gauge_run(GAUGE * DIAMETER / spacings) for spacings in SPACINGS}
 JUDGED = list(FINE)[-1]
 AGAIN, CAVITATING = "3 spacings in 0.2 D", "no tension (PC 0)"
 OTHERS = {
@@ -74,23 +159,23 @@ def rows_of(label: str, found: Wilbeck, gate: float | None, note: str, figure: s
     ]
 
 
-def solve(strikes: Strikes) -> Outcome:
+def solve(computed: Computed) -> Solution:
     """Two resolutions of the flat, dense bird, and the other birds at the cheap one."""
     figure, birds = "stagnation", FINE | OTHERS
-    found = {label: pressures(one, strikes[one]) for label, one in birds.items()}
+    found = {label: pressures(one, computed[one]) for label, one in birds.items()}
     rows = [
         row
         for label, seen in found.items()
         for row in rows_of(label, seen, GATE if label == JUDGED else None, NOTES.get(label, ""), figure)
     ]
-    return Outcome(tuple(rows), (picture(figure, strikes, found),))
+    return Solution(tuple(rows), (picture(figure, computed, found),))
 
 
-def picture(name: str, strikes: Strikes, found: Mapping[str, Wilbeck]) -> Picture:
+def picture(name: str, computed: Computed, found: Mapping[str, Wilbeck]) -> Picture:
     """The shock, the steady phase as a running mean, and both theories over porosity."""
-    shock = [early(label, strikes[one], found[label]) for label, one in FINE.items()]
+    shock = [early(label, computed[one], found[label]) for label, one in FINE.items()]
     lines = {**FINE, CAVITATING: OTHERS[CAVITATING]}
-    steady = [running(label, strikes[one], found[label]) for label, one in lines.items()]
+    steady = [running(label, computed[one], found[label]) for label, one in lines.items()]
     mixtures = {0.0: found[AGAIN], 10.0: found["10 % porous"], 30.0: found["30 % porous"]}
     share = list(mixtures)
     ratios = (

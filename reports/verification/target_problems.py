@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from birdstrike.reports.verification.problem import Outcome, Problem, Strikes
-from birdstrike.reports.verification.rigid_target import DENSITY, DIAMETER, S1, C, Compared, rigid_shot
-from birdstrike.reports.verification.rows import Row, below, matches, shown
-from birdstrike.reports.verification.shots import Shot
+from birdstrike.reports.verification.problem import Computed, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.runs import RunSpec
+from birdstrike.reports.verification.stagnation_problems import DENSITY, DIAMETER, S1, C, Compared, rigid_run
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.materials.fluid import Fluid
@@ -24,17 +23,17 @@ STILL = 1e-3  # of the peak: the force below which an impact is over
 
 
 def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.0, **changes: str) -> Compared:
-    """Impulse of a normal strike until the force stays below 0.1 % of its peak, against the bird's momentum.
+    """Impulse of a normal impact until the force stays below 0.1 % of its peak, against the bird's momentum.
 
     The bird is the reference strike's (MU 641 Pa s, PC -0.3705 MPa) unless `changes` say otherwise, as
-    bird__material__viscosity. Seen: the rebound, momentum that flies back [N s]; the impulse's own error in the books;
+    bird__material__viscosity. Seen: the rebound, momentum that flies back [N s]; the error of the momentum balance;
     when the force had faded [s]. Impulse = momentum + rebound by conservation: what exceeds the momentum is the
     rebound. Without MU the end of the bird splashes off a sheet thinner than a particle, and the rebound is the
     resolution's: 14 % of the momentum with 1000 particles, 7 % with 4000 (80 x 160 mm, 100 m/s).
     """
     length = slenderness * DIAMETER
     reference = {"bird__material__viscosity": "641 Pa s", "bird__material__pressure_cutoff": "-0.3705 MPa"}
-    strike = Strike(rigid_shot(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
+    strike = Strike(rigid_run(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
     force, before = np.zeros(strike.steps), normal_momentum(strike.bird)
     for step in range(strike.steps):
         strike.advance()
@@ -120,7 +119,7 @@ def gauge_under_a_layer(applied: float = 3e6, radius: float = 0.02, spacing: flo
 
 
 STOPS = (8e-3, 6e-3)  # m between particles
-TORN = Shot(
+TORN = RunSpec(
     "reference_strike_156mm",
     (
         ("bird.particles", "500"),
@@ -138,7 +137,7 @@ TORN = Shot(
 )
 
 
-def solve_stop(_: Strikes) -> Outcome:
+def solve_stop(_: Computed) -> Solution:
     """Impulse of a normal stop at two resolutions, the rebound beside it."""
     rows: list[Row] = []
     for spacing in STOPS:
@@ -152,13 +151,13 @@ def solve_stop(_: Strikes) -> Outcome:
             shown(f"momentum that flies back, {label}", rebound, "%", "of the bird's; its excess over m u0"),
             below(f"impulse against the bird's change, {label}", seen["momentum_error"], 1e-10, "", "conservation"),
         ]
-    return Outcome(tuple(rows))
+    return Solution(tuple(rows))
 
 
-def solve_friction(_: Strikes) -> Outcome:
+def solve_friction(_: Computed) -> Solution:
     """Deceleration and heat of loose particles that slide under a known push."""
     slowed, heat = sliding_layer()
-    return Outcome(
+    return Solution(
         (
             matches("friction: deceleration", slowed.computed, slowed.reference, slowed.unit, 0.1, "mu N/m"),
             matches("friction: heat", 1e6 * heat.computed, 1e6 * heat.reference, "uJ", 0.1, "mu N s"),
@@ -166,26 +165,26 @@ def solve_friction(_: Strikes) -> Outcome:
     )
 
 
-def solve_gauge(_: Strikes) -> Outcome:
+def solve_gauge(_: Computed) -> Solution:
     """Gauges of two radii, one of them off the particles' rhythm."""
     rows = []
     for radius, spacing in ((0.02, 5e-3), (0.031, 4e-3)):
         found = gauge_under_a_layer(radius=radius, spacing=spacing)
         name = f"gauge of radius {1e3 * radius:g} mm under particles of {1e3 * spacing:g} mm"
         rows.append(matches(name, 1e-6 * found.computed, 1e-6 * found.reference, "MPa", 1.0, "force over area"))
-    return Outcome(tuple(rows))
+    return Solution(tuple(rows))
 
 
-def solve_torn(strikes: Strikes) -> Outcome:
-    """Books of a strike that tears a thin plate."""
-    s = strikes[TORN].summary
-    books = "energies, each from its own rate"
-    return Outcome(
+def solve_torn(computed: Computed) -> Solution:
+    """Energy balance of an impact that tears a thin plate."""
+    s = computed[TORN].summary
+    balance = "energies, each from its own rate"
+    return Solution(
         (
             shown("torn plate: shells lost", float(s["eroded_shells"]), "", "our run", "of 320"),
             shown("torn plate: linear momentum", s["momentum_error"], "", "conservation", "of the bird's"),
-            shown("torn plate: energy, worst instant", 100.0 * s["worst_energy_error"], "%", books),
-            shown("torn plate: energy that left with the shells", s["energies_J"]["plate_eroded"], "J", books),
+            shown("torn plate: energy, worst instant", 100.0 * s["worst_energy_error"], "%", balance),
+            shown("torn plate: energy that left with the shells", s["energies_J"]["plate_eroded"], "J", balance),
         )
     )
 

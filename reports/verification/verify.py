@@ -14,17 +14,16 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.reports.verification.cache import Cache, Result
 from birdstrike.reports.verification.page import most_reasons, write_page
-from birdstrike.reports.verification.problem import Problem, Reason
+from birdstrike.reports.verification.problem import Problem, Reason, Row
 from birdstrike.reports.verification.registry import chosen, problems
-from birdstrike.reports.verification.rows import Row
-from birdstrike.reports.verification.shots import Shot, strike
+from birdstrike.reports.verification.runs import RunSpec, histories_of
 from birdstrike.solver.version import SOLVER_VERSION
 
 
-def fire_one(folder: Path, shot: Shot) -> float:
-    """Leave the shot's histories in the store; CPU time [s]. Raises RunFailed."""
+def run_one(folder: Path, spec: RunSpec) -> float:
+    """Leave the simulation's histories in the store; CPU time [s]. Raises RunFailed."""
     started = time.process_time()
-    strike(shot, Cache(folder).strikes)
+    histories_of(spec, Cache(folder).runs)
     return time.process_time() - started
 
 
@@ -32,7 +31,7 @@ def solve_one(folder: Path, name: str) -> float:
     """Leave the problem's rows and pictures in the cache; CPU time [s]."""
     cache, problem = Cache(folder), problems()[name]
     started = time.process_time()
-    outcome = problem.solve({shot: strike(shot, cache.strikes) for shot in problem.shots})
+    outcome = problem.solve({spec: histories_of(spec, cache.runs) for spec in problem.runs})
     spent = time.process_time() - started
     cache.keep(problem, outcome, spent)
     return spent
@@ -45,7 +44,7 @@ Progress = Callable[[float], None]
 @dataclass(frozen=True)
 class Verification:
     """Solved problems in the order of the page; of this call, what was kept from before not counted: wall_s, and
-    spent, CPU time [s] by problem (a strike that several ask for is the first one's).
+    spent, CPU time [s] by problem (a simulation that several ask for is the first one's).
     """
 
     results: tuple[Result, ...]
@@ -99,7 +98,7 @@ def verify(
     """Solve the problems whose name or family fits `only` (all without), write the page `out` unless it is None.
 
     What the cache holds under the present code is not run again, so that an interrupted verification resumes. progress:
-    called with the share of strikes and problems done. Raises RunFailed when a strike or a problem fails, UserError for
+    called with the share of simulations and problems done. Raises RunFailed when one of them fails, UserError for
     a pattern that fits nothing.
     """
     started = time.perf_counter()
@@ -114,18 +113,18 @@ def verify(
 
 
 def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> dict[str, float]:
-    """Strikes that are not in the store and problems that need none first, then the problems that compare strikes.
+    """Computed that are not in the store and problems that need none first, then the problems that compare strikes.
 
-    CPU time [s] by problem, with the strikes that it was the first to ask for.
+    CPU time [s] by problem, with the simulations that it was the first to ask for.
     """
-    asked: dict[str, tuple[Shot, str]] = {}
+    asked: dict[str, tuple[RunSpec, str]] = {}
     for problem in due:
-        for shot in problem.shots:
-            asked.setdefault(shot.key(), (shot, problem.name))
-    shots = [pair for key, pair in asked.items() if not cache.strikes.path(key).exists()]
-    apart = [problem for problem in due if not problem.shots]
-    after = [problem for problem in due if problem.shots]
-    total, done = len(shots) + len(due), 0
+        for spec in problem.runs:
+            asked.setdefault(spec.key(), (spec, problem.name))
+    missing = [pair for key, pair in asked.items() if not cache.runs.path(key).exists()]
+    apart = [problem for problem in due if not problem.runs]
+    after = [problem for problem in due if problem.runs]
+    total, done = len(missing) + len(due), 0
     spent = dict.fromkeys((problem.name for problem in due), 0.0)
 
     def finish(waiting: dict[Future[float], tuple[str, str]]) -> None:
@@ -140,14 +139,14 @@ def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progre
         return spent
     with process_pool(workers) as pool:
         first = {pool.submit(solve_one, cache.folder, p.name): (p.name, p.name) for p in apart}
-        first |= {pool.submit(fire_one, cache.folder, shot): (f"strike {shot}", name) for shot, name in shots}
+        first |= {pool.submit(run_one, cache.folder, spec): (f"simulation {spec}", name) for spec, name in missing}
         finish(first)
         finish({pool.submit(solve_one, cache.folder, p.name): (p.name, p.name) for p in after})
     return spent
 
 
 def result_named(future: Future[float], what: str) -> float:
-    """The result; a failure says which problem or strike it was."""
+    """The result; a failure says which problem or simulation it was."""
     try:
         return future.result()
     except RunFailed as error:

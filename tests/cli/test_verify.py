@@ -44,12 +44,12 @@ def test_a_pattern_that_fits_nothing_is_the_users_error() -> None:
 
 
 def test_a_row_that_does_not_stand_exits_with_2(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from birdstrike.reports.verification import rows
+    from birdstrike.reports.verification import problem as rows
     from birdstrike.reports.verification.cache import Result
-    from birdstrike.reports.verification.problem import Outcome, Problem
+    from birdstrike.reports.verification.problem import Problem, Solution
     from birdstrike.reports.verification.verify import Verification
 
-    problem = Problem("p", "F", "", lambda _: Outcome(()))
+    problem = Problem("p", "F", "", lambda _: Solution(()))
     bad = Result(problem, (rows.below("misfit", 4.0, 3.0, "%", "s"),), (), {}, 1.0)
     monkeypatch.setattr("birdstrike.reports.verification.verify.verify", lambda *_, **__: Verification((bad,), 1.0))
     monkeypatch.chdir(tmp_path)

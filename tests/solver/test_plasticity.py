@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.ductile_problems import jones_plate, nurick_plate, shear_stress_at_rate
+from birdstrike.reports.verification.plasticity_problems import jones_plate, nurick_plate, shear_stress_at_rate
 from birdstrike.solver.kernels.plasticity import return_to_yield
 from birdstrike.solver.plate.shell import ShellMaterial
 

@@ -1,4 +1,4 @@
-"""Strikes of the verification: a shipped case, its changes, and variations of the set-up that no case key names."""
+"""Computed of the verification: a shipped case, its changes, and variations of the set-up that no case key names."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from birdstrike.solver.version import SOLVER_VERSION
 
 
 @dataclass(frozen=True)
-class Shot:
-    """One strike. changes: dotted keys and texts, as of `--set`.
+class RunSpec:
+    """One simulation. changes: dotted keys and texts, as of `--set`.
 
     roll: turn of the lattice about the bird's axis [rad]; gap: added to the contact gap [m]; stiffness: factor on the
     contact's penalty. The bird begins where it would without them.
@@ -31,10 +31,10 @@ class Shot:
     gap: float = 0.0
     stiffness: float = 1.0
 
-    def with_(self, **changes: str) -> Shot:
-        """The shot with further changes, dots written as double underscores."""
+    def with_(self, **changes: str) -> RunSpec:
+        """The simulation with further changes, dots written as double underscores."""
         more = {key.replace("__", "."): value for key, value in changes.items()}
-        return Shot(self.case, tuple((dict(self.changes) | more).items()), self.roll, self.gap, self.stiffness)
+        return RunSpec(self.case, tuple((dict(self.changes) | more).items()), self.roll, self.gap, self.stiffness)
 
     def load(self) -> Case:
         """Its case."""
@@ -46,22 +46,22 @@ class Shot:
         return run_key(self.load().canonical() | {"varied": varied}, SOLVER_VERSION)
 
 
-def strike(shot: Shot, store: RunStore) -> Histories:
-    """The shot's histories, from the store where it has been fired before. Raises RunFailed."""
-    kept = store.look_up(shot.key())
+def histories_of(spec: RunSpec, store: RunStore) -> Histories:
+    """Its histories, from the store where it has run before. Raises RunFailed."""
+    kept = store.look_up(spec.key())
     if kept is None:
-        kept = fire(shot)
-        store.save(shot.key(), kept)
+        kept = compute(spec)
+        store.save(spec.key(), kept)
     return kept
 
 
-def fire(shot: Shot) -> Histories:
-    """Run the strike on one thread."""
-    case = shot.load()
-    if (shot.roll, shot.gap, shot.stiffness) == (0.0, 0.0, 1.0):
+def compute(spec: RunSpec) -> Histories:
+    """Run the simulation on one thread."""
+    case = spec.load()
+    if (spec.roll, spec.gap, spec.stiffness) == (0.0, 0.0, 1.0):
         return simulate(case, threads=1)
     varied = Strike(case)
-    vary(varied, case, shot)
+    vary(varied, case, spec)
     recorder = Recorder(varied, case.sensors, varied.steps)
     snapshots = run(varied, recorder, case.time.snapshots, silent)
     clock = np.array(case.time.instants)
@@ -69,13 +69,13 @@ def fire(shot: Shot) -> Histories:
     return Histories(clock, recorder.sampled(clock), units, summarise(case, varied), snapshots)
 
 
-def vary(strike: Strike, case: Case, shot: Shot) -> None:
+def vary(strike: Strike, case: Case, spec: RunSpec) -> None:
     """Turn the bird's lattice, change the contact, and put the bird back where the case lets it begin."""
     bird = strike.bird
-    strike.contact.gap += shot.gap
-    strike.contact.stiffness *= shot.stiffness
+    strike.contact.gap += spec.gap
+    strike.contact.stiffness *= spec.stiffness
     points, _ = bird_lattice(case.bird)
-    c, s = math.cos(shot.roll), math.sin(shot.roll)
+    c, s = math.cos(spec.roll), math.sin(spec.roll)
     points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
     bird.x[: bird.n], _ = in_flight(case, points, strike.contact.gap - 0.5 * case.plate.thickness)
     strike.balance.momentum, strike.balance.angular = strike.balance.bird_momenta(bird)

@@ -13,21 +13,20 @@ import pytest
 from matplotlib.figure import Figure
 
 from birdstrike.data.errors import RunFailed, UserError
-from birdstrike.reports.verification.cache import Cache, Result, fingerprint
+from birdstrike.reports.verification.cache import Cache, Result, fingerprint, imported
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.page import page
 from birdstrike.reports.verification.planar_problems import crossing, planar_impact
-from birdstrike.reports.verification.problem import Outcome, Picture, Problem, Reason
+from birdstrike.reports.verification.problem import Picture, Problem, Reason, Row, Solution, below, matches, near, shown
 from birdstrike.reports.verification.registry import chosen, problems
-from birdstrike.reports.verification.rigid_target import bernoulli
-from birdstrike.reports.verification.rows import Row, below, matches, near, shown
-from birdstrike.reports.verification.shots import Shot, fire, momentum_given
+from birdstrike.reports.verification.runs import RunSpec, compute, momentum_given
 from birdstrike.reports.verification.verify import Verification, result_named, verify
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.eos.murnaghan import murnaghan
 from birdstrike.solver.reference.hugoniot import jump, pressure_of
+from birdstrike.solver.reference.stagnation import compressible_stagnation_pressure
 
-SMALL = Shot(
+SMALL = RunSpec(
     "reference_strike_156mm",
     (
         ("bird.particles", "300"),
@@ -50,7 +49,7 @@ def test_a_row_is_judged_by_its_error_and_nan_never_passes():
 
 
 def solved(*rows: Row, reasons: dict[str, Reason] | None = None) -> Result:
-    problem = Problem("p", "Family of rows", "About it.", lambda _: Outcome(()))
+    problem = Problem("p", "Family of rows", "About it.", lambda _: Solution(()))
     return Result(problem, rows, (), reasons or {}, 1.0)
 
 
@@ -95,8 +94,10 @@ def test_stagnation_pressure_of_a_compressible_stream():
     """Murnaghan: the integral of dp/rho is B g/(rho0 (g - 1)) [(rho/rho0)^(g - 1) - 1]; of a stiff law rho u^2/2."""
     B, g, u = 9.3e6, 7.14, 100.0
     ratio = (1.0 + 0.5 * u * u * 938.0 * (g - 1.0) / (B * g)) ** (1.0 / (g - 1.0))
-    assert bernoulli(murnaghan(938.0, B, g), u) == pytest.approx(B * (ratio**g - 1.0), rel=1e-6)
-    assert bernoulli(murnaghan(938.0, 1e4 * B, g), u) == pytest.approx(0.5 * 938.0 * u * u, rel=1e-4)
+    assert compressible_stagnation_pressure(murnaghan(938.0, B, g), u) == pytest.approx(B * (ratio**g - 1.0), rel=1e-6)
+    assert compressible_stagnation_pressure(murnaghan(938.0, 1e4 * B, g), u) == pytest.approx(
+        0.5 * 938.0 * u * u, rel=1e-4
+    )
 
 
 def test_a_front_is_found_between_the_planes():
@@ -113,10 +114,10 @@ def test_planar_impact_finds_the_hugoniot_on_a_short_column():
     assert abs(ours.astray) < 0.01
 
 
-def test_a_varied_strike_keeps_its_books_and_its_stand_off():
+def test_a_varied_simulation_conserves_momentum_and_keeps_its_stand_off():
     """A turned lattice and a wider gap: momentum to rounding; a particle first touches about when the surface does."""
     start = SMALL.with_(impact__standoff="20 mm")
-    plain, varied = fire(start), fire(replace(start, roll=0.5, gap=1e-3, stiffness=0.5))
+    plain, varied = compute(start), compute(replace(start, roll=0.5, gap=1e-3, stiffness=0.5))
     case = start.load()
     skin = 0.5 * (case.bird.volume / case.bird.particles) ** (1.0 / 3.0)
     for run in (plain, varied):
@@ -150,6 +151,13 @@ def test_what_is_solved_is_kept_until_its_inputs_change(tmp_path: Path):
     assert cache.recall(other) is None
 
 
+def test_what_is_solved_depends_on_what_it_imports_and_on_nothing_else():
+    """Files are found by what the problem's module imports, not by their names."""
+    files = {path.name for path in imported("birdstrike.reports.verification.shell_problems")}
+    assert {"shell_problems.py", "plate_problems.py", "plate_ritz.py", "draw.py", "style.py", "runs.py"} <= files
+    assert not {"page.py", "verify.py", "registry.py", "planar_problems.py", "results.py"} & files
+
+
 def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     first = verify(None, only=["return_mapping"], workers=1, cache=tmp_path)
     assert [row.verdict for row in first.rows] == ["within"] * 6
@@ -171,7 +179,7 @@ def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
     problem = replace(problems()["kernel_moments"], family="Family of rows")
     picture = Picture("pic", Figure(figsize=(2, 2)), "What is seen: 398 Hz.")
     reasons = {"misfit": Reason("the lattice alone moves it by 4 %.", "pic")}
-    cache.keep(problem, Outcome((good, bad, worse), (picture,), reasons), 1.0)
+    cache.keep(problem, Solution((good, bad, worse), (picture,), reasons), 1.0)
     kept = cache.recall(problem)
     assert kept is not None
     text = page([kept], 90.0)
@@ -187,8 +195,8 @@ def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
     assert kept.pictures[0].path.read_bytes()[:4] == b"\x89PNG"
 
 
-def test_a_failing_strike_is_named():
+def test_a_failing_simulation_is_named():
     failed: Future[float] = Future()
     failed.set_exception(RunFailed("went unstable", "lower solver.courant"))
-    with pytest.raises(RunFailed, match="knobs_viscous: went unstable"):
-        result_named(failed, "knobs_viscous")
+    with pytest.raises(RunFailed, match="sensitivity_viscous: went unstable"):
+        result_named(failed, "sensitivity_viscous")
