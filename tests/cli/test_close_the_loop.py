@@ -92,6 +92,7 @@ def test_one_command_ends_with_the_page_and_five_findings(solver: Solver, tmp_pa
     assert solver.strikes == RUNS + 2 + 4, "the campaign, two verifications, four bird models"
     noted = ledger(out)
     assert noted["schema_version"] == 1
+    assert noted["seed"] == 0
     assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == lines[-5:]
     assert noted["paths"]["report"] == str(out / "report.html")
     inversion = json.loads((out / "inversion" / "inversion.json").read_text())
