@@ -14,7 +14,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.histories import Array
 from birdstrike.data.units import scaled, si_unit
 
-Row = tuple[int, list[str]]
+NumberedRow = tuple[int, list[str]]
 
 _HEADER = re.compile(r"\s*([A-Za-z][A-Za-z0-9_.]*)\s*(?:\[([^\]]*)\])?\s*")
 
@@ -33,14 +33,14 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """Columns in order, and the file's # lines."""
 
     columns: tuple[Column, ...]
     provenance: tuple[str, ...]
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> CsvTable:
     """Columns of a CSV file, each with its unit in square brackets; raises MeasuredError.
 
     # lines are provenance, blank lines are skipped, an empty cell is a gap; a byte-order mark and CRLF are welcome.
@@ -59,14 +59,14 @@ def read_table(path: Path) -> Table:
     columns = [_column(header, head, i, rows, errors) for i, head in enumerate(heads)]
     if errors:
         raise MeasuredError([f"{path}, {error}" for error in sorted(errors, key=_line_number)])
-    return Table(tuple(columns), provenance)
+    return CsvTable(tuple(columns), provenance)
 
 
 def _line_number(error: str) -> int:
     return int(error.split()[1].rstrip(":"))
 
 
-def _lines(path: Path) -> tuple[tuple[str, ...], Row, list[Row]]:
+def _lines(path: Path) -> tuple[tuple[str, ...], NumberedRow, list[NumberedRow]]:
     """Provenance, the header and the rows of cells, with line numbers; raises MeasuredError for an unreadable file."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -82,7 +82,7 @@ def _lines(path: Path) -> tuple[tuple[str, ...], Row, list[Row]]:
     return provenance, header, body
 
 
-def _rows(lines: list[str]) -> Iterator[Row]:
+def _rows(lines: list[str]) -> Iterator[NumberedRow]:
     for number, line in enumerate(lines, start=1):
         if line.strip() and not line.startswith("#"):
             yield number, [cell.strip() for cell in next(csv.reader([line]))]
@@ -103,7 +103,9 @@ def _head(text: str, errors: list[str]) -> tuple[str, str, str]:
         return match[1], "", ""
 
 
-def _column(header: Row, head: tuple[str, str, str], index: int, rows: list[Row], errors: list[str]) -> Column:
+def _column(
+    header: NumberedRow, head: tuple[str, str, str], index: int, rows: list[NumberedRow], errors: list[str]
+) -> Column:
     """One column in SI; what is no number goes to `errors`."""
     name, unit, si = head
     cells = [(number, row[index]) for number, row in rows]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.csv_table import Column, Table, read_table
+from birdstrike.data.csv_table import Column, CsvTable, read_table
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
@@ -57,7 +57,7 @@ def read_measured(path: str | Path) -> Measured:
     return measured_from(read_table(Path(path)), path)
 
 
-def measured_from(table: Table, path: str | Path) -> Measured:
+def measured_from(table: CsvTable, path: str | Path) -> Measured:
     """A table as a record, time first, then the sensors; raises MeasuredError with every error and its line."""
     time, *others = table.columns
     sigma = {c.name.removesuffix("_sigma"): c.values for c in others if c.name.endswith("_sigma")}

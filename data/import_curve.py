@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.csv_table import Column, Table
+from birdstrike.data.csv_table import Column, CsvTable
 from birdstrike.data.curves import Measured, measured_from
 from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.loose_table import LooseTable, read_loose_table
@@ -51,7 +51,7 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
     shifted = Column(time.header, time.header_line, "time", "s", time.values + shift, time.texts, time.lines)
     sensors = [_column(table, index, name, options) for name, index in columns.items()]
     notes = _provenance(table, options, [clock, *columns.values()], nodout)
-    return measured_from(Table((shifted, *sensors), notes), path)
+    return measured_from(CsvTable((shifted, *sensors), notes), path)
 
 
 def _place(table: LooseTable, sensor: str, column: str, clock: int, nodout: bool) -> int:

@@ -159,10 +159,8 @@ def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     """What the user should know of a valid case."""
     from birdstrike.solver.case.remarks import remarks as remarks_on
 
-    acts = {"tension_erosion": "above 1", "compression_erosion": "between 0 and 1"}
-    material = case.bird.material
     remarks = [
-        f"bird.material.{name} = {getattr(material, name)} is inactive (it acts {acts[name]}): no particle erodes by it"
+        f"bird.material.{name} = {getattr(case.bird.material, name)} is inactive: no particle erodes by this limit"
         for name in facts["inactive"]
     ]
     remarks += remarks_on(case)

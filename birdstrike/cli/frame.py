@@ -37,7 +37,7 @@ GRAVITY = tuple(
     re.compile(stems, re.IGNORECASE)
     for stems in (
         r"cannot|failed|fails|not verified|never reach|does not reach|no contact|nothing can|not finite|no measurement",
-        r"not converge|R-hat|diverg|oscillat|energy|momentum|tore|squeezed|erosion|eroded|erode|reaction force is zero",
+        r"not converge|R-hat|diverg|oscillat|energy|momentum|\btore\b|squeezed|erosion|erode|force is zero",
         r"outside|beyond|clipped|saturat|correlat|disagree|differ|too |wider|covariance|half the time step|needed",
     )
 )
@@ -158,9 +158,11 @@ def plain_warnings() -> Iterator[list[str]]:
                 with_source(message, category, *place, **more)
 
         warnings.showwarning = show
-        yield heard
-        if len(heard) > MOST_WARNINGS:
-            errors.print(f"{len(heard) - MOST_WARNINGS} more warnings were given; --json lists them all")
+        try:
+            yield heard
+        finally:
+            if len(heard) > MOST_WARNINGS:
+                errors.print(f"{len(heard) - MOST_WARNINGS} more warnings were given; --json lists them all")
 
 
 def _fail(end: Ending, as_json: bool) -> NoReturn:

@@ -187,7 +187,7 @@ def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
         raise RunFailed(
-            f"{len(summary['failed'])} of {planned} runs failed and are left out: {numbers}",
+            f"{len(summary['failed'])} of {planned} runs failed and are left out: run {numbers}",
             f"their reasons stand in {out / 'summary.json'}; the others can be used; --retry-failed tries these again",
         )
     return {"out": str(out), "runs": planned, "finished": finished, "failed": [], "design": quality.as_json()}

@@ -87,11 +87,12 @@ def test_one_command_ends_with_the_page_and_five_findings(solver: Solver, tmp_pa
     assert lines[-6] == f"Report: {out / 'report.html'}"
     assert [line[:2] for line in lines[-5:]] == ["1.", "2.", "3.", "4.", "5."]
     assert "simulated by LS-DYNA, not measured" in lines[-5]
-    for heading in ("Check", "Campaign: 12 strikes, uniform design", "Inversion", "Report"):
+    for heading in ("Check", "Campaign: 12 runs, uniform design", "Inversion", "Report"):
         assert any(line.startswith(heading) for line in lines), heading
     assert solver.strikes == RUNS + 2 + 4, "the campaign, two verifications, four bird models"
     noted = ledger(out)
     assert noted["schema_version"] == 1
+    assert noted["seed"] == 0
     assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == lines[-5:]
     assert noted["paths"]["report"] == str(out / "report.html")
     inversion = json.loads((out / "inversion" / "inversion.json").read_text())
@@ -173,7 +174,7 @@ def test_a_strike_that_fails_is_reported_and_the_rest_is_used(solver: Solver, re
     solver.fails_above = 1500.0 * (1 - 1 / RUNS)  # a Latin hypercube has one strike in the topmost of its layers
     result = invoke(out, record)
     assert result.exit_code == 2
-    assert "strikes of the campaign failed and are left out: run " in result.stderr
+    assert "runs of the campaign failed and are left out: run " in result.stderr
     assert solver.strikes == RUNS + 1 + 2, "the failing one twice, and two verifications"
     (reason,) = ledger(out)["failed_strikes"].values()
     assert "the step collapsed" in reason

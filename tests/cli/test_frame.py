@@ -12,8 +12,8 @@ import typer
 from typer.testing import CliRunner
 
 from birdstrike.cli import frame
-from birdstrike.cli.frame import Json, framed, overrides, progress_bar
-from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.cli.frame import Json, framed, overrides, progress_bar, warn
+from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 
 
 def ends(action: Callable[[], dict[str, Any] | None], *arguments: str) -> Any:
@@ -73,6 +73,48 @@ def test_a_warning_is_one_plain_line_without_its_source() -> None:
     result = ends(lambda: warnings.warn("run [3] is damaged", stacklevel=1))
     assert result.exit_code == 0
     assert result.stderr == "warning: run [3] is damaged\n"
+
+
+SEVEN = [
+    "the noise of a sensor is not stated",
+    "sensors.centre is named twice",
+    "the network's inputs lie outside what it was trained on",
+    "the sampler has not converged: R-hat 1.2",
+    "the model cannot produce this curve",
+    "one point was taken out",
+    "a unit was assumed",
+]
+
+
+def test_of_many_warnings_the_five_gravest_are_shown_in_order_and_all_are_in_the_json() -> None:
+    def warned() -> dict[str, list[str]]:
+        warn([*SEVEN, SEVEN[0]], "inversion.json")
+        return {"warnings": SEVEN}
+
+    result = ends(warned, "--json")
+    lines = [line.removeprefix("warning: ") for line in result.stdout.splitlines()]
+    assert lines[:5] == [SEVEN[4], SEVEN[3], SEVEN[2], SEVEN[0], SEVEN[1]]
+    assert lines[5] == "2 more warnings in inversion.json"
+    assert json_format.loads(lines[6])["warnings"] == SEVEN
+
+
+def test_warnings_given_on_the_way_are_capped_and_kept_for_the_json() -> None:
+    def warned() -> None:
+        for number in range(7):
+            warnings.warn(f"run {number} is damaged", stacklevel=1)
+
+    result = ends(warned, "--json")
+    lines = result.stderr.splitlines()
+    assert lines[:5] == [f"warning: run {number} is damaged" for number in range(5)]
+    assert lines[5:] == ["2 more warnings were given; --json lists them all"]
+    assert len(json_format.loads(result.stdout.splitlines()[-1])["warnings"]) == 7
+
+
+def test_memory_and_the_machine_end_a_command_as_a_failed_run_does() -> None:
+    for error in (MemoryError(), MachineFailure("killed by signal 9")):
+        result = ends(raising(error))
+        assert result.exit_code == 2
+        assert "Traceback" not in result.output
 
 
 def test_without_json_there_is_no_json() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ OWN = """
 from birdstrike.effects import Effect
 
 def change(case, size):
-    return {"plate": {"thickness": f"{{case.plate.thickness + {factor} * size!r}} m"}}
+    return {"plate": {"thickness": f"{case.plate.thickness + FACTOR * size!r} m"}}
 
 EFFECT = Effect("rolling_tolerance", "another thickness of the sheet", "m", change, lambda case: 1e-4)
 """
@@ -28,7 +28,7 @@ EFFECT = Effect("rolling_tolerance", "another thickness of the sheet", "m", chan
 
 @pytest.fixture
 def diagnoses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """A diagnosis in the place of the real one, which notes the effects that it was made with."""
+    """A diagnosis in the place of the real one, which notes its effects; inversion and report are left out."""
     made: list[str] = []
 
     def diagnose(case: object, measured: object, out: Path, *_: object, **__: object) -> None:  # noqa: ARG001
@@ -38,7 +38,13 @@ def diagnoses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         (out / "diagnosis.json").write_text(json.dumps(content))
         (out / "diagnosis.csv").write_text("time_s\n")
 
+    def invert(plan: Any, _: object) -> None:
+        plan.inversion.mkdir(parents=True, exist_ok=True)
+        for name in ("inversion.json", "verification.csv"):
+            (plan.inversion / name).write_text("{}")
+
     monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)
+    monkeypatch.setattr("birdstrike.loop._inversion", invert)
     monkeypatch.setattr("birdstrike.loop._report", lambda plan, _: plan.report.write_text("a page"))
     monkeypatch.setattr("birdstrike.loop.conclude", lambda plan: plan.ledger.read())
     return made
@@ -51,13 +57,13 @@ def close(out: Path, measured: Path, **options: Any) -> dict[str, Any]:
 
 def module(folder: Path, name: str, factor: float) -> Effect:
     """An effect from a file of its own, loaded anew."""
-    (folder / f"{name}.py").write_text(OWN.format(factor=factor).replace("{{", "{").replace("}}", "}"))
+    (folder / f"{name}.py").write_text(OWN.replace("FACTOR", repr(factor)))
     sys.modules.pop(name, None)
     return __import__(name).EFFECT
 
 
 @pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[float], None]]:
     """Registers the effect of a file outside the tree, with a factor in its source."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)

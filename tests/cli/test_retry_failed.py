@@ -70,7 +70,7 @@ COMMANDS: dict[str, Arguments] = {
     "audit": lambda _: ["audit", "--draws", "20", "--channels", "1", "--workers", "1"],
     "close-the-loop": lambda data: [
         *("close-the-loop", "reference_strike", "--measured", str(data / "record.csv"), "--design", "lhs"),
-        *("--runs", "4", "--no-diagnosis", "--workers", "1"),
+        *("--runs", "8", "--no-diagnosis", "--workers", "1"),
     ],
 }
 

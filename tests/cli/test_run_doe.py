@@ -45,7 +45,7 @@ def test_quality_is_printed_first_and_the_last_line_says_what_next(tmp_path: Pat
     quality = "\n".join(lines[: next(i for i, line in enumerate(lines) if "inactive" in line)])
     for label in ("rank", "condition", "largest correlation", "centred discrepancy (squared)"):
         assert label in quality
-    assert lines[-2] == f"Written to {tmp_path}: 9 of 9 strikes ({FILES})."
+    assert lines[-2] == f"Written to {tmp_path}: 9 of 9 runs ({FILES})."
     assert lines[-1] == f"Next: birdstrike train-and-invert {tmp_path} --measured shot.csv --out inversion"
     assert len(load_dataset(tmp_path).runs) == 9
 
@@ -75,7 +75,7 @@ def test_failed_strikes_are_named_and_the_exit_code_is_2(tmp_path: Path, stand_i
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     failed = [entry["run"] for entry in summary["failed"]]
     assert failed
-    named = f"{len(failed)} of 6 strikes failed and are left out: run {', '.join(map(str, failed))}"
+    named = f"{len(failed)} of 6 runs failed and are left out: run {', '.join(map(str, failed))}"
     assert last_json(result)["errors"] == [named]
     assert named in result.stderr
     assert len(load_dataset(tmp_path).runs) == 6 - len(failed)

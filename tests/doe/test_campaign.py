@@ -206,7 +206,7 @@ def test_a_history_that_is_not_finite_is_a_failure(tmp_path: Path) -> None:
 def test_a_campaign_of_which_nothing_finishes_ends_with_the_first_reason(tmp_path: Path) -> None:
     with pytest.raises(RunFailed, match="none of the 6 runs finished; run 1: unstable"):
         campaign(tmp_path, breaks_above=-1.0)
-    with pytest.raises(UserError, match="none of its strikes finished"):
+    with pytest.raises(UserError, match="none of its runs finished"):
         load_dataset(tmp_path)
 
 

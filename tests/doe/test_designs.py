@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import REFERENCE
 from birdstrike.doe.campaign.folder import design_text
-from birdstrike.doe.designs.design import Design
-from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.design import Design, DesignKind
+from birdstrike.doe.designs.registry import KINDS, make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from tests.doe.stand_in import reference
 
@@ -140,3 +142,21 @@ def test_every_error_of_a_design_file_is_listed_with_its_place(
         read(tmp_path, *lines)
     for message in messages:
         assert caught.match(message)
+
+
+@pytest.mark.parametrize("command", ["run-doe", "close-the-loop"])
+def test_help_names_every_kind_of_the_registry(command: str) -> None:
+    shown = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"}).stdout
+    assert [kind for kind in KINDS if kind not in shown] == []
+
+
+def test_a_kind_is_added_by_one_entry_of_the_registry(monkeypatch: pytest.MonkeyPatch) -> None:
+    def middle(runs: int, columns: int, *_: object) -> np.ndarray:
+        return np.full((runs, columns), 0.5)
+
+    monkeypatch.setitem(KINDS, "middle", DesignKind("middle", middle, note=lambda runs: f"{runs} times the same"))
+    design = make_design("middle", SPACE, 3)
+    np.testing.assert_allclose(design.values, np.tile(0.5 * (SPACE.lows + SPACE.highs), (3, 1)))
+    assert (design.kind, design.warnings) == ("middle", ("3 times the same",))
+    with pytest.raises(UserError, match="neither a file nor one of uniform, orthogonal, lhs, sobol, middle"):
+        make_design("centre", SPACE, 3)
