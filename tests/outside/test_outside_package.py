@@ -58,9 +58,18 @@ if __name__ == "__main__":
             if end.code:
                 raise
 """
-KEY = (
-    "import sys; from birdstrike.solver.case.case import case_hash, load_case; print(case_hash(load_case(sys.argv[1])))"
-)
+KEYS = """
+from birdstrike.solver.case.case import case_hash, load_case
+
+uses = {
+    "material": {"bird.material": '{model = "gelatine", bulk = "2000 MPa"}'},
+    "sensor": {"sensors.mean.kind": "mean_deflection"},
+    "effect": {"effects.paint": "100 kg/m^3"},
+    "nothing": {},
+}
+for name, settings in uses.items():
+    print(name, case_hash(load_case("demo", settings)))
+"""
 
 
 class Laboratory:
@@ -99,9 +108,13 @@ class Laboratory:
         (self.folder / "commands.py").write_text(COMMANDS)
         self.python("commands.py", *commands)
 
-    def key(self) -> str:
-        """Hash of the case, part of every run's key."""
-        return self.python("-c", KEY, "case.toml").strip()
+    def keys(self) -> dict[str, str]:
+        """Hashes, part of every run's key, of cases that each use one thing of the package, and of one without."""
+        return dict(line.split() for line in self.python("-c", KEYS).splitlines())
+
+    def write(self, name: str, text: str) -> None:
+        """Change a file of the package."""
+        (self.site / "birdstrike_gelatine" / name).write_text(text)
 
 
 @pytest.fixture(scope="module")
@@ -126,3 +139,20 @@ def test_every_command_works_with_the_package_s_material_sensor_and_effect(labor
     assert list(inversion["methods"]["emulator"]["parameters"]) == ["bird.material.bulk"]
     diagnosis = json.loads((folder / "diagnosis" / "diagnosis.json").read_text())
     assert "paint" in {effect["name"] for effect in diagnosis["effects"]}
+
+
+def test_a_change_of_the_package_s_sources_changes_the_keys_of_the_runs_that_use_it(tmp_path: Path) -> None:
+    laboratory = Laboratory(tmp_path)
+    before = laboratory.keys()
+    laboratory.write("law.py", "STIFFENING = 3.0\n")
+    after = laboratory.keys()
+    assert {name for name, key in before.items() if after[name] != key} == {"material", "sensor", "effect"}
+
+
+def test_a_package_that_cannot_be_loaded_is_named(tmp_path: Path) -> None:
+    laboratory = Laboratory(tmp_path)
+    laboratory.write("sensor.py", "import no_such_module\n")
+    with pytest.raises(
+        AssertionError, match=r"UserError: the sensor kind birdstrike_gelatine.sensor:MeanDeflection of "
+    ):
+        laboratory.python("-c", KEYS)
