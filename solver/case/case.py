@@ -28,7 +28,7 @@ from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import InversionSettings, SolverSettings
 from birdstrike.solver.effects.effect import SECTIONS
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
