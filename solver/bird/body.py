@@ -1,4 +1,4 @@
-"""What the coupling asks of a bird, whatever it is made of: n points of contact with masses, stepped by kick and drift."""
+"""What the coupling asks of a bird, whatever it is made of: n points with masses, stepped by kick and drift."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class Plate:
     def kick_and_drift(self, kick: float, drift: float, applied: Array) -> None:
         """New half-step velocities under internal and applied forces (m, 3) [N], then new positions.
 
-        What mass damping takes is booked half before and half after the whole step, as the kinetic energy is.
+        What mass damping takes is counted half before and half after the whole step, as the kinetic energy is.
         """
         if self.damping > 0.0:
             self.v_before[:], self.omega_before[:] = self.v, self.omega

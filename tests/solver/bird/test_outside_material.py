@@ -25,6 +25,7 @@ MURNAGHAN = {
     "bird.material.eos.g": "7.98",
     "bird.material.pressure_cutoff": "-1 MPa",
     "bird.material.viscosity": "100 Pa s",
+    "bird.material.compression_erosion": "0",
 }
 GEL = {"bird.material.model": "gel", "bird.material.hardness": "128 MPa"}
 
