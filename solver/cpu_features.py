@@ -24,7 +24,7 @@ def use_full_vectors() -> None:
 def wait_politely() -> None:
     """Let idle OpenMP threads sleep instead of spin, unless the user has said otherwise.
 
-    A strike has ten short parallel loops a step. With spinning threads and one other busy process on two cores, a
-    strike was measured to take 15 times as long; sleeping ones cost it nothing. Read when OpenMP loads, hence here.
+    A simulation has ten short parallel loops a step. With spinning threads and one other busy process on two cores,
+    it was measured to take 15 times as long; sleeping ones cost it nothing. Read when OpenMP loads, hence here.
     """
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")

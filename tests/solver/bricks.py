@@ -36,13 +36,13 @@ def advance(bird: HexBird, dt: float, first: bool = False, held: Array | None = 
     since = 0.0 if first else dt
     bird.update_density(since)
     bird.update_forces(since)
-    bird.keep_books(since)
+    bird.update_energies(since)
     if held is not None:
         bird.acceleration[held.astype(bool)] = 0.0
     before = bird.kinetic_energy()
     bird.kick(0.5 * dt if first else dt)
     bird.drift(dt)
-    return 0.5 * (before + bird.kinetic_energy()) + sum(bird.accounts.values())
+    return 0.5 * (before + bird.kinetic_energy()) + sum(bird.energies.values())
 
 
 def stable_step(bird: HexBird) -> float:

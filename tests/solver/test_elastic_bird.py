@@ -125,7 +125,7 @@ def test_stretched_bar_does_not_fracture_and_comes_back():
     assert min(lengths) < 0.8
     assert lengths[-1] > 1.1
     assert np.abs(errors).max() < 0.01
-    assert bird.accounts["bird_hourglass"] < 0.05 * kinetic
+    assert bird.energies["bird_hourglass"] < 0.05 * kinetic
 
 
 def test_a_particle_turned_inside_out_ends_the_run():

@@ -43,12 +43,12 @@ def test_friction_conserves_linear_and_angular_momentum():
     """Friction acts at the particle's height above the mid-surface: the shell gets the couple as well."""
     plate = saddle()
     bird, contact = rubbing_layer(plate)
-    rubbing = contact.rubbing
-    assert rubbing is not None
-    scale = np.abs(rubbing.on_bird).sum()
+    friction = contact.friction
+    assert friction is not None
+    scale = np.abs(friction.on_bird).sum()
     assert scale > 0.02 * np.abs(contact.on_bird).sum()
-    assert np.abs(rubbing.on_bird.sum(axis=0) + rubbing.on_plate.sum(axis=0)).max() < 1e-13 * scale
-    moment = np.cross(bird.x, rubbing.on_bird).sum(axis=0) + np.cross(plate.x, rubbing.on_plate).sum(axis=0)
+    assert np.abs(friction.on_bird.sum(axis=0) + friction.on_plate.sum(axis=0)).max() < 1e-13 * scale
+    moment = np.cross(bird.x, friction.on_bird).sum(axis=0) + np.cross(plate.x, friction.on_plate).sum(axis=0)
     assert np.abs(moment).max() < 1e-9 * scale * 0.1
 
 
@@ -56,14 +56,14 @@ def test_friction_only_takes_energy():
     """Its power on particles and nodes together is the sum of -|F| |slip|, also on a shell that moves and turns."""
     plate = saddle()
     bird, contact = rubbing_layer(plate)
-    rubbing = contact.rubbing
-    assert rubbing is not None
-    power = (rubbing.on_bird * bird.v).sum() + (rubbing.on_plate * plate.v).sum()
-    force = np.linalg.norm(rubbing.on_bird, axis=1)
+    friction = contact.friction
+    assert friction is not None
+    power = (friction.on_bird * bird.v).sum() + (friction.on_plate * plate.v).sum()
+    force = np.linalg.norm(friction.on_bird, axis=1)
     normal = np.linalg.norm(contact.normal_forces(), axis=1)
     assert (force <= 0.3 * normal * (1.0 + 1e-12)).all()
     assert (force < 0.3 * normal * (1.0 - 1e-9)).any()
-    assert power <= -(force**2).sum() / rubbing.resistance * (1.0 - 1e-9)
+    assert power <= -(force**2).sum() / friction.resistance * (1.0 - 1e-9)
     assert force.sum() > 0.0
 
 

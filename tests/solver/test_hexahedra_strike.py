@@ -9,7 +9,7 @@ import pytest
 from birdstrike.data.histories import Histories
 from birdstrike.data.vtu import write_fields
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.estimate import estimate
 from birdstrike.solver.simulate import simulate
 
@@ -60,7 +60,7 @@ def test_shock_viscosity_does_not_stand_in_for_viscosity(strike):
 
 
 def test_mass_and_elements_are_the_cases(strike):
-    bird = Strike(small()).bird
+    bird = Coupling(small()).bird
     assert bird.masses.sum() == pytest.approx(1.8, rel=1e-3)
     assert bird.masses.sum() == pytest.approx(small().bird.actual_mass, rel=1e-12)
     assert strike.summary["particles"] == estimate(small())["particles"] == 480

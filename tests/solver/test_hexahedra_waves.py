@@ -87,5 +87,5 @@ def test_sheared_viscous_block_dissipates_what_theory_says():
     for step in range(21):
         advance(bird, 1e-6, first=step == 0, held=np.ones_like(mesh.nodes))
     expected = 500.0 * 50.0**2 * 0.03**3 * 20 * 1e-6
-    assert bird.accounts["bird_viscous"] == pytest.approx(expected, rel=1e-9)
-    assert abs(bird.accounts["bird_shock"]) < 1e-12 * expected
+    assert bird.energies["bird_viscous"] == pytest.approx(expected, rel=1e-9)
+    assert abs(bird.energies["bird_shock"]) < 1e-12 * expected

@@ -87,7 +87,7 @@ def test_stretched_plastic_bar_keeps_its_books_and_erodes_at_the_failure_strain(
     assert bird.eps_p[~gone].max() <= 0.3
     assert bird.von_mises()[gone].max() == 0.0
     assert bird.von_mises().max() <= 3e5 * (1.0 + 1e-9)
-    assert bird.accounts["eroded"] != 0.0
+    assert bird.energies["eroded"] != 0.0
     assert np.abs(energies / kinetic - 1.0).max() < 0.01
 
 
