@@ -67,7 +67,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Animation:
-    """The strike in motion: JSON for the page's own player, its size in CSS pixels, and a caption."""
+    """The impact in motion: JSON for the page's own player, its size in CSS pixels, and a caption."""
 
     name: str
     data: str

@@ -40,9 +40,9 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
     cases[results.best] = _inverted(results)
     models: dict[str, Model] = {}
     for done, (key, case) in enumerate(cases.items()):
-        tell = _part(progress, done, len(cases))
-        run, failure = _run(results, case, tell)
-        tell(1.0)
+        report_share = _part(progress, done, len(cases))
+        run, failure = _run(results, case, report_share)
+        report_share(1.0)
         offset = results.offset if key == results.best or run is None else best_offset(results, run)
         kept = None if isinstance(case, CaseError) else case
         models[key] = Model(key, titled(key, results.case), kept, run, offset, failure)
@@ -52,11 +52,11 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
 def _part(progress: Progress | None, done: int, whole: int) -> Progress:
     """Progress of one simulation among several, as a share of all."""
 
-    def tell(share: float) -> None:
+    def report_share(share: float) -> None:
         if progress is not None:
             progress((done + share) / whole)
 
-    return tell
+    return report_share
 
 
 def _standard(results: Results, shipped: str) -> Case | CaseError:

@@ -32,11 +32,6 @@ class Score:
     phase: float | None
     rating: Rating | None
 
-    @property
-    def comprehensive(self) -> float | None:
-        """Sprague and Geers' combined error, sqrt(M^2 + P^2)."""
-        return None if self.magnitude is None or self.phase is None else float(np.hypot(self.magnitude, self.phase))
-
 
 def score(
     time: Array, record: Array, run: Histories, channel: str, offset: float, *, shaped: bool = True

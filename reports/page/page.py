@@ -79,12 +79,12 @@ def write_page(
     diagnosed: bool = True,
 ) -> Path:
     """Write the page about results at hand, the bird models' simulations added where asked for; its path."""
-    told = progress or (lambda _: None)
+    report_share = progress or (lambda _: None)
     if models:
-        results = run_models(results, lambda share: told(SIMULATIONS * share))
+        results = run_models(results, lambda share: report_share(SIMULATIONS * share))
     begun = SIMULATIONS if models else 0.0
     made = SECTIONS if diagnosed else tuple(make for make in SECTIONS if make not in DIAGNOSIS)
-    write_atomically(path, page(results, lambda share: told(begun + (1.0 - begun) * share), made))
+    write_atomically(path, page(results, lambda share: report_share(begun + (1.0 - begun) * share), made))
     return path
 
 

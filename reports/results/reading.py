@@ -30,7 +30,7 @@ def first_shot(inversion: Inversion) -> Inversion:
     """The inversion with the channels of its first shot alone; parameters and posterior stay those of all shots."""
     if len(inversion.shots) < 2:
         return inversion
-    emulator, measured, told = inversion.emulator, inversion.measured, inversion.identifiability
+    emulator, measured, identifiability = inversion.emulator, inversion.measured, inversion.identifiability
     residual = inversion.residual
     return replace(
         inversion,
@@ -51,7 +51,7 @@ def first_shot(inversion: Inversion) -> Inversion:
         cloud=replace(inversion.cloud, nearest_distance=_own(inversion.cloud.nearest_distance)),
         residual=residual
         and replace(residual, tau=_own(residual.tau), fit=_own(residual.fit), widened=_own(residual.widened)),
-        identifiability=told and replace(told, sobol=_own(told.sobol)),
+        identifiability=identifiability and replace(identifiability, sobol=_own(identifiability.sobol)),
     )
 
 

@@ -23,8 +23,8 @@ from birdstrike.reports.sections.models_tables import constants_table, end_state
 def section(results: Results) -> Section:
     """Words, tables, then one figure a sensor."""
     blocks: list[Block] = [Paragraph(_words(results))]
-    if told := tuple(_warnings(results)):
-        blocks.append(Warnings(told))
+    if warned := tuple(_warnings(results)):
+        blocks.append(Warnings(warned))
     tables = (errors_table(results), end_state_table(results), constants_table(results))
     figures = (_figure(results, channel) for channel in _channels(results))
     return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *tables[1:]))

@@ -75,8 +75,6 @@ def solve_threads(_: Computed) -> Solution:
 FAMILY = "Energy balance of the reference strike"
 ABOUT = "`reference_strike` as shipped: 4501 particles, 2000 shells, 3 ms; and the same with MU = 0."
 PROBLEMS = (
-    Problem(
-        "energy_balance", "Energy balance of the reference strike", ABOUT, solve_balance, (REFERENCE_STRIKE, INVISCID)
-    ),
-    Problem("threads", "Energy balance of the reference strike", "", solve_threads),
+    Problem("energy_balance", FAMILY, ABOUT, solve_balance, (REFERENCE_STRIKE, INVISCID)),
+    Problem("threads", FAMILY, "", solve_threads),
 )

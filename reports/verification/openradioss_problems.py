@@ -58,10 +58,16 @@ def compare(run: Histories, truth: Reference) -> Misfit:
     """A run against reference curves, both clocks starting 0.05 mm above first contact; nothing is fitted."""
     w = run.at("displacement_centre", truth.time)
     given = np.interp(truth.time, run.time, momentum_given(run))
-    astray = 100.0 * np.abs(given - truth.J) / truth.J[-1]
+    difference = 100.0 * np.abs(given - truth.J) / truth.J[-1]
     w_rms = 100.0 * float(np.sqrt(np.mean((w - truth.w) ** 2)) / truth.w.max())
     return Misfit(
-        w, given, w_rms, float(np.sqrt(np.mean(astray**2))), float(astray.max()), float(w.max()), float(given[-1])
+        w,
+        given,
+        w_rms,
+        float(np.sqrt(np.mean(difference**2))),
+        float(difference.max()),
+        float(w.max()),
+        float(given[-1]),
     )
 
 

@@ -26,7 +26,7 @@ from birdstrike.solver.reference.hugoniot import Jump, jump, pressure_of
 class Impact:
     """At the end: distance (n,) [m] of the particles from the plane of impact, their pressures [Pa], their least and
     largest speeds; front: where theory puts the shock [m]; shock: its speed through the bird [m/s]; pressure, ripple:
-    mean and standard deviation over the plateau [Pa]; astray: energy lost or made, of the initial.
+    mean and standard deviation over the plateau [Pa]; energy_error: energy lost or made, of the initial.
     """
 
     distance: Array
@@ -35,7 +35,7 @@ class Impact:
     shock: float
     pressure: float
     ripple: float
-    astray: float
+    energy_error: float
 
 
 PLATEAU = (0.2, 0.8)  # of the way to the front: past the wall heating at the plane, short of the front's own width
@@ -72,8 +72,8 @@ def planar_impact(
     plateau = pressures[(distance > PLATEAU[0] * front) & (distance < PLATEAU[1] * front)]
     late = np.arange(steps) >= steps // 3
     speed = float(np.polyfit(dt * np.arange(steps)[late], reached[late], 1)[0])
-    astray = (bird.kinetic_energy() + stored - start) / start
-    return Impact(distance, pressures, front, speed, float(plateau.mean()), float(plateau.std()), astray)
+    energy_error = (bird.kinetic_energy() + stored - start) / start
+    return Impact(distance, pressures, front, speed, float(plateau.mean()), float(plateau.std()), energy_error)
 
 
 def planes(distance: Array) -> tuple[NDArray[np.int64], Array]:
@@ -169,12 +169,12 @@ def picture(results: list[Collision], material: Fluid, name: str, lattice: str) 
     worst_p = max(abs(r[2].pressure / r[1].pressure - 1.0) for r in results)
     worst_u = max(abs(r[2].shock / r[1].shock - 1.0) for r in results)
     ripple = max(r[2].ripple / r[1].pressure for r in results)
-    astray = max(abs(r[2].astray) for r in results)
+    energy_error = max(abs(r[2].energy_error) for r in results)
     caption = (
         f"Two halves of a laterally periodic column ({lattice}) meet at ±u. Left: mean pressure of each lattice plane "
         f"at the end, grey ±1 %. Right: the Hugoniot and the plateau means (20 to 80 % of the way to the front). "
         f"Largest error: pressure {worst_p:.2%}, shock speed {worst_u:.2%}; ripple of the plateau (standard deviation) "
-        f"at most {ripple:.2%}; energy closes within {astray:.2%} of the kinetic energy."
+        f"at most {ripple:.2%}; energy closes within {energy_error:.2%} of the kinetic energy."
     )
     return Picture(name, draw(left, right), caption)
 

@@ -113,7 +113,7 @@ def verify(
 
 
 def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> dict[str, float]:
-    """Computed that are not in the store and problems that need none first, then the problems that compare strikes.
+    """Simulations that are not in the store and problems that need none first, then the problems that compare some.
 
     CPU time [s] by problem, with the simulations that it was the first to ask for.
     """

@@ -23,8 +23,8 @@ def biaxial_stress(young: float, poisson: float, yield_stress: float, plastic_mo
 def cowper_symonds_shear_stress(yield_stress: float, rate_c: float, rate_p: float, rate: float) -> float:
     """Stress [Pa] of a perfectly plastic material in steady engineering shear `rate` [1/s]; rate_c [1/s], 0 is off.
 
-    The whole rate is plastic once the stress stands: the plastic rate is rate/sqrt3, and the factor on the static stress
-    1 + (rate/(sqrt3 C))^(1/P). G. R. Cowper & P. S. Symonds (1957).
+    The whole rate is plastic once the stress stands: the plastic rate is rate/sqrt3, and the factor on the static
+    stress 1 + (rate/(sqrt3 C))^(1/P). G. R. Cowper & P. S. Symonds (1957).
     """
     factor = 1.0
     if rate_c > 0.0:
