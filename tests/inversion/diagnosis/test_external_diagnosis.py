@@ -15,8 +15,8 @@ from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
 from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
+from tests.doe.external.test_external import exact
 from tests.doe.external_case import DECK, written
-from tests.doe.test_external import exact
 
 NOISE = 1e-4
 VISCOSITY, SPEED = 700.0, 91.1

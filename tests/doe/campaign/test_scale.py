@@ -12,8 +12,8 @@ from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import load_case
+from tests.doe.campaign.test_campaign import campaign
 from tests.doe.stand_in import reference
-from tests.doe.test_campaign import campaign
 
 SPACE = ParameterSpace(
     ("a", "b", "c"),

@@ -18,11 +18,11 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.cluster import SameSolver, WrongWorker, cluster
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from tests.doe.campaign.test_campaign import campaign as here_campaign
+from tests.doe.campaign.test_interruption import until
+from tests.doe.external.test_external import campaign as external_campaign
 from tests.doe.external_case import oscillator
 from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
-from tests.doe.test_campaign import campaign as here_campaign
-from tests.doe.test_external import campaign as external_campaign
-from tests.doe.test_interruption import until
 
 distributed = pytest.importorskip("distributed")
 

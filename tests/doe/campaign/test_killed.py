@@ -58,7 +58,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def processes() -> multiprocessing.context.ForkServerContext:
     """Processes that have loaded everything: a fresh interpreter for each life would be too slow."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["tests.doe.test_killed"])
+    context.set_forkserver_preload(["tests.doe.campaign.test_killed"])
     return context
 
 

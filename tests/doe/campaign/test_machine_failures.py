@@ -13,8 +13,8 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.solver.case.case import Case
-from tests.doe.external_case import written
-from tests.doe.test_campaign import campaign
+from tests.doe.campaign.test_campaign import campaign
+from tests.doe.external_case import PROGRAM, written
 
 FALLS = """
 from pathlib import Path
@@ -40,7 +40,7 @@ def run_doe(case: Path, out: Path) -> Result:
 @pytest.mark.parametrize("how", ENDINGS)
 def test_an_external_run_that_the_machine_ended_is_made_by_the_next_call(how: str, tmp_path: Path) -> None:
     case = written(tmp_path / "case")
-    program = Path(__file__).with_name("oscillator_program.py")
+    program = PROGRAM
     text = program.read_text(encoding="utf-8")
     falls = FALLS.replace("MARK", repr(str(tmp_path / "fallen"))).replace("ENDS", ENDINGS[how])
     fallible = tmp_path / "fallible.py"
@@ -63,7 +63,7 @@ def out_of_memory(case: Case, **_: object) -> Histories:  # noqa: ARG001 (a solv
 
 
 def test_an_error_that_memory_caused_is_not_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tests.doe.test_campaign.strike", out_of_memory)
+    monkeypatch.setattr("tests.doe.campaign.test_campaign.strike", out_of_memory)
     with pytest.raises(RunFailed, match="none of the 6"):
         campaign(tmp_path)
     assert RunStore(tmp_path / "runs").failed_keys() == []

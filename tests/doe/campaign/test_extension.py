@@ -20,8 +20,8 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from tests.doe.campaign.test_campaign import HIGHEST, campaign, same, snapshot
 from tests.doe.stand_in import attempts, design, reference
-from tests.doe.test_campaign import HIGHEST, campaign, same, snapshot
 
 
 @pytest.fixture

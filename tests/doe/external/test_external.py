@@ -26,8 +26,8 @@ from birdstrike.doe.external.external import external_solver, simulate_external
 from birdstrike.inversion.forward import StoredSolver
 from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
+from tests.doe.campaign.test_interruption import gone, until
 from tests.doe.external_case import CSV, DECK, NODOUT, PROGRAM, UNITS, oscillator, written
-from tests.doe.test_interruption import gone, until
 
 FORCE = 'format = "columns"\nfile = "force.txt"\nunit = "kN"\ntime_unit = "ms"'
 

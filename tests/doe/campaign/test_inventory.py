@@ -20,8 +20,8 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.inventory import inventory
 from birdstrike.doe.campaign.run import Finished, retry_before
 from birdstrike.solver.version import SOLVER_VERSION
+from tests.doe.campaign.test_campaign import HIGHEST, campaign, snapshot
 from tests.doe.stand_in import attempts, design, reference, strike
-from tests.doe.test_campaign import HIGHEST, campaign, snapshot
 
 
 def versioned(out: Path, version: str = SOLVER_VERSION, **options: object) -> None:

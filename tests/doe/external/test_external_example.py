@@ -10,7 +10,7 @@ from birdstrike.doe.external.external import external_solver
 from birdstrike.doe.external.template import rendered
 from birdstrike.solver.case.case import load_case
 
-EXAMPLE = Path(__file__).parents[2] / "docs" / "external_solver" / "lsdyna.toml"
+EXAMPLE = Path(__file__).parents[3] / "docs" / "external_solver" / "lsdyna.toml"
 
 
 def card_below(deck: str, keyword: str) -> list[float]:

@@ -22,7 +22,7 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.solver.case.case import Case
 from tests.doe.stand_in import VERSION, attempts, design, pids, reference, strike
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RUNS = 8
 
 
