@@ -145,7 +145,7 @@ def test_folder_without_a_campaign_is_refused(measured: Path, tmp_path: Path) ->
 
 
 def test_shipped_curve_goes_by_its_name(doe: Path, tmp_path: Path) -> None:
-    found = train_and_invert(doe, "table7_group5", tmp_path)
+    found = train_and_invert(doe, "table7_group5", tmp_path, extras=PLAIN)
     assert found.measured.simulated
     assert found.measured.points == {CHANNEL: 12}
 
@@ -157,7 +157,7 @@ def test_own_forward_model_takes_the_solvers_place(doe: Path, measured: Path, tm
         seen.append(theta[VISCOSITY])
         return small_campaign.strike(load_case("reference_strike").with_values(theta))
 
-    found = train_and_invert(doe, measured, tmp_path, forward=external)
+    found = train_and_invert(doe, measured, tmp_path, forward=external, extras=PLAIN)
     assert len(seen) == 2
     assert found.methods["emulator"].run is None
     assert not (tmp_path / "runs").exists()
