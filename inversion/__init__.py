@@ -1,1 +1,6 @@
-"""From a measured curve back to parameters, with honest intervals and a solver run that verifies each answer."""
+"""From a measured curve to parameters with intervals, a verifying solver run, and the name of a lacking effect.
+
+A campaign's runs and a measured record enter; `inversion.json`, `convergence.json`, `diagnosis.json` and `audit.json`
+leave. Read train_and_invert (the command), invert (one record), then the folders in the order of their imports:
+results, observations, estimation, identifiability; beside them mesh_convergence, and above them diagnosis and audit.
+"""

@@ -64,9 +64,35 @@ def invert(
 ) -> InversionOutcome:
     """Invert `measured` with a campaign's runs and verify every answer with `forward`.
 
-    emulator: fitted before to the same runs, for another measurement, say; else it is fitted here. columns: errors that
-    every model carries besides the emulator's: uncertain speed or mass, mesh error, a stated discrepancy.
-    Raises UserError (channels, times, units, a rank-deficient design) and RunFailed when no verification run finishes.
+    Parameters
+    ----------
+    dataset : Dataset
+        The runs of a campaign.
+    measured : Measured
+        The record, SI.
+    forward : callable
+        {dotted case key: SI value} -> Histories; verifies the answers.
+    options : InversionOptions, optional
+        Methods, noise, time origin, sampling.
+    progress : callable, optional
+        Takes the share of the work that is done, 0..1.
+    emulator : Emulator, optional
+        Fitted before to the same runs; else it is fitted here.
+    columns : callable, optional
+        Errors that every model carries besides the emulator's: uncertain speed or mass, mesh error, a stated
+        discrepancy.
+
+    Returns
+    -------
+    InversionOutcome
+        The inversion, and the trained models, observations and verification runs behind it.
+
+    Raises
+    ------
+    UserError
+        For channels, times, units, or a rank-deficient design.
+    RunFailed
+        When no verification run finishes.
     """
     choice, report = options or InversionOptions(), progress or _silent
     methods = choice.methods()
@@ -86,7 +112,7 @@ def invert(
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
-    cloud = emulator_or_model(located.cloud, _missed(located, verified), _q2(located.emulator))
+    cloud = emulator_or_model(located.cloud, _solver_error(located, verified), _q2(located.emulator))
     if cloud.coarse:
         warnings[: 0 if located.cloud.inside else 1] = [prior_predictive_warning(cloud, located.observations)]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
@@ -170,10 +196,10 @@ def answered(located: Located, proposal: Proposal, verification: VerificationRun
     )
 
 
-def _missed(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:
+def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:
     """Root mean square error of a verification run's worst channel in units of the noise; None without a run.
 
-    Of the best run where the fit misses the record; where it does not, of the run at the emulator's own answer.
+    Of the best run where the fit is rejected; where it is not, of the run at the emulator's own answer.
     """
     runs = {method: v.histories for method, v in verified.items() if v.histories is not None}
     errors = {method: _worst(located, run) for method, run in runs.items()}

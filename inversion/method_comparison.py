@@ -1,4 +1,4 @@
-"""All methods on one strike whose truth is known: parameter errors, curve errors, verified errors, runs, seconds.
+"""All methods on one case whose truth is known: parameter errors, curve errors, verified errors, runs, seconds.
 
 The record is the solver's own, of the case's own values, with noise of known size; the model is the same solver. So the
 table says what each method makes of the data, and nothing of how right the solver is.
@@ -54,7 +54,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodScore:
     """One method under one condition.
 
     errors: name -> |value - truth| as a share of the range; predicted, verified: RMS of the curve over the noise-free
@@ -73,7 +73,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Bench:
+class KnownCase:
     """What the methods are given: campaign, forward model, the truth and its histories."""
 
     dataset: Dataset
@@ -83,7 +83,7 @@ class Bench:
     emulators: Mapping[tuple[str, ...], Emulator]
 
     @classmethod
-    def of(cls, dataset: Dataset, forward: Forward, truth: Mapping[str, float], channels: tuple[str, ...]) -> Bench:
+    def of(cls, dataset: Dataset, forward: Forward, truth: Mapping[str, float], channels: tuple[str, ...]) -> KnownCase:
         """Run the truth and fit the emulators, for one channel and for all."""
         sets = ((channels[0],), channels)
         return cls(dataset, forward, truth, forward(truth), {own: fit_emulator(dataset, own) for own in sets})
@@ -99,7 +99,7 @@ class Bench:
             weight = size * (condition.noise or NOISELESS * NOISES[1])
             channels[name] = self.histories.at(name, times) + size * condition.noise * rng.normal(size=len(times))
             sigma[name], units[name] = np.full(len(times), weight), self.histories.units[name]
-        measured = Measured(times, channels, sigma, units, ("SIMULATED by birdstrike",), "side by side")
+        measured = Measured(times, channels, sigma, units, ("SIMULATED by birdstrike",), "method comparison")
         return observe(measured, self.dataset, {})
 
     def size(self, channel: str) -> float:
@@ -115,9 +115,9 @@ def conditions(channels: tuple[str, ...]) -> list[Condition]:
     return [Condition(noise, points, own) for own in sets for points in POINTS for noise in NOISES]
 
 
-def side_by_side(
-    bench: Bench, channels: tuple[str, ...], progress: Callable[[float], None] | None = None
-) -> Iterator[Row]:
+def score_methods(
+    bench: KnownCase, channels: tuple[str, ...], progress: Callable[[float], None] | None = None
+) -> Iterator[MethodScore]:
     """Every method under every condition, each answer verified by the solver."""
     chosen = conditions(channels)
     for i, condition in enumerate(chosen):
@@ -135,7 +135,7 @@ def side_by_side(
 Solve = Callable[[], tuple[Array, int]]
 
 
-def _methods(bench: Bench, condition: Condition, record: Observations) -> dict[str, Solve]:
+def _methods(bench: KnownCase, condition: Condition, record: Observations) -> dict[str, Solve]:
     """Name -> parameters (k,) SI, and the solver's runs beyond the campaign (negative: without the campaign)."""
     emulator = bench.emulators[condition.channels]
     coordinates = parameter_coordinates(bench.dataset, emulator.regions)
@@ -149,7 +149,7 @@ def _methods(bench: Bench, condition: Condition, record: Observations) -> dict[s
     }
 
 
-def _network(bench: Bench, record: Observations, trainer: str) -> Array:
+def _network(bench: KnownCase, record: Observations, trainer: str) -> Array:
     read = input_times({c.name: c.times for c in record.channels}, bench.dataset)
     fit = fit_network(bench.dataset, read, trainer)
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in record.channels])
@@ -157,7 +157,7 @@ def _network(bench: Bench, record: Observations, trainer: str) -> Array:
     return np.clip(found, bench.dataset.lows, bench.dataset.highs)
 
 
-def _solver_in_the_loop(bench: Bench, record: Observations) -> tuple[Array, int]:
+def _solver_in_the_loop(bench: KnownCase, record: Observations) -> tuple[Array, int]:
     """Trust-region least squares from the middle of the ranges; runs counted, the campaign not among them."""
     lows, span = bench.dataset.lows, bench.dataset.highs - bench.dataset.lows
     runs = 0
@@ -174,7 +174,7 @@ def _solver_in_the_loop(bench: Bench, record: Observations) -> tuple[Array, int]
 
 
 def _row(
-    bench: Bench,
+    bench: KnownCase,
     condition: Condition,
     record: Observations,
     method: str,
@@ -182,7 +182,7 @@ def _row(
     extra: int,
     seconds: float,
     bounds: dict[str, float] | None,
-) -> Row:
+) -> MethodScore:
     names, span = bench.dataset.names, bench.dataset.highs - bench.dataset.lows
     truth = np.array([bench.truth[name] for name in names])
     errors = {n: float(e) for n, e in zip(names, np.abs(theta - truth) / span, strict=True)}
@@ -193,10 +193,12 @@ def _row(
     predicted = rmse(model.curves(model.scores(theta[None]), 0.0)[0] / unit, clean) if stands else None
     run = bench.forward(dict(zip(names, map(float, theta), strict=True)))
     verified = rmse(stacked(run, record, 0.0) / unit, clean)
-    return Row(str(condition), method, errors, predicted, verified, len(bench.dataset.runs) + extra, seconds, bounds)
+    return MethodScore(
+        str(condition), method, errors, predicted, verified, len(bench.dataset.runs) + extra, seconds, bounds
+    )
 
 
-def _bounds(bench: Bench, condition: Condition, record: Observations) -> dict[str, float] | None:
+def _bounds(bench: KnownCase, condition: Condition, record: Observations) -> dict[str, float] | None:
     """What no unbiased use of prior and noise can beat, share of the range; the emulator's derivatives at the truth."""
     if not condition.noise:
         return None

@@ -82,10 +82,44 @@ def train_and_invert(
 ) -> Inversion:
     """Train on the campaign in `doe_dir`, invert `measured`, verify by the solver, and write everything to `out`.
 
-    Several records are inverted together: case i belongs to record i, and the campaign of that case must be among
-    `doe_dir`; without cases all records belong to the one campaign. forward: another model in the solver's place.
-    Writes inversion.json, verification.csv, verified_<method>.csv, posterior.csv, emulator.npz and, with the network,
-    network.npz and training.csv. Raises UserError (exit code 1) and RunFailed (exit code 2).
+    Parameters
+    ----------
+    doe_dir : path or sequence of paths
+        Folders of finished campaigns.
+    measured : path, Measured, or a sequence of them
+        The records; several are inverted together, with the parameters shared.
+    out : path
+        Folder for inversion.json, verification.csv, verified_<method>.csv, posterior.csv, emulator.npz and, with the
+        network, network.npz and training.csv.
+    trainer : str
+        Of the network: "lm" (Levenberg-Marquardt), "adam", "br" (Bayesian regularisation) or "ensemble".
+    method : str
+        "network", "emulator" or "both".
+    case : path, Case, or a sequence of them, optional
+        Case i belongs to record i, and its campaign must be among `doe_dir`; without it all records belong to the one
+        campaign.
+    forward : callable, optional
+        {dotted case key: SI value} -> Histories, in the solver's place.
+    seed : int
+        Of training, search and sampling.
+    progress : callable, optional
+        Takes the share of the work that is done, 0..1.
+    allow_rank_deficient : bool
+        Whether a design that varies fewer directions than parameters gives the combination that it carries.
+    extras : Extras, optional
+        Refinement, known errors, filter.
+
+    Returns
+    -------
+    Inversion
+        Each method's estimates with 95 % intervals and verified errors, SI; the content of inversion.json.
+
+    Raises
+    ------
+    UserError
+        For what the user can mend: channels, units, times, a deficient design, campaigns of other cases.
+    RunFailed
+        When no verification run finishes.
     """
     folder, more = Path(out), extras or Extras()
     folders = [Path(one) for one in _listed(doe_dir)]

@@ -13,7 +13,7 @@ from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 
 if TYPE_CHECKING:
     from birdstrike.inversion.identifiability.coverage import Coverage
-    from birdstrike.inversion.method_comparison import Bench, Row
+    from birdstrike.inversion.method_comparison import KnownCase, MethodScore
 
 CASE = "synthetic_strike"
 SEED = 0
@@ -53,21 +53,21 @@ def compare_methods(
     solver_truths: int = 20,
     table: bool = True,
     retry_failed: bool = False,
-) -> list[Row]:
-    """Write comparison.json and comparison.md into `out` and return the table's rows (see inversion.side_by_side).
+) -> list[MethodScore]:
+    """Write comparison.json and comparison.md into `out` and return the table's rows (see birdstrike.inversion.method_comparison).
 
     The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
     for a campaign of another case.
     """
-    from birdstrike.inversion.method_comparison import side_by_side
+    from birdstrike.inversion.method_comparison import score_methods
 
     doe, out = Path(doe), Path(out)
     bench, channels = _bench(doe, out, case, retry_failed)
-    rows: list[Row] = []
+    rows: list[MethodScore] = []
     found: dict[str, list[Coverage]] = {}
     if table:
         with progress_bar("all methods") as progress:
-            for row in side_by_side(bench, channels, progress):
+            for row in score_methods(bench, channels, progress):
                 rows.append(row)
                 _write(out, bench, rows, found)
     for condition, entry in _coverages(bench, channels, truths, solver_truths):
@@ -76,7 +76,7 @@ def compare_methods(
     return rows
 
 
-def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> None:
+def _write(out: Path, bench: KnownCase, rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> None:
     """What is known so far: an interrupted comparison keeps it."""
     from birdstrike.data.files import write_atomically, write_json
 
@@ -91,13 +91,13 @@ def _write(out: Path, bench: Bench, rows: Sequence[Row], found: Mapping[str, lis
     write_atomically(out / "comparison.md", markdown(rows, found))
 
 
-def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[Bench, tuple[str, ...]]:
+def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCase, tuple[str, ...]]:
     """The campaign, its solver and the truth: the case's own values."""
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.results import load_dataset
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.inversion.forward import StoredSolver
-    from birdstrike.inversion.method_comparison import Bench
+    from birdstrike.inversion.method_comparison import KnownCase
     from birdstrike.inversion.train_and_invert import campaign_case
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.sections import at
@@ -108,10 +108,12 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[Bench, 
     stores = RunStore(out / "runs"), (RunStore(doe / "runs"),)
     solver = StoredSolver(loaded, *stores, retry=retry_before(retry_failed))
     channels = tuple(dataset.curves)
-    return Bench.of(dataset, solver, truth, channels), channels
+    return KnownCase.of(dataset, solver, truth, channels), channels
 
 
-def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: int) -> Iterator[tuple[str, Coverage]]:
+def _coverages(
+    bench: KnownCase, channels: tuple[str, ...], many: int, by_solver: int
+) -> Iterator[tuple[str, Coverage]]:
     """Coverage under two conditions: the paper's 12 points with much noise, and a good record of three channels."""
     from birdstrike.inversion.estimation.calibration import Calibrator
     from birdstrike.inversion.estimation.coordinates import parameter_coordinates
@@ -129,7 +131,7 @@ def _coverages(bench: Bench, channels: tuple[str, ...], many: int, by_solver: in
                     yield str(condition), coverage(calibrator, count, SEED, forward, progress)
 
 
-def markdown(rows: Sequence[Row], found: Mapping[str, list[Coverage]]) -> str:
+def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -> str:
     """Both tables for people."""
     lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
     if rows:

@@ -6,16 +6,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 from scipy.signal import lfilter
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.choice import silent, visible
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
 from birdstrike.inversion.diagnosis.record import Trace, averaged
-from birdstrike.inversion.diagnosis.refit import bounds
+from birdstrike.inversion.diagnosis.refit import Fit, bounds
 from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
 
 OUTLIER = 8.0  # standard deviations
+ROUNDS = 6  # of linearising where the active bounds of a draw hold
+OFF_BOUND = 3e-4  # of a range: an unknown that far from a bound counts as free
+CHANGES = 40  # of the active bounds of one linear problem
+ROUNDING = 1e-12  # of a range
 
 
 @dataclass(frozen=True)
@@ -102,16 +108,103 @@ def _named(models: Mapping[str, Judged], allowed: tuple[str, ...], unknowns: Map
 
 
 def _answered(judge: Judge, one: Judged, noise: Array) -> tuple[Array, Array]:
-    """p (draws,) and unknowns (draws, q) of one model; a draw that leads out of its bounds is refitted on them."""
-    rows = _rows(one, noise)
-    p, x = _linear(one, rows)
-    least, most = bounds(one.fit.problem, one.fit.own, one.fit.box)
-    side = np.where(one.fit.at_bound, 0, (x > most).astype(int) - (x < least))
-    for pattern in np.unique(side[side.any(axis=1)], axis=0):
-        here = (side == pattern).all(axis=1)
-        place = np.where(pattern > 0, most, np.where(pattern < 0, least, one.fit.x))
-        p[here], x[here] = _linear(judge.judged(one.name, replace(one.fit, x=place)), rows[here])
-    return p, np.clip(x, least, most)
+    """p (draws,) and unknowns (draws, q) of one model, every draw refitted within the bounds.
+
+    A draw is solved by the model linearised where its active bounds hold, until the solution has just these active; the
+    few that change for ever keep the last.
+    """
+    rows, fit = _rows(one, noise), one.fit
+    least, most = bounds(fit.problem, fit.own, fit.box)
+    start = _side(fit)
+    fits = {tuple(start): fit}
+    sides, x = np.tile(start, (len(rows), 1)), np.tile(fit.x, (len(rows), 1))
+    due = np.ones(len(rows), dtype=bool)
+    for _ in range(ROUNDS):
+        for pattern in np.unique(sides[due], axis=0):
+            here = due & (sides == pattern).all(axis=1)
+            there = fits.setdefault(tuple(pattern), _standing_on(fit, pattern))
+            residuals = there.linear.residual + rows[here]
+            x[here], found = bounded_least_squares(there.whole_design, residuals, there.x, least, most)
+            found[:, _own_held(fit)] = pattern[_own_held(fit)]
+            due[here] = (found != pattern).any(axis=1)
+            sides[here] = found
+        if not due.any():
+            break
+    p = np.zeros(len(rows))
+    for pattern in np.unique(sides, axis=0):
+        here = (sides == pattern).all(axis=1)
+        there = fits.setdefault(tuple(pattern), _standing_on(fit, pattern))
+        p[here] = _p_values(one if there is fit else judge.judged(one.name, there), rows[here])
+    return p, x
+
+
+def _standing_on(fit: Fit, pattern: NDArray[np.int_]) -> Fit:
+    """The model with these bounds active (-1 the lower, 1 the upper); what else stood at a bound is just off it."""
+    least, most = bounds(fit.problem, fit.own, fit.box)
+    off = OFF_BOUND * (most - least)
+    inside = np.clip(fit.x, least + off, most - off)
+    return replace(fit, x=np.where(pattern > 0, most, np.where(pattern < 0, least, inside)))
+
+
+def _side(fit: Fit) -> NDArray[np.int_]:
+    """(q,) where a fit stands: -1 at the lower bound, 1 at the upper, 0 between."""
+    least, most = bounds(fit.problem, fit.own, fit.box)
+    return np.where(fit.at_bound, np.where(fit.x - least < most - fit.x, -1, 1), 0)
+
+
+def _own_held(fit: Fit) -> slice:
+    """Place of an effect held at b = 0: whether a draw frees it is part of its reference already."""
+    count = len(fit.x)
+    return slice(count - len(fit.own) if fit.linear.held is not None else count, count)
+
+
+def bounded_least_squares(
+    design: Array, residuals: Array, start: Array, low: Array, high: Array
+) -> tuple[Array, NDArray[np.int_]]:
+    """Minimise |residual - design (x - start)|^2 for low <= x <= high, for many residuals of one design.
+
+    Active sets by their optimality conditions: an unknown beyond a bound is held there, a held one whose gradient
+    points inwards is freed, until nothing changes (Bergounioux, Ito and Kunisch, SIAM J. Control Optim. 37 (1999)
+    1176). Draws that do not settle are solved one by one (Stark and Parker, Comput. Stat. 10 (1995) 129).
+
+    Parameters
+    ----------
+    design : (rows, q) array
+        Change of the model by every unknown.
+    residuals : (draws, rows) array
+        Data minus model at `start`.
+    start, low, high : (q,) arrays
+        Where the model is linearised, and the bounds.
+
+    Returns
+    -------
+    tuple
+        x (draws, q), and its active bounds (draws, q): -1 the lower, 1 the upper, 0 none.
+    """
+    sides = np.zeros((len(residuals), len(start)), dtype=int)
+    x = np.tile(start, (len(residuals), 1))
+    room = ROUNDING * np.maximum(high - low, 1e-300)
+    due = np.ones(len(residuals), dtype=bool)
+    for _ in range(CHANGES):
+        for pattern in np.unique(sides[due], axis=0):
+            here = due & (sides == pattern).all(axis=1)
+            free = pattern == 0
+            x[here] = np.where(pattern > 0, high, np.where(pattern < 0, low, start))
+            left = residuals[here] - design @ (x[here][0] - start)
+            step = left @ np.linalg.pinv(design[:, free]).T
+            x[np.ix_(here, free)] += step
+            inwards = -pattern * ((left - step @ design[:, free].T) @ design)
+            held = ~free & (inwards <= 0.0)
+            found = np.where(held, pattern, 0)
+            found = np.where(free & (x[here] < low - room), -1, np.where(free & (x[here] > high + room), 1, found))
+            due[here] = (found != pattern).any(axis=1)
+            sides[here] = found
+        if not due.any():
+            break
+    for i in np.flatnonzero(due):
+        solved = lsq_linear(design, residuals[i], (low - start, high - start), method="bvls")
+        x[i], sides[i] = start + solved.x, solved.active_mask
+    return np.clip(x, low, high), sides
 
 
 def _rows(one: Judged, noise: Array) -> Array:
@@ -121,13 +214,10 @@ def _rows(one: Judged, noise: Array) -> Array:
     return np.hstack([whitened, priors])
 
 
-def _linear(one: Judged, rows: Array) -> tuple[Array, Array]:
-    """p and unknowns by the linearisation where the model stands; unknowns at a bound stay there."""
-    linear, fit = one.fit.linear, one.fit
-    remainders = _bounded(one, linear.remainder + linear.project(rows.T).T)
-    x = np.tile(fit.x, (len(rows), 1))
-    x[:, ~fit.at_bound] += (linear.residual + rows) @ np.linalg.pinv(linear.design).T
-    return one.reference.p_values(remainders), x
+def _p_values(one: Judged, rows: Array) -> Array:
+    """p (draws,) by the linearisation where the model stands; unknowns at a bound stay there."""
+    linear = one.fit.linear
+    return one.reference.p_values(_bounded(one, linear.remainder + linear.project(rows.T).T))
 
 
 def _bounded(one: Judged, remainders: Array) -> Array:

@@ -1,1 +1,7 @@
-"""See ARCHITECTURE.md."""
+"""Parameters, time origin and their uncertainty from observations and a campaign's runs.
+
+Runs and `Observations` enter; a calibration, its posterior and each method's estimates leave. Read locate (the order of
+the steps), then what it uses: coordinates, curve_model, whitening, calibration, residual_correlation, time_origin,
+likelihood, posterior; the answers: estimates, network_inversion, proposal, verification; and what several records or
+further runs add: nuisances, shots, refinement.
+"""

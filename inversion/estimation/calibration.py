@@ -1,7 +1,8 @@
 """Calibration: parameters and time origin that fit the measurement best, by least squares on the emulator.
 
 Minimises |W (y - f(theta, t0))|^2 + |(z - mean) / sd|^2 + (t0 / sigma)^2: measurement, prior, nuisance. Several starts
-in every box, because an activity limit or a time shift makes several minima; all that the data cannot tell apart stay.
+in every box, because an activity limit or a time shift makes several minima; those that the data cannot
+separate are kept.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Calibrator:
         modes.sort(key=lambda mode: mode.cost)
         return tuple(mode for mode in modes if mode.cost < modes[0].cost + INDISTINGUISHABLE)
 
-    def judged(self, seed: int = 0) -> tuple[Mode, tuple[Mode, ...], ResidualCorrelation]:
+    def best_fits(self, seed: int = 0) -> tuple[Mode, tuple[Mode, ...], ResidualCorrelation]:
         """The best fit to the noise as stated, the minima once the noise is as its residual shows, and the residual.
 
         With the noise raised everything follows: the intervals widen, and minima that no longer can be ruled out stay.

@@ -1,4 +1,4 @@
-"""What the curve tells of each parameter: its interval, whether that is news, and why, in one line."""
+"""What is reported of each parameter: value, interval, whether the record identifies it, and why, in one line."""
 
 from __future__ import annotations
 
@@ -106,16 +106,16 @@ def _at_bound(mode: Mode, i: int) -> str:
 
 
 def reported(
-    value: float, told: tuple[float, float], limits: tuple[float, float], identified: bool
+    value: float, interval: tuple[float, float], limits: tuple[float, float], identified: bool
 ) -> tuple[float, float]:
     """The 95 % interval that is reported with a value, one rule for every method, SI.
 
-    The whole range `limits` of a parameter that is not identified; else what is `told`, widened to the value where this
+    The whole range `limits` of a parameter that is not identified; else the `interval`, widened to the value where this
     lies outside: the most probable value of a skew posterior may stand in a tail, most often at an end of the range.
     """
     if not identified:
         return limits
-    return min(told[0], value), max(told[1], value)
+    return min(interval[0], value), max(interval[1], value)
 
 
 def emulator_estimates(
@@ -125,7 +125,8 @@ def emulator_estimates(
     inside: bool,
     posterior: Posterior | None = None,
 ) -> dict[str, Estimate]:
-    """One estimate a parameter from a calibration in parameter coordinates; nothing is identified outside the cloud.
+    """One estimate a parameter from a calibration in parameter coordinates; where the model cannot
+    produce the record nothing is identified.
 
     The most probable value with the posterior's central interval (linearised where none was drawn), widened to hold
     it; a parameter that is not identified has its whole range.
@@ -142,14 +143,14 @@ def emulator_estimates(
         identified = width < NEWS
         why = reason(calibrator, modes, i, width, identified)
         low, high = float(dataset.lows[i]), float(dataset.highs[i])
-        told = (low + float(span[i, 0]) * (high - low), low + float(span[i, 1]) * (high - low))
-        interval = reported(float(theta[i]), told, (low, high), identified)
+        found = (low + float(span[i, 0]) * (high - low), low + float(span[i, 1]) * (high - low))
+        interval = reported(float(theta[i]), found, (low, high), identified)
         estimates[name] = Estimate(float(theta[i]), interval, dataset.units[i], identified, why)
     return estimates
 
 
-OUTSIDE = "the model cannot produce the record, so its best fit does not tell this parameter"
-COARSE = "the emulator is too coarse to follow the record, so its best fit does not tell this parameter: add runs"
+OUTSIDE = "the model cannot produce the record, so its best fit does not identify this parameter"
+COARSE = "the emulator is too coarse to follow the record, so its best fit does not identify this parameter: add runs"
 
 
 def no_separate_values(dataset: Dataset, design: DesignFigures) -> dict[str, Estimate]:

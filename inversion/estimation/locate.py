@@ -58,7 +58,7 @@ class InversionOptions:
 
 @dataclass(frozen=True)
 class Located:
-    """The measurement laid over the campaign: time origin found, cloud and residual judged."""
+    """The measurement laid over the campaign: time origin, prior predictive check and residual."""
 
     calibration: Calibration
     observations: Observations
@@ -85,7 +85,7 @@ def locate(
     progress: Progress,
     columns: Columns | None = None,
 ) -> Located:
-    """Gate the design, fit the emulator, calibrate it with the time origin, and judge the measurement by the cloud.
+    """Accept the design, fit the emulator, calibrate it with the time origin, and check the prior predictive.
 
     The columns of known error are taken at a first fit without them.
     """
@@ -100,13 +100,13 @@ def locate(
     if columns is not None:
         known = columns(observations, calibrator.fit(choice.seed)[0])
         calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
-    best_fit, modes, residual = calibrator.judged(choice.seed)
+    best_fit, modes, residual = calibrator.best_fits(choice.seed)
     origin, held = time_origin(calibrator, modes)
     found = prior_predictive(dataset, observations, best_fit.residual, origin.value)
     posterior = None
     if choice.sampling is not None and found.inside and not design.deficient and "emulator" in choice.methods():
-        judged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
-        posterior = sample(judged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
+        enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
+        posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
     first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
@@ -131,7 +131,7 @@ def refuse_deficient(design: DesignFigures, allowed: bool) -> None:
 
 
 def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
-    """Runs left out, values that no run stands behind, and channels that are predicted poorly."""
+    """Runs left out, values near which no run lies, and channels that are predicted poorly."""
     sentences: list[str] = []
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:

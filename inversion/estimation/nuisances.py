@@ -27,7 +27,7 @@ WORTH_A_COLUMN = 1e-4  # share of a discrepancy's variance
 
 @dataclass(frozen=True)
 class Nuisance:
-    """An uncertain quantity of the strike: its name in the case, dotted key, value and standard deviation, SI."""
+    """An uncertain quantity of the impact: its name in the case, dotted key, value and standard deviation, SI."""
 
     name: str
     key: str
@@ -36,7 +36,7 @@ class Nuisance:
 
 
 def case_nuisances(case: Case) -> tuple[Nuisance, ...]:
-    """Those of `inversion.nuisance` that are quantities of the strike and are not themselves sought."""
+    """Those of `inversion.nuisance` that are quantities of the impact and are not themselves sought."""
     sigmas = {name: sigma for name, sigma in case.inversion.nuisance.items() if name != "time_offset" and sigma > 0.0}
     found = (_nuisance(case, name, sigma) for name, sigma in sigmas.items())
     return tuple(nuisance for nuisance in found if nuisance.key not in case.inversion.parameters)
@@ -95,7 +95,7 @@ def discrepancy_columns(share: float, observations: Observations) -> Array:
     """(n, s) a slow error of the model, `share` of each channel's peak (1 sigma), Gaussian in time.
 
     Squared-exponential correlation over a quarter of the record; what of it the parameters can imitate widens their
-    intervals, which no residual could tell.
+    intervals, which no residual could show.
     """
     blocks: list[Array] = []
     for c in observations.channels:

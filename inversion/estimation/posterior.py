@@ -1,4 +1,4 @@
-"""The posterior of the parameters and the time origin, sampled by emcee and judged by arviz.
+"""The posterior of the parameters and the time origin, sampled by emcee, its convergence checked by arviz.
 
 Foreman-Mackey et al., "emcee: the MCMC hammer", PASP 125 (2013) 306; ter Braak and Vrugt, differential evolution with
 snooker update, Stat. Comput. 18 (2008) 435; rank-normalised R-hat and effective sample size: Vehtari et al., Bayesian

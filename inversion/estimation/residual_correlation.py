@@ -1,6 +1,6 @@
-"""Is the best fit's residual noise? Its autocorrelation time, and what that takes away from the points' worth.
+"""Is the best fit's residual noise? Its autocorrelation time, and by how much it widens the intervals.
 
-n points whose errors hang together over tau points tell as much as n / tau points of noise, and errors `fit` times
+n points whose errors are correlated over tau points are worth n / tau independent points, and errors `fit` times
 larger than stated as much as fit^2 fewer; intervals that took them for white noise would be sqrt(fit^2 tau) too narrow.
 What of a misfit the parameters can imitate never reaches the residual: beside one as slow as the curve itself, the
 widened intervals are still too narrow.
@@ -26,7 +26,7 @@ TAU_LIMIT = 75.0
 
 
 def widened(observations: Observations, residual: ResidualCorrelation) -> Observations:
-    """The observations with the noise that leaves each point its worth."""
+    """The observations with their noise enlarged by the residual's correlation and size."""
     raised = (replace(c, noise=c.noise * residual.widened[c.name]) for c in observations.channels)
     return replace(observations, channels=tuple(raised))
 
@@ -48,7 +48,7 @@ def autocorrelation_time(residual: Array) -> float:
 
     The sum ends at the first pair rho_2m + rho_2m+1 <= 0 (initial positive sequence: Geyer, Statistical Science 7
     (1992) 473, sect. 3.3). Clearly: rho_1 + rho_2 + rho_3 > 6 / sqrt(n), 3.5 of white noise's standard deviations, or
-    tau > 1 + 75 / sqrt(n), which finds the weak but long. Fewer than 20 points cannot tell: 1.
+    tau > 1 + 75 / sqrt(n), which finds the weak but long. With fewer than 20 points: 1.
     """
     n = len(residual)
     if n < FEWEST_POINTS or not residual.any():

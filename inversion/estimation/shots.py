@@ -127,8 +127,8 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     Each shot's curves may be larger or smaller by a factor of its own, normal about 1; the scatter is the one of
     SCATTERS at which the best joint fit is most probable (empirical Bayes: its own uncertainty is not carried). It is
     low on average and often 0, because the parameters are fitted to the same curves and take up part of the difference
-    (no degree of freedom is given back for them); two or three shots hardly tell a scatter at all. State a known one
-    as a discrepancy of the model, or as an uncertain mass or speed.
+    (no degree of freedom is given back for them); two or three shots hardly determine a scatter. State a known one as
+    a discrepancy of the model, or as an uncertain mass or speed.
     """
     alone = replace(joint.options, method="emulator", sampling=None, analyse=False)
     names = list(joint.measured.channels)

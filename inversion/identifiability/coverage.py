@@ -66,13 +66,13 @@ def coverage(
             progress((i + 1) / truths)
     means, spans = np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
     held = (spans[..., 0] <= z) & (z <= spans[..., 1])
-    told = spans[..., 1] - spans[..., 0] < NEWS * calibrator.coordinates.prior_width()
+    narrow = spans[..., 1] - spans[..., 0] < NEWS * calibrator.coordinates.prior_width()
     return Coverage(
         "emulator" if forward is None else "solver",
         truths,
-        _named(calibrator, told.mean(axis=0)),
+        _named(calibrator, narrow.mean(axis=0)),
         {
-            name: float(held[told[:, j], j].mean()) if told[:, j].any() else None
+            name: float(held[narrow[:, j], j].mean()) if narrow[:, j].any() else None
             for j, name in enumerate(calibrator.coordinates.names)
         },
         _named(calibrator, held.mean(axis=0)),

@@ -1,4 +1,4 @@
-"""How much the data tell along each direction of the parameters, in units of what was known before."""
+"""Singular directions of the data: how far they narrow the prior along each direction of the parameters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PART = 0.3  # of a direction: parameters with less in it are not named
 
 
 def directions(calibrator: Calibrator, mode: Mode) -> tuple[Direction, ...]:
-    """All directions at a fit, the best told first; the time origin and known errors are marginalised."""
+    """All directions at a fit, the best determined first; the time origin and known errors are marginalised."""
     coordinates = calibrator.coordinates
     scaled = calibrator.information(mode) * np.outer(coordinates.sd, coordinates.sd)
     squares, vectors = np.linalg.eigh(scaled)

@@ -1,7 +1,8 @@
 """Profile likelihood: how the fit worsens when one parameter is held and all others follow.
 
 Raue et al., "Structural and practical identifiability analysis", Bioinformatics 25 (2009) 1923. Where another parameter
-stands at the end of its range, a worse fit says that this range ends, not that the data speak: such points are marked.
+stands at the end of its range, a worse fit is due to that end and not to the data: such points are
+marked.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Mesh convergence of a user's own case: the strike on several meshes, and the uncertainty that the mesh leaves."""
+"""Mesh convergence of a user's own case: simulations on several meshes, and the numerical uncertainty."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ def run_meshes(
     strikes = [replace(PlannedRun.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
     total = sum(mesh.cost for mesh in meshes)
 
-    def tell(_: RunCounts) -> None:
+    def show(_: RunCounts) -> None:
         progress(sum(meshes[i].cost for i in runner.outcomes) / total)
 
     runner = Runner(store, strikes, lambda _: None, retry)
-    runner.progress = tell
-    tell(RunCounts(len(meshes), 0, 0, 0, 0))
+    runner.progress = show
+    show(RunCounts(len(meshes), 0, 0, 0, 0))
     if runner.due:
         with nullcontext(executor) if executor is not None else process_pool(min(workers, len(runner.due))) as pool:
             runner.run(pool, solver.simulate, meshes[0].case, workers)

@@ -91,7 +91,9 @@ def warnings_of(found: MeshConvergence) -> list[str]:
             )
     eroded = {run.histories.summary.get("eroded_particles", 0) > 0 for run in found.runs}
     if eroded == {True, False}:
-        lines.append("the bird erodes on some meshes only: they are different strikes, and no order means anything")
+        lines.append(
+            "the bird erodes on some meshes only: they are different events, and no order of convergence holds"
+        )
     late = [s.name for s, _, _ in found.scalars.values() if s.at_the_end(found.histories[found.user])]
     if late:
         lines.append(f"{', '.join(late)} lies at time.end: lengthen time.end to see the peak itself")

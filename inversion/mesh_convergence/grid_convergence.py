@@ -26,7 +26,7 @@ ROUNDING = 1e-9  # of the largest value: changes below it are the arithmetic's, 
 
 @dataclass(frozen=True)
 class GridConvergence:
-    """What three meshes tell of one quantity, in its own unit; meshes finest first.
+    """Convergence of one quantity over three meshes, in its own unit; meshes finest first.
 
     order: observed, None where the values do not converge monotonically; extrapolated: to zero spacing, with the order
     limited to 0.5 .. 2; uncertainties: of each mesh's value. Without convergence the uncertainty is the spread of the
@@ -114,7 +114,7 @@ def behaviour_of(spacings: Sequence[float], values: Array) -> NDArray[np.str_]:
 
 @dataclass(frozen=True)
 class CurveConvergence:
-    """What three meshes tell of a whole curve.
+    """Convergence of a whole curve over three meshes.
 
     order: mean of the limited orders where it converges, None where it nowhere does; bands: (3, n) uncertainty of each
     mesh's curve, finest first; shares: of the instants, by behaviour.

@@ -1,4 +1,4 @@
-"""Numbers of a strike whose convergence is asked: peaks and their times, impulse."""
+"""Numbers of a simulation whose convergence is studied: peaks and their times, impulse."""
 
 from __future__ import annotations
 

@@ -78,8 +78,8 @@ class ResidualCorrelation:
         if factor == 1.0:
             return ()
         if tau == 1.0:
-            misses = f"{plain(worst)}: the best fit misses by {self.fit[worst]:.1f} times the stated noise"
-            return (f"{misses}, so the intervals were widened by a factor {factor:.1f}",)
+            size = f"{plain(worst)}: the residual of the best fit is {self.fit[worst]:.1f} times the stated noise"
+            return (f"{size}, so the intervals were widened by a factor {factor:.1f}",)
         return (
             f"{plain(worst)}: the residual is not noise (correlated over about {tau:.0f} points), so the intervals "
             f"were widened by a factor {factor:.1f}; something the parameters do not move may be missing from the "

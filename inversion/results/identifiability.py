@@ -69,7 +69,7 @@ class SobolFigures:
 
 @dataclass(frozen=True)
 class IdentifiabilityFigures:
-    """Singular directions (the best told first), profile likelihood by parameter, Sobol indices by channel."""
+    """Singular directions (the best determined first), profile likelihood by parameter, Sobol indices by channel."""
 
     directions: tuple[Direction, ...]
     profiles: Mapping[str, ProfileFigures]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DesignFigures:
-    """What a design can tell apart.
+    """Which parameters a design separates.
 
     rank: independent directions of the centred, scaled design; discrepancy: squared centred L2; max_correlation:
     largest of two columns; parameters: how many are sought; finding: the directions in words.
@@ -88,7 +88,7 @@ class RefinementFigures:
 class ShotFigures:
     """One of several records that were inverted together.
 
-    suffix: of its channels' names; time_offset [s]; inside: what its own fit says of the cloud.
+    suffix: of its channels' names; time_offset [s]; inside: whether its own fit passes the prior predictive check.
     """
 
     path: str

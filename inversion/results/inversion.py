@@ -26,7 +26,7 @@ SCHEMA_VERSION = 1
 
 @dataclass(frozen=True)
 class Inversion:
-    """The whole result.
+    """The whole result of `train_and_invert`.
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
     SI; runs_used: finished runs of the campaign, those of a refinement included; residual: of the emulator's best fit.

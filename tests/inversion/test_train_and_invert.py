@@ -21,6 +21,7 @@ from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
 from tests.inversion.stand_in import CHANNEL
 
+PLAIN = Extras(posterior=False)  # linearised intervals, no profiles: for what does not rest on them
 VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
 
 
@@ -111,7 +112,7 @@ def test_trained_models_can_be_read_back(out: Path) -> None:
 
 
 def test_convergence_file_is_the_training_that_is_reported(doe: Path, measured: Path, tmp_path: Path) -> None:
-    found = train_and_invert(doe, measured, tmp_path, trainer="adam", method="network")
+    found = train_and_invert(doe, measured, tmp_path, trainer="adam", method="network", extras=PLAIN)
     assert found.training is not None
     table = pd.read_csv(tmp_path / found.training.history)
     assert len(table) == found.training.epochs + 1
@@ -128,7 +129,7 @@ def test_a_campaign_of_another_case_is_refused(doe: Path, measured: Path, tmp_pa
 
 def test_another_noise_is_not_another_case(doe: Path, measured: Path, tmp_path: Path) -> None:
     noisy = load_case("reference_strike", {"sensors.displacement_centre.noise": "0.1 mm"})
-    found = train_and_invert(doe, measured, tmp_path, method="emulator", case=noisy)
+    found = train_and_invert(doe, measured, tmp_path, method="emulator", case=noisy, extras=PLAIN)
     assert found.measured.noise == {CHANNEL: pytest.approx(1e-4)}
 
 
@@ -144,7 +145,7 @@ def test_folder_without_a_campaign_is_refused(measured: Path, tmp_path: Path) ->
 
 
 def test_shipped_curve_goes_by_its_name(doe: Path, tmp_path: Path) -> None:
-    found = train_and_invert(doe, "table7_group5", tmp_path)
+    found = train_and_invert(doe, "table7_group5", tmp_path, extras=PLAIN)
     assert found.measured.simulated
     assert found.measured.points == {CHANNEL: 12}
 
@@ -156,7 +157,7 @@ def test_own_forward_model_takes_the_solvers_place(doe: Path, measured: Path, tm
         seen.append(theta[VISCOSITY])
         return small_campaign.strike(load_case("reference_strike").with_values(theta))
 
-    found = train_and_invert(doe, measured, tmp_path, forward=external)
+    found = train_and_invert(doe, measured, tmp_path, forward=external, extras=PLAIN)
     assert len(seen) == 2
     assert found.methods["emulator"].run is None
     assert not (tmp_path / "runs").exists()

@@ -64,7 +64,7 @@ def judged(
         measured = record(truth(z), DENSE, NOISE, seed=seed)
         measured = replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + sine})
         problem = calibrator(dataset, emulator, measured, NOISE)
-        narrow, wide = intervals(problem.fit()), intervals(problem.judged()[1])
+        narrow, wide = intervals(problem.fit()), intervals(problem.best_fits()[1])
         hits = [(span[:, 0] <= z) & (z <= span[:, 1]) for span in (narrow, wide)]
         rows.append([*hits, np.ptp(wide, axis=1) / np.ptp(narrow, axis=1)])
     before, after, ratio = np.array(rows, dtype=np.float64).transpose(1, 0, 2)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from birdstrike.data.files import write_json
 from birdstrike.inversion.identifiability.coverage import Coverage
-from birdstrike.inversion.method_comparison import Row
+from birdstrike.inversion.method_comparison import MethodScore
 from birdstrike.reports.blocks import Table
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import method_comparison
@@ -20,8 +20,10 @@ def test_without_a_comparison_there_is_no_section(results: Results) -> None:
 
 
 def test_methods_stand_under_the_bound_of_their_condition(results: Results, tmp_path: Path) -> None:
-    clean = Row("no noise", "network LM", {VISCOSITY: 0.2}, None, 1.5, 25, 0.1, None)
-    noisy = [Row("noise", method, {VISCOSITY: 0.1}, 0.7, 1.2, 25, 3.0, {VISCOSITY: 0.04}) for method in ("LM", "MAP")]
+    clean = MethodScore("no noise", "network LM", {VISCOSITY: 0.2}, None, 1.5, 25, 0.1, None)
+    noisy = [
+        MethodScore("noise", method, {VISCOSITY: 0.1}, 0.7, 1.2, 25, 3.0, {VISCOSITY: 0.04}) for method in ("LM", "MAP")
+    ]
     same = {VISCOSITY: 0.5}
     covered = Coverage("solver", 20, {VISCOSITY: 0.25}, {VISCOSITY: 0.4}, same, same, same, same, 0)
     content = {
