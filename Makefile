@@ -59,7 +59,7 @@ bench: install
 	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
 
 fuzz: install
-	BIRDSTRIKE_FUZZ=500 $(BIN)/python -m pytest tests/solver/test_random_cases.py --hypothesis-show-statistics
+	BIRDSTRIKE_FUZZ=500 $(BIN)/python -m pytest tests/solver/case/test_random_cases.py --hypothesis-show-statistics
 
 verify: install
 	$(BIN)/birdstrike verify

@@ -1,4 +1,4 @@
-"""A case: everything that defines one strike, its sensors and instruments, and what an inversion may vary."""
+"""A case: everything that defines one simulation, its sensors and instruments, and what an inversion may vary."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Parameter:
 
 
 class Case(Section):
-    """One strike, every value in SI; made by `load_case`."""
+    """One bird strike as it is simulated, every value in SI; made by `load_case`."""
 
     plate: Plate
     bird: Bird

@@ -28,8 +28,8 @@ def error_lines(
     """
     by_mass = any(at(table, f"bird.{key}") not in (None, False) for key in FROM_MASS)
     follows = {("bird", key) for key in SIZES} if by_mass else set()
-    told = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
-    return [error_line(case, error, table) for error in (told if told or broken else errors)] + broken
+    due = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
+    return [error_line(case, error, table) for error in (due if due or broken else errors)] + broken
 
 
 def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, Any]) -> str:

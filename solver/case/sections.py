@@ -1,4 +1,4 @@
-"""What a case says of the strike itself: plate, bird, impact, time; and the quantities under its dotted keys."""
+"""What a case says of the event itself: plate, bird, impact, time; and the quantities under its dotted keys."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Time(Section):
         return tuple(float(k * interval) for k in range(int(self.end / self.output_interval * (1.0 + 1e-12)) + 1))
 
 
-STRIKE: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
+PHYSICAL_SECTIONS: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
 
 
 @cache
@@ -74,7 +74,7 @@ def quantity_in(content: Mapping[str, Any], key: str) -> Between | None:
 def _fields(key: str, content: Any = None) -> list[FieldInfo]:
     """The fields that a dotted key may mean: of all models and laws, or of those that `content` has chosen."""
     first, *rest = key.split(".")
-    sections: list[type[Section]] = [STRIKE[first]] if first in STRIKE else []
+    sections: list[type[Section]] = [PHYSICAL_SECTIONS[first]] if first in PHYSICAL_SECTIONS else []
     content, fields = _below(content, first), []
     for name in rest:
         content = _below(content, name)
@@ -117,8 +117,8 @@ def metadata_of(field: FieldInfo) -> list[Any]:
 
 
 def quantities(content: Mapping[str, Any] | None = None) -> Iterator[tuple[str, Between]]:
-    """Every dotted key of the strike that holds a physical quantity; given a case's table, of its models alone."""
-    for name, section in STRIKE.items():
+    """Every dotted key of these sections that holds a physical quantity; given a case's table, of its models alone."""
+    for name, section in PHYSICAL_SECTIONS.items():
         yield from _quantities(section, f"{name}.", None if content is None else content.get(name, {}))
 
 

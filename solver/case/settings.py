@@ -1,4 +1,4 @@
-"""What a case says around the strike: numerical settings, and what an inversion may vary."""
+"""What a case says around the event: numerical settings, and what an inversion may vary."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ NUISANCE = {
     "thickness": Between("0 mm", "10 mm"),
     "angle": Between("0 deg", "20 deg"),
 }
-NOT_SOUGHT = {}
 
 
 class SolverSettings(Section):
@@ -29,7 +28,7 @@ class SolverSettings(Section):
 
     Of a bird of hexahedra: hourglass control by dampers or by springs (absent: springs for an elastic bird, dampers for
     all that flow), its coefficient (absent: 0.02 for dampers, 0.05 for springs); smallest_step: an element whose stable
-    step falls below this share of the undistorted mesh's smallest is eroded; the strike's step is at most that share,
+    step falls below this share of the undistorted mesh's smallest is eroded; the run's step is at most that share,
     so that a smaller one costs more time and erodes less.
     shock_linear, shock_quadratic: 1 and 2 stand for the usual 0.06 and 1.5.
     """
@@ -82,8 +81,7 @@ class Inverted(Section):
 
 def _not_sought(key: str) -> str:
     """Why a quantity cannot be sought; empty for one that can."""
-    setting = "it says what is computed and recorded, not what is struck" if key.startswith("time.") else ""
-    return NOT_SOUGHT.get(key, setting)
+    return "it says what is computed and recorded, not what is struck" if key.startswith("time.") else ""
 
 
 def _no_such_quantity(key: str) -> str:

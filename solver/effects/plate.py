@@ -165,7 +165,7 @@ PLATE = (
     ),
     Effect(
         "plate_preload",
-        "tension or compression in the clamped plate before the strike",
+        "tension or compression in the clamped plate before the impact",
         "Pa",
         _preload,
         lambda case: (

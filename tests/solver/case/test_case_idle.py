@@ -8,7 +8,7 @@ import pytest
 
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.remarks import example_parameter, remarks
-from tests.solver.wrong_cases import errors_with, written
+from tests.solver.case.wrong_cases import errors_with, written
 
 OF_HEXAHEDRA = {"bird.method": "hexahedra"}
 RIGID = {"plate.rigid": "true"}

@@ -9,7 +9,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from tests.solver.random_fields import Strategy, Table, number, off_or, quantity
+from tests.solver.case.random_fields import Strategy, Table, number, off_or, quantity
 
 METALS: list[Strategy[Table]] = [
     st.fixed_dictionaries(

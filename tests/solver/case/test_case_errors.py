@@ -10,7 +10,7 @@ from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.case.sections import quantities
 from birdstrike.solver.fields import Between
-from tests.solver.wrong_cases import errors_with
+from tests.solver.case.wrong_cases import errors_with
 
 LATER = "is not available in this version"
 
@@ -196,7 +196,7 @@ def test_mass_and_density_both_or_neither_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "both.toml").write_text(start + '[bird]\nmass = "1.8 kg"\ndensity = "938 kg/m^3"\n')
     with pytest.raises(CaseError, match="are both given"):
         load_case(tmp_path / "both.toml")
-    whole = (Path(__file__).parents[2] / "data/cases/reference_strike.toml").read_text()
+    whole = (Path(__file__).parents[3] / "data/cases/reference_strike.toml").read_text()
     without = "\n".join(line for line in whole.splitlines() if not line.startswith('density = "900'))
     (tmp_path / "neither.toml").write_text(without)
     with pytest.raises(CaseError, match=r"bird\.mass or bird\.density is missing"):

@@ -149,7 +149,7 @@ def test_a_case_is_immutable() -> None:
 
 
 def test_no_sensors_mean_the_default_three(tmp_path: Path) -> None:
-    text = (Path(__file__).parents[2] / "data/cases/reference_strike.toml").read_text()
+    text = (Path(__file__).parents[3] / "data/cases/reference_strike.toml").read_text()
     bare = "\n\n".join(part for part in text.split("\n\n") if not part.startswith("[sensors"))
     (tmp_path / "bare.toml").write_text(bare)
     case = load_case(tmp_path / "bare.toml")

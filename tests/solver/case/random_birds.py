@@ -8,7 +8,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from birdstrike.solver.bird.shape import volume
-from tests.solver.random_fields import Strategy, Table, number, off_or, quantity
+from tests.solver.case.random_fields import Strategy, Table, number, off_or, quantity
 
 EOS: list[Strategy[Table]] = [
     st.fixed_dictionaries(

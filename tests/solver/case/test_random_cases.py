@@ -16,8 +16,8 @@ from birdstrike.solver.case.case import case_from_table
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.checks import BALANCE_LIMIT
 from birdstrike.solver.simulate import simulate
-from tests.solver.random_cases import tables
-from tests.solver.random_fields import Table
+from tests.solver.case.random_cases import tables
+from tests.solver.case.random_fields import Table
 
 EXAMPLES = int(os.environ.get("BIRDSTRIKE_FUZZ", "25"))
 SETTINGS = ("solver.courant", "bird.particles", "plate.elements", "time.end")

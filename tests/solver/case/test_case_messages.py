@@ -8,7 +8,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.case import load_case
-from tests.solver.wrong_cases import errors_with, written
+from tests.solver.case.wrong_cases import errors_with, written
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ def test_bird_statistics_give_density_and_diameter():
 
 
 def test_a_porous_law_gives_the_density_where_none_stands(tmp_path: Path):
-    text = (Path(__file__).parents[2] / "data" / "cases" / "reference_strike.toml").read_text()
+    text = (Path(__file__).parents[3] / "data" / "cases" / "reference_strike.toml").read_text()
     law = 'kind = "porous"\nz = 0.1\nmixing = "wood"\n'
     text = text.replace('density = "900 kg/m^3"', "").replace('kind = "grueneisen"\nC = "1670 m/s"\nS1 = 2.48\n', law)
     (tmp_path / "porous.toml").write_text(text)

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from tests.solver.random_birds import birds
-from tests.solver.random_fields import Strategy, Table, number, quantity
-from tests.solver.random_plates import PLATES
-from tests.solver.random_sensors import instrumented
+from tests.solver.case.random_birds import birds
+from tests.solver.case.random_fields import Strategy, Table, number, quantity
+from tests.solver.case.random_plates import PLATES
+from tests.solver.case.random_sensors import instrumented
 
 IMPACTS: Strategy[Table] = st.fixed_dictionaries(
     {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from tests.solver.random_fields import Strategy, Table, number, quantity
+from tests.solver.case.random_fields import Strategy, Table, number, quantity
 
 INSTRUMENT: Strategy[Table] = st.fixed_dictionaries(
     {},
