@@ -1,4 +1,4 @@
-"""Friction: Coulomb's deceleration and work, its couple on the shell, and its place in the books."""
+"""Friction: Coulomb's deceleration and work, its couple on the shell, and its place in the energy balance."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def saddle() -> Plate:
     return Plate(shell_mesh(mesh.nodes, mesh.quads), THICKNESS, STEEL, "free")
 
 
-def rubbing_layer(plate: Plate) -> tuple[Bird, Contact]:
+def sliding_saddle(plate: Plate) -> tuple[Bird, Contact]:
     """300 particles pressed into a saddle, flying every way, and a plate that spins: one evaluation of the forces."""
     rng = np.random.default_rng(0)
     x = np.column_stack([rng.uniform(-0.08, 0.08, (300, 2)), np.zeros(300)])
@@ -42,7 +42,7 @@ def rubbing_layer(plate: Plate) -> tuple[Bird, Contact]:
 def test_friction_conserves_linear_and_angular_momentum():
     """Friction acts at the particle's height above the mid-surface: the shell gets the couple as well."""
     plate = saddle()
-    bird, contact = rubbing_layer(plate)
+    bird, contact = sliding_saddle(plate)
     friction = contact.friction
     assert friction is not None
     scale = np.abs(friction.on_bird).sum()
@@ -55,7 +55,7 @@ def test_friction_conserves_linear_and_angular_momentum():
 def test_friction_only_takes_energy():
     """Its power on particles and nodes together is the sum of -|F| |slip|, also on a shell that moves and turns."""
     plate = saddle()
-    bird, contact = rubbing_layer(plate)
+    bird, contact = sliding_saddle(plate)
     friction = contact.friction
     assert friction is not None
     power = (friction.on_bird * bird.v).sum() + (friction.on_plate * plate.v).sum()

@@ -1,4 +1,4 @@
-"""Whole strikes, small: their books, their determinism, and what must end in a clear error."""
+"""Whole simulations, small: their balance, their determinism, and what must end in a clear error."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_inactive_erosion_limits_change_nothing(strike):
 
 
 def test_compression_erosion_takes_the_bird_away():
-    """CEROD just below 1 deletes the shocked bird: the push falls, the books still balance, the count is reported."""
+    """CEROD just below 1 deletes the shocked bird: the push falls, energy still balances, the count is reported."""
     eroded = simulate(small(bird__material__compression_erosion="0.999"))
     assert eroded.summary["eroded_mass_fraction"] > 0.05
     assert eroded.summary["momentum_error"] < 1e-10
@@ -171,7 +171,7 @@ def test_a_first_touch_beside_the_plate_is_told():
     assert estimate(small(impact__angle="10 deg"))["first_contact"] is None
 
 
-def test_what_the_eroded_particles_held_stays_on_the_books(strike):
+def test_what_the_eroded_particles_held_stays_in_the_energy_balance(strike):
     eroded = simulate(small(bird__material__compression_erosion="0.99"))
     assert eroded.summary["energies_J"]["eroded"] > 0.0
     assert eroded.summary["energies_J"]["bird_viscous"] > 0.0

@@ -1,4 +1,4 @@
-"""Strikes in which the plate tears or is missed: the bird goes on, the books stay."""
+"""Simulations in which the plate tears or is missed: the bird flies on, energy and momentum are conserved."""
 
 from __future__ import annotations
 

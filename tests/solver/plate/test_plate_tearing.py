@@ -1,4 +1,4 @@
-"""A plate that tears: layers fail one by one, elements go, and the books still balance."""
+"""A plate that tears: layers fail one by one, elements go, and energy still balances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strikes of a Lagrangian bird, small: books, erosion, determinism, and agreement with SPH."""
+"""Impacts of a Lagrangian bird, small: energy balance, erosion, determinism, and agreement with SPH."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_lagrangian_and_sph_birds_push_alike():
 
 
 @pytest.mark.parametrize("model", ["elastic", "plastic_kinematic", "hydrodynamic"])
-def test_birds_with_strength_keep_their_books(model):
+def test_energy_of_birds_with_strength_balances(model):
     """Seed 0's models by name; the elastic bird stays in one piece."""
     changes = SMALL | {"time.end": "0.8 ms", "time.snapshots": "[]"}
     summary = simulate(load_case(f"reference_strike_{model}", changes)).summary

@@ -13,7 +13,7 @@ from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
 from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.materials.solid import Solid
-from tests.solver.bricks import SEED, advance, brick, skewed, stable_step
+from tests.solver.bird.bricks import SEED, advance, brick, skewed, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0
 
@@ -148,7 +148,7 @@ def test_plastic_bar_stays_at_its_yield_stress():
 
 
 def test_eroded_elements_free_their_nodes_and_their_energy_stays():
-    """V/V0 beyond TEROD: the element goes, nodes without a live one fly on, every joule stays on the books."""
+    """V/V0 beyond TEROD: the element goes, nodes without a live one fly on, every joule stays in the balance."""
     mesh = brick((6, 1, 1), 0.01)
     v = np.zeros_like(mesh.nodes)
     v[:, 0] = np.where(mesh.nodes[:, 0] > 0.045, 20.0, 0.0)

@@ -1,4 +1,4 @@
-"""The elastic bird: it stays in one piece, keeps its books, and rings at the frequencies of a bar."""
+"""The elastic bird: it stays in one piece, conserves energy, and rings at the frequencies of a bar."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from birdstrike.data.errors import RunFailed
 from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.total_lagrangian import ElasticBird
-from tests.solver.bars import SPACING, angular_momentum, cuboid, free_body, steps
+from tests.solver.bird.bars import SPACING, angular_momentum, cuboid, free_body, steps
 
 SEED = elastic(938.0, 68.9e6, 0.49)
 MODERATE = elastic(938.0, 68.9e6, 0.3)

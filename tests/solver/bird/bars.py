@@ -1,4 +1,4 @@
-"""Bars and balls of bird with strength, free in space, stepped alone; their energies from the bodies' own accounts."""
+"""Bars and balls of bird with strength, free in space, stepped alone; their energies as the bodies integrate them."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def skewed(mesh: HexMesh, by: float, seed: int = 0) -> HexMesh:
 
 
 def advance(bird: HexBird, dt: float, first: bool = False, held: Array | None = None) -> float:
-    """One step of a bird alone with its books; its energy with all accounts at the whole step that was left [J].
+    """One step of a bird alone with its energies; their sum with the kinetic one at the whole step that was left [J].
 
     held: (n, 3) True where a freedom keeps its velocity.
     """
