@@ -1,8 +1,6 @@
-"""Contact of the bird with the shell: which facet each particle is above, and the penalty forces between them."""
+"""Contact of the bird with the plate: the facet under each particle, penalty forces and Coulomb friction."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,49 +16,10 @@ from birdstrike.solver.kernels.neighbours import largest_displacement_squared
 from birdstrike.solver.kernels.sums import work_of_forces
 from birdstrike.solver.plate.rigid import Target
 
-if TYPE_CHECKING:
-    pass
-
 STICKING = 0.5  # of k m' under the root below
-
-
-class Rubbing:
-    """|F| = mu N against the slip; below the slip mu N/c it is c times the slip, so that sticking is a slow creep.
-
-    c = sqrt(k m')/2, of the contact spring k and the mass m' of a particle against its share of a node: a quarter of
-    the spring's critical damping. It is the largest resistance that cannot turn the slip round within a stable step,
-    2/omega of the same spring; particles that Coulomb would halt within about two steps creep instead. The friction
-    acts at the particle, and the shell gets the couple about its mid-surface (`kernels.friction`).
-    """
-
-    def __init__(self, friction: float, contact: Contact, bird: BirdBody, plate: Target) -> None:
-        self.friction = friction
-        self.resistance = STICKING * float(np.sqrt(contact.stiffness * contact.reduced_mass(bird, plate)))
-        self.on_bird, self.on_plate = np.zeros_like(contact.on_bird), np.zeros_like(contact.on_plate)
-        self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
-        self.room = np.zeros((7, 3))
-
-    def update_forces(self, contact: Contact, bird: BirdBody, plate: Target) -> None:
-        """Friction of the present normal forces, added to the contact's own."""
-        self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
-        self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
-        law = (self.friction, contact.stiffness, self.resistance)
-        where = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
-        moving = (bird.v, plate.x, plate.v)
-        friction_forces(bird.n, law, contact.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
-        contact.on_bird += self.on_bird
-        contact.on_plate += self.on_plate
-
-    def work(self, bird: BirdBody, plate: Target, dt: float) -> float:
-        """Heat [J] of the step that ended, trapezoidal in the forces."""
-        on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
-        on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
-        return -dt * (on_bird + on_plate)
-
-
 BAND = 1.0  # a particle is watched within this many particle spacings above first contact
 OVERLAP_AT_START = 1e-6  # of the gap: rounding of a bird that starts at first contact
-MOST_LET_GO = 0.02  # share of the bird that may be squeezed through a tear's edge before the run is not believed
+MOST_SQUEEZED = 0.02  # share of the bird squeezed through a tear's edge, beyond which the run fails
 STILL = np.zeros(3)
 
 
@@ -90,11 +49,13 @@ class Contact:
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
         self.alive_at_search = -1
-        self.touching, self.deepest, self.stored, self.let_go = 0, 0.0, 0.0, 0
-        self.accounts = {"contact": 0.0, "eroded": 0.0}
-        self.rubbing = Rubbing(friction, self, bird, plate) if friction > 0.0 else None
-        if self.rubbing:
-            self.accounts["friction"] = 0.0
+        self.touching, self.deepest, self.stored, self.squeezed = 0, 0.0, 0.0, 0
+        self.energies = {"contact": 0.0, "eroded": 0.0}
+        self.friction = None
+        if friction > 0.0:
+            step_mass = (self.stiffness, self.reduced_mass(bird, plate))
+            self.friction = Friction(friction, *step_mass, bird.n, len(plate.x))
+            self.energies["friction"] = 0.0
 
     def refuse_overlap(self, bird: BirdBody, plate: Target) -> None:
         """Raise UserError when the bird starts inside the plate."""
@@ -139,9 +100,9 @@ class Contact:
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
         self.press(bird)
         if self.deepest > self.deepest_allowed:
-            self.let_through(bird, plate)
-        if self.rubbing:
-            self.rubbing.update_forces(self, bird, plate)
+            self.release_penetrating(bird, plate)
+        if self.friction:
+            self.friction.update_forces(self, bird, plate)
 
     def press(self, bird: BirdBody) -> None:
         """Penalty forces at the present feet."""
@@ -150,25 +111,25 @@ class Contact:
             bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
         )
 
-    def let_through(self, bird: BirdBody, plate: Target) -> None:
+    def release_penetrating(self, bird: BirdBody, plate: Target) -> None:
         """Particles too deep in the plate. Of one that has torn they are on their way through; else the run fails.
 
         They touch nothing until they are clear of the surface, and what their springs held is frozen. One that nothing
         pushed a step ago came from behind a folded petal, and was not squeezed.
         """
         deep = self.watched & bird.active[: bird.n] & (self.foot[:, 2] < self.gap - self.deepest_allowed)
-        self.let_go += int(np.count_nonzero(deep & self.on_bird_before.any(axis=1)))
-        if plate.alive.all() or self.let_go > MOST_LET_GO * bird.n:
+        self.squeezed += int(np.count_nonzero(deep & self.on_bird_before.any(axis=1)))
+        if plate.alive.all() or self.squeezed > MOST_SQUEEZED * bird.n:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
-        before = self.on_bird_before - self.rubbing.on_bird if self.rubbing else self.on_bird_before
+        before = self.on_bird_before - self.friction.on_bird if self.friction else self.on_bird_before
         self.release(deep, before)
         self.past_rim |= deep
         self.foot[deep, 2] = np.inf
         self.press(bird)
 
-    def announce(self, bird: BirdBody, half: float) -> None:
+    def predict_kick(self, bird: BirdBody, half: float) -> None:
         """What the coming kick will have added to the bird's velocities by the whole step, half [s] from now."""
         np.divide(half * self.on_bird, bird.masses[:, None], out=bird.push[: bird.n])
 
@@ -178,13 +139,13 @@ class Contact:
 
     def normal_forces(self) -> Array:
         """The springs' part of `on_bird`, (n, 3) [N]."""
-        return self.on_bird - self.rubbing.on_bird if self.rubbing else self.on_bird
+        return self.on_bird - self.friction.on_bird if self.friction else self.on_bird
 
     def release(self, gone: NDArray[np.bool_], pushed: Array) -> None:
         """What the springs of these particles held, f^2/(2k), is frozen: their facet or they themselves are gone."""
         frozen = float((pushed[gone] ** 2).sum()) / (2.0 * self.stiffness)
-        self.accounts["contact"] -= frozen
-        self.accounts["eroded"] += frozen
+        self.energies["contact"] -= frozen
+        self.energies["eroded"] += frozen
 
     def work(self, bird: BirdBody, plate: Target, dt: float) -> float:
         """Energy [J] that contact took over the step that ended, trapezoidal in the forces."""
@@ -192,16 +153,16 @@ class Contact:
         on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
         return -dt * (on_bird + on_plate)
 
-    def keep_books(self, bird: BirdBody, plate: Target, dt: float) -> None:
-        """Work of the step that ended, friction's apart; what the springs of newly eroded particles held is frozen."""
-        self.accounts["contact"] += self.work(bird, plate, dt)
-        if self.rubbing:
-            heat = self.rubbing.work(bird, plate, dt)
-            self.accounts["contact"] -= heat
-            self.accounts["friction"] += heat
+    def update_energies(self, bird: BirdBody, plate: Target, dt: float) -> None:
+        """Work of the step that ended, friction's apart; what springs of newly eroded particles held is frozen."""
+        self.energies["contact"] += self.work(bird, plate, dt)
+        if self.friction:
+            heat = self.friction.work(bird, plate, dt)
+            self.energies["contact"] -= heat
+            self.energies["friction"] += heat
         eroded = bird.eroded_now[: bird.n]
         if eroded.any():
-            before = self.on_bird_before - self.rubbing.on_bird_before if self.rubbing else self.on_bird_before
+            before = self.on_bird_before - self.friction.on_bird_before if self.friction else self.on_bird_before
             self.release(eroded, before)
 
     def stable_step(self, bird: BirdBody, plate: Target) -> float:
@@ -215,6 +176,40 @@ class Contact:
             per_node = max(facet_areas(plate).max() / self.spacing**2, 1.0)
             inverse += per_node / plate.mass.min()
         return float(1.0 / inverse)
+
+
+class Friction:
+    """|F| = mu N against the slip; below the slip mu N/c it is c times the slip, so that sticking is a slow creep.
+
+    c = sqrt(k m')/2, of the contact spring k and the mass m' of a particle against its share of a node: a quarter of
+    the spring's critical damping. It is the largest resistance that cannot turn the slip round within a stable step,
+    2/omega of the same spring; particles that Coulomb would halt within about two steps creep instead. The friction
+    acts at the particle, and the shell gets the couple about its mid-surface (`kernels.friction`).
+    """
+
+    def __init__(self, coefficient: float, stiffness: float, reduced_mass: float, particles: int, nodes: int) -> None:
+        self.coefficient, self.stiffness = coefficient, stiffness
+        self.resistance = STICKING * float(np.sqrt(stiffness * reduced_mass))
+        self.on_bird, self.on_plate = np.zeros((particles, 3)), np.zeros((nodes, 3))
+        self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
+        self.room = np.zeros((7, 3))
+
+    def update_forces(self, contact: Contact, bird: BirdBody, plate: Target) -> None:
+        """Friction of the present normal forces, added to the contact's own."""
+        self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
+        self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
+        law = (self.coefficient, self.stiffness, self.resistance)
+        where = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
+        moving = (bird.v, plate.x, plate.v)
+        friction_forces(bird.n, law, contact.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
+        contact.on_bird += self.on_bird
+        contact.on_plate += self.on_plate
+
+    def work(self, bird: BirdBody, plate: Target, dt: float) -> float:
+        """Heat [J] of the step that ended, trapezoidal in the forces."""
+        on_bird = work_of_forces(self.on_bird_before, self.on_bird, bird.v, bird.n)
+        on_plate = work_of_forces(self.on_plate_before, self.on_plate, plate.v, len(plate.v))
+        return -dt * (on_bird + on_plate)
 
 
 def facet_areas(plate: Target) -> Array:

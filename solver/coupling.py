@@ -1,4 +1,4 @@
-"""One strike from a case: bird, plate and contact, stepped together."""
+"""Bird, plate and contact of a case, stepped together in time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from birdstrike.solver.contact import Contact
 from birdstrike.solver.energy_balance import Balance
 
 PLATE_SAFETY = 0.9  # of the plate's and the contact's stability limit
-UNSTABLE = 0.2  # energy error at which a run has exploded, far beyond any balance that could be believed
+UNSTABLE = 0.2  # energy error at which a run has gone unstable, far beyond what is accepted
 
 
 @dataclass
@@ -58,12 +58,13 @@ def bird_and_step(case: Case) -> tuple[BirdBody, float]:
     return bird, step
 
 
-class Strike:
-    """Bird, plate, contact and their books; one step is `advance`, then `move` or `audit`, which moves too.
+class Coupling:
+    """Bird, plate, contact and their energy balance; one step is `advance`, then `move` or `audit`, which moves too.
 
     A step is the plate's and the contact's; the bird's own forces act once every `stride` steps as one impulse, and it
     drifts in between under contact alone (multiple time steps: Tuckerman, Berne & Martyna, J. Chem. Phys. 97 (1992)
-    1990). Contact forces act on both sides at the same instant, so momentum and the books hold as with one step.
+    1990). Contact forces act on both sides at the same instant, so that momentum and energy are conserved as with
+    one step.
     """
 
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
@@ -102,7 +103,7 @@ class Strike:
         return self.step % self.stride == 0
 
     def advance(self) -> None:
-        """Forces at the present time, and the books of the step that led here."""
+        """Forces at the present time, and the energies of the step that led here."""
         bird, plate, contact = self.bird, self.plate, self.contact
         since = self.dt if self.step else 0.0
         if self.at_bird:
@@ -110,15 +111,15 @@ class Strike:
         plate.update_forces(since)
         contact.update_forces(bird, plate)
         if self.at_bird:
-            contact.announce(bird, 0.5 * since)
+            contact.predict_kick(bird, 0.5 * since)
             bird.update_forces(self.stride * since)
         plate.reaction(contact.on_plate, self.reaction)
         self.push = -float(contact.on_plate[:, 2].sum())
         self.deepest = max(self.deepest, contact.deepest)
         if self.at_bird:
-            bird.keep_books(self.stride * since)
-        plate.keep_books()
-        contact.keep_books(bird, plate, since)
+            bird.update_energies(self.stride * since)
+        plate.update_energies()
+        contact.update_energies(bird, plate, since)
 
     def move(self) -> None:
         """Kick to the next half step, drift to the next whole step."""
@@ -133,7 +134,7 @@ class Strike:
         self.time = self.step * self.dt
 
     def audit(self) -> None:
-        """`move`, and judge the energy balance of the whole step that was left, one of the bird's.
+        """`move`, and the energy balance of the whole step that was left, one of the bird's.
 
         The kinetic energy of the whole step is the mean of those of the half steps around it. Raises RunFailed when
         the run has gone unstable.

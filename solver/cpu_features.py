@@ -1,4 +1,4 @@
-"""The processor that kernels are compiled for and run on: vectors of full width, and threads that wait politely."""
+"""The processor that kernels are compiled for and run on: vectors of full width, and idle threads that sleep."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def use_full_vectors() -> None:
         setattr(config, FEATURES, f"{features.flatten()},-prefer-256-bit")
 
 
-def wait_politely() -> None:
+def sleep_when_idle() -> None:
     """Let idle OpenMP threads sleep instead of spin, unless the user has said otherwise.
 
-    A strike has ten short parallel loops a step. With spinning threads and one other busy process on two cores, a
-    strike was measured to take 15 times as long; sleeping ones cost it nothing. Read when OpenMP loads, hence here.
+    A simulation has ten short parallel loops a step. With spinning threads and one other busy process on two cores,
+    it was measured to take 15 times as long; sleeping ones cost it nothing. Read when OpenMP loads, hence here.
     """
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")

@@ -1,4 +1,4 @@
-"""The books of a strike: every energy integrated from its own rate, linear and angular momentum with what left them."""
+"""Balance of energy and momentum of a simulation: every energy from its own rate, momenta with what left them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from birdstrike.solver.kernels.sums import column_sums, moment_of
 from birdstrike.solver.plate.rigid import Target
 
 
-class Booked(Protocol):
+class BodyEnergies(Protocol):
     """A body that integrates its own energies."""
 
     @property
-    def accounts(self) -> Mapping[str, float]: ...
+    def energies(self) -> Mapping[str, float]: ...
 
 
 class Balance:
-    """The bodies' accounts [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
+    """The bodies' energies [J] together, kinetic energies, momenta, and the impulse given to the frame [N s].
 
     Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
     bird_stress: work of strength; bird_hourglass: of the hexahedra's hourglass control;
@@ -32,7 +32,7 @@ class Balance:
     gone; bird_kinetic, plate_kinetic.
     """
 
-    def __init__(self, bird: BirdBody, bodies: Sequence[Booked], normal_energy: float) -> None:
+    def __init__(self, bird: BirdBody, bodies: Sequence[BodyEnergies], normal_energy: float) -> None:
         self.bodies = bodies
         self.worst = 0.0
         self.normal_energy = normal_energy
@@ -47,7 +47,7 @@ class Balance:
         """Energies [J] by name, summed over the bodies."""
         together: dict[str, float] = {}
         for body in self.bodies:
-            for name, value in body.accounts.items():
+            for name, value in body.energies.items():
                 together[name] = together.get(name, 0.0) + value
         return together
 
@@ -67,14 +67,14 @@ class Balance:
         self.contact_moment += kick * self.vector
 
     def energy_error(self) -> float:
-        """Energy that went astray, of the initial kinetic energy normal to the plate."""
+        """Energy gained (+) or lost, of the initial kinetic energy normal to the plate."""
         now = sum(self.energy.values()) + sum(self.kinetic.values())
         return (now - self.initial) / self.normal_energy
 
     def contact_created(self, contact: Contact) -> float:
         """Energy that contact gave without having taken it, of the initial normal kinetic energy; 0 when sound.
 
-        The book of contact against the energy in its springs: a force that appears at depth would show here alone.
+        The work of contact against the energy in its springs: a force that appears at depth would show here alone.
         """
         return max(contact.stored - self.energy["contact"], 0.0) / self.normal_energy
 

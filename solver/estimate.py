@@ -6,7 +6,7 @@ import math
 
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import Plate as PlateOfCase
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.plate.boundary import NAMED
 from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.plate.rigid import Target
@@ -51,16 +51,17 @@ def slowest(plate: Target) -> float | None:
 
 def estimate(case: Case) -> dict[str, float | None]:
     """Facts derived from a case without running it, SI: what `birdstrike check` prints."""
-    strike = Strike(case)
-    particles, shells = int(strike.bird.facts()["particles"]), len(strike.plate.quads)
+    coupling = Coupling(case)
+    particles, shells = int(coupling.bird.facts()["particles"]), len(coupling.plate.quads)
+    step_s = PER_PARTICLE_STEP * particles / coupling.stride + PER_SHELL_STEP * shells
     return {
         "mass": case.bird.actual_mass,
         "normal_speed": case.normal_speed,
-        "first_contact": None if strike.first_touch_off_plate else case.first_contact,
-        "first_period": first_period(case.plate) or slowest(strike.plate),
-        "stable_step": strike.dt,
-        "steps": strike.steps,
+        "first_contact": None if coupling.first_touch_off_plate else case.first_contact,
+        "first_period": first_period(case.plate) or slowest(coupling.plate),
+        "stable_step": coupling.dt,
+        "steps": coupling.steps,
         "particles": particles,
         "shells": shells,
-        "estimated_wall_s": strike.steps * (PER_PARTICLE_STEP * particles / strike.stride + PER_SHELL_STEP * shells),
+        "estimated_wall_s": coupling.steps * step_s,
     }

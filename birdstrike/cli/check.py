@@ -73,7 +73,7 @@ def check(case: str | Path | Case) -> dict[str, Any]:
     inactive (erosion limits that erode nothing) and case_hash.
     """
     from birdstrike.solver.case.case import case_hash, load_case
-    from birdstrike.solver.simulate import estimate
+    from birdstrike.solver.estimate import estimate
 
     loaded = load_case(case) if isinstance(case, str | Path) else case
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}

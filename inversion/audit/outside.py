@@ -11,7 +11,7 @@ import numpy as np
 
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.plate.boundary import ROTATIONS
 from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.sensors.recording import Recorder
@@ -24,8 +24,8 @@ class Outside:
 
     name: str
     meaning: str
-    alter: Callable[[Strike], None] | None = None
-    during: Callable[[Strike], None] | None = None
+    alter: Callable[[Coupling], None] | None = None
+    during: Callable[[Coupling], None] | None = None
 
 
 def bolted(every: int) -> Outside:
@@ -33,7 +33,7 @@ def bolted(every: int) -> Outside:
     return Outside("bolted", f"edges held against rotation at every {every}th node only", partial(_loosen, every))
 
 
-def _loosen(every: int, strike: Strike) -> None:
+def _loosen(every: int, strike: Coupling) -> None:
     assert isinstance(strike.plate, Plate)
     edges = strike.plate.edges
     loose = np.ones(len(edges.nodes), dtype=bool)
@@ -46,7 +46,7 @@ def tumbling(rate: float) -> Outside:
     return Outside("tumbling", f"the bird tumbles at {rate:.4g} rad/s", partial(_spin, rate))
 
 
-def _spin(rate: float, strike: Strike) -> None:
+def _spin(rate: float, strike: Coupling) -> None:
     bird = strike.bird
     arm = bird.x[: bird.n] - bird.x[: bird.n].mean(axis=0)
     bird.v[: bird.n] += np.cross([0.0, rate, 0.0], arm)
@@ -57,7 +57,7 @@ def yawed(angle: float) -> Outside:
     return Outside("yawed", f"the bird's axis is yawed by {math.degrees(angle):.3g} deg", partial(_turn, angle))
 
 
-def _turn(angle: float, strike: Strike) -> None:
+def _turn(angle: float, strike: Coupling) -> None:
     bird = strike.bird
     n, c, s = bird.n, math.cos(angle), math.sin(angle)
     middle = bird.x[:n].mean(axis=0)
@@ -70,7 +70,7 @@ def second_impact(time: float, momentum: float, place: tuple[float, float]) -> O
     return Outside("second impact", words, during=partial(_hit, time, momentum, place, []))
 
 
-def _hit(time: float, momentum: float, place: tuple[float, float], done: list[float], strike: Strike) -> None:
+def _hit(time: float, momentum: float, place: tuple[float, float], done: list[float], strike: Coupling) -> None:
     if done or strike.time < time:
         return
     done.append(strike.time)
@@ -83,7 +83,7 @@ def _hit(time: float, momentum: float, place: tuple[float, float], done: list[fl
 
 def strike_with(case: Case, outside: Outside) -> Histories:
     """Histories of a case with something outside the library in it; books that do not know of it are not judged."""
-    strike = Strike(case)
+    strike = Coupling(case)
     if outside.alter is not None:
         outside.alter(strike)
     recorder = Recorder(strike, case.sensors, strike.steps)

@@ -9,7 +9,7 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.simulate import estimate
+from birdstrike.solver.estimate import estimate
 
 PLACES = ("auto", "middle", "finest", "coarsest")
 AFFORDABLE_S = 600.0  # of one core: up to here a study is paid for that also refines the user's mesh

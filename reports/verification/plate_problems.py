@@ -121,7 +121,7 @@ def respond(plate: Plate, load: Array, end: float) -> tuple[Array, Array]:
     for step in range(steps):
         plate.update_forces(dt if step else 0.0)
         w[step] = rest - plate.x[centre, 2]
-        plate.keep_books()
+        plate.update_energies()
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, load)
     return dt * np.arange(steps), w
 

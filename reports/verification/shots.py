@@ -11,7 +11,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore, run_key
 from birdstrike.solver.build import bird_lattice, in_flight
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.sensors.recording import Recorder
 from birdstrike.solver.simulate import run, silent, simulate, summarise
 from birdstrike.solver.version import SOLVER_VERSION
@@ -60,7 +60,7 @@ def fire(shot: Shot) -> Histories:
     case = shot.load()
     if (shot.roll, shot.gap, shot.stiffness) == (0.0, 0.0, 1.0):
         return simulate(case, threads=1)
-    varied = Strike(case)
+    varied = Coupling(case)
     vary(varied, case, shot)
     recorder = Recorder(varied, case.sensors, varied.steps)
     snapshots = run(varied, recorder, case.time.snapshots, silent)
@@ -69,7 +69,7 @@ def fire(shot: Shot) -> Histories:
     return Histories(clock, recorder.sampled(clock), units, summarise(case, varied), snapshots)
 
 
-def vary(strike: Strike, case: Case, shot: Shot) -> None:
+def vary(strike: Coupling, case: Case, shot: Shot) -> None:
     """Turn the bird's lattice, change the contact, and put the bird back where the case lets it begin."""
     bird = strike.bird
     strike.contact.gap += shot.gap

@@ -13,7 +13,7 @@ from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.kernels.sums import column_sums
 from birdstrike.solver.plate.mesh import plate_mesh
 from birdstrike.solver.plate.rigid import RigidPlate
@@ -34,7 +34,7 @@ def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.
     """
     length = slenderness * DIAMETER
     reference = {"bird__material__viscosity": "641 Pa s", "bird__material__pressure_cutoff": "-0.3705 MPa"}
-    strike = Strike(rigid_shot(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
+    strike = Coupling(rigid_shot(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
     force, before = np.zeros(strike.steps), normal_momentum(strike.bird)
     for step in range(strike.steps):
         strike.advance()
@@ -92,7 +92,7 @@ def sliding_layer(mu: float = 0.2, push: float = 1.0, steps: int = 150) -> tuple
         since = dt if step else 0.0
         bird.acceleration[:] = 0.0
         contact.update_forces(bird, plate)
-        contact.keep_books(bird, plate, since)
+        contact.update_energies(bird, plate, since)
         bird.acceleration[: bird.n, 2] -= push / bird.mass
         kick = since or 0.5 * dt
         bird.kick(kick)
@@ -100,7 +100,7 @@ def sliding_layer(mu: float = 0.2, push: float = 1.0, steps: int = 150) -> tuple
         bird.drift(dt)
     slope = float(np.polyfit(np.arange(1, steps) * dt, speed[1:], 1)[0])
     way = float((bird.x[: bird.n, 0] - start).mean()) - 1.0 * dt * speed[-1]
-    heat = contact.accounts["friction"] / bird.n
+    heat = contact.energies["friction"] / bird.n
     return (
         Compared(-slope, mu * push / bird.mass, "m/s^2", {"speed_left": float(speed[-1])}),
         Compared(heat, mu * push * way, "J", {"way": way}),

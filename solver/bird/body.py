@@ -1,4 +1,4 @@
-"""What a strike asks of a bird, whatever it is made of: n points of contact with masses, stepped by kick and drift."""
+"""What the coupling asks of a bird, whatever it is made of: n points with masses, stepped by kick and drift."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ class BirdBody(Protocol):
     """A bird of n particles or nodes; x: (n, 3) [m] at the whole step, v: (n, 3) [m/s] at the half step before.
 
     acceleration: (n, 3) [m/s^2]; active: (n,) points that may touch, eroded_now: (n,) those that no longer do since
-    this step; accounts: energies [J] by name; unit_dissipation: energy per unit of viscosity [J/(Pa s)]; subcycled:
+    this step; energies: [J] by name; unit_dissipation: energy per unit of viscosity [J/(Pa s)]; subcycled:
     whether contact may act several times in a step of the bird; lag, push: (n, 3) [m/s], by how much v exceeds the
     mean of the step that ended, and half the kick of outer forces to come.
     """
 
     n: int
-    accounts: dict[str, float]
+    energies: dict[str, float]
     unit_dissipation: float
     subcycled: bool
 
@@ -97,7 +97,7 @@ class BirdBody(Protocol):
         """Accelerations at the whole step."""
         ...
 
-    def keep_books(self, dt: float, /) -> None:
+    def update_energies(self, dt: float, /) -> None:
         """Works of the step that ended."""
         ...
 

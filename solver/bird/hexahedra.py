@@ -1,4 +1,4 @@
-"""The bird as Lagrangian one-point hexahedra: nodes, erosion, books, motion."""
+"""The bird as Lagrangian one-point hexahedra: nodes, erosion, energies, motion."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class HexElements:
         hex_forces(self.alive, self.stress, self.hourglass, self.volume, self.gradient, self.shape, self.force)
 
 
-ACCOUNTS = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
+ENERGIES = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
 DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # shares of mass and of normal kinetic energy that are told
 
 
@@ -135,7 +135,7 @@ class HexBird(HexElements):
     """n nodes under their elements' forces.
 
     active: (n,) nodes with a live element. The others fly on freely and touch nothing; their mass, momentum and
-    energy stay on the books.
+    energy stay in the balance.
     """
 
     subcycled = False
@@ -150,7 +150,7 @@ class HexBird(HexElements):
         self.start, self.member = node_rows(self.elements, n)
         eighths = np.repeat(0.125 * self.element_mass, 8)
         self.masses = np.bincount(self.elements.ravel(), eighths, minlength=n).astype(float)
-        self.accounts: dict[str, float] = dict.fromkeys(ACCOUNTS, 0.0)
+        self.energies: dict[str, float] = dict.fromkeys(ENERGIES, 0.0)
         self.unit_dissipation, self.distorted_mass = 0.0, 0.0
 
     @property
@@ -203,23 +203,23 @@ class HexBird(HexElements):
         self.update_element_forces()
         gather_accelerations(self.start, self.member, self.force, self.masses, self.acceleration)
 
-    def keep_books(self, _dt: float) -> None:
+    def update_energies(self, _dt: float) -> None:
         """Works of the step that ended; what an eroded element had stored as pressure and strength is frozen."""
-        self.accounts["bird_pressure"] += total(self.pressure_work)
-        self.accounts["bird_stress"] += total(self.stress_work)
-        self.accounts["bird_viscous"] += total(self.viscous_work[:, 0])
-        self.accounts["bird_shock"] += total(self.viscous_work[:, 1])
+        self.energies["bird_pressure"] += total(self.pressure_work)
+        self.energies["bird_stress"] += total(self.stress_work)
+        self.energies["bird_viscous"] += total(self.viscous_work[:, 0])
+        self.energies["bird_shock"] += total(self.viscous_work[:, 1])
         self.unit_dissipation += total(self.viscous_work[:, 2])
-        self.accounts["bird_hourglass"] += total(self.hourglass_work)
+        self.energies["bird_hourglass"] += total(self.hourglass_work)
         self.stored[:, 0] += self.pressure_work
         self.stored[:, 1] += self.stress_work
         dissipated = self.stress_work + self.viscous_work[:, 0] + self.viscous_work[:, 1] + self.hourglass_work
         self.heat = dissipated / self.volume0
         if self.going.any():
             frozen = self.stored[self.going].sum(axis=0)
-            self.accounts["bird_pressure"] -= float(frozen[0])
-            self.accounts["bird_stress"] -= float(frozen[1])
-            self.accounts["eroded"] += float(frozen.sum())
+            self.energies["bird_pressure"] -= float(frozen[0])
+            self.energies["bird_stress"] -= float(frozen[1])
+            self.energies["eroded"] += float(frozen.sum())
 
     def kick(self, dt: float) -> None:
         """Half-step velocities under the bird's own forces."""
@@ -235,10 +235,10 @@ class HexBird(HexElements):
 
     def equivalent_viscosity(self) -> float:
         """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
-        return self.accounts["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
+        return self.energies["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
 
     def step_at_impact(self, normal_speed: float) -> float:
-        """Step [s] that the bird allows a strike: the shortest before an element counts as distorted and is eroded.
+        """Step [s] that the bird allows: the shortest before an element counts as distorted and is eroded.
 
         It is `smallest_step` of the undistorted mesh's, behind the shock of an impact at this speed [m/s].
         """
@@ -279,7 +279,7 @@ class HexBird(HexElements):
         if distorted > DISTORTED_LIMIT:
             text = f"{distorted:.0%} of the bird's mass was eroded because its elements were too distorted"
             found.append(f"{text}: lower solver.smallest_step (now {self.settings.smallest_step:g}), at more cost")
-        share = self.accounts["bird_hourglass"] / normal_energy
+        share = self.energies["bird_hourglass"] / normal_energy
         if share > HOURGLASS_LIMIT:
             text = f"the bird's hourglass control took {share:.0%} of the normal kinetic energy"
             found.append(f"{text}: its mesh is too coarse for the flow; refine bird.particles, or bird.method = sph")

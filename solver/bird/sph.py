@@ -20,7 +20,7 @@ from birdstrike.solver.kernels.sph import pack_state, pair_forces
 from birdstrike.solver.kernels.sums import total, weighted_square
 from birdstrike.solver.kernels.velocity_gradient import pack_midpoint, rate_of_deformation
 
-WAVE_COURANT = 0.72  # c dt/h of a weak wave; with it the energy error of a strike stays near 0.2 %
+WAVE_COURANT = 0.72  # c dt/h of a weak wave; with it the energy error of the reference strike stays near 0.2 %
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Bird:
         self.row = aligned_zeros(rows, ROW)
         self.masses = np.full(self.n, mass)
         self.cells = np.empty((0, 8), np.int64)
-        self.accounts: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
+        self.energies: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
         self.unit_dissipation = 0.0
         self.list = VerletList(self.n, 2.0 * h)
         self.refresh_images()
@@ -150,21 +150,21 @@ class Bird:
         pair_forces(self.n, *pair)
         self.heating[: self.n] = (mu * self.dissipation[: self.n, 0] + self.dissipation[: self.n, 1]) / self.volume
 
-    def keep_books(self, dt: float) -> None:
+    def update_energies(self, dt: float) -> None:
         """Works of the step that ended; the dissipated powers of its end stand for the step around it."""
         unit = total(self.dissipation[:, 0])
         self.unit_dissipation += dt * unit
-        self.accounts["bird_pressure"] += self.volume * total(self.work)
-        self.accounts["bird_viscous"] += dt * self.material.viscosity * unit
-        self.accounts["bird_shock"] += dt * total(self.dissipation[:, 1])
+        self.energies["bird_pressure"] += self.volume * total(self.work)
+        self.energies["bird_viscous"] += dt * self.material.viscosity * unit
+        self.energies["bird_shock"] += dt * total(self.dissipation[:, 1])
         if self.eroded_now.any():
             frozen = self.volume * float(self.stored[self.eroded_now].sum())
-            self.accounts["bird_pressure"] -= frozen
-            self.accounts["eroded"] += frozen
+            self.energies["bird_pressure"] -= frozen
+            self.energies["eroded"] += frozen
 
     def equivalent_viscosity(self) -> float:
         """Shear viscosity [Pa s] that would have dissipated as much in this flow as the shock viscosity did."""
-        return self.accounts["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
+        return self.energies["bird_shock"] / self.unit_dissipation if self.unit_dissipation > 0.0 else 0.0
 
     def kick(self, dt: float) -> None:
         """Half-step velocities under the bird's own forces."""

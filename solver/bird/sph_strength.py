@@ -24,7 +24,7 @@ REPULSION = (0.3, 0.7)  # stiffness over bulk modulus times spacing, and the dis
 class SolidBird(Bird):
     """A `Bird` whose stress is -p I + s; s and its back stress (N, 6) [Pa], eps_p (N,) equivalent plastic strain.
 
-    accounts: bird_stress, the work of s; bird_repulsion, that of the springs between particles that clump.
+    energies: bird_stress, the work of s; bird_repulsion, that of the springs between particles that clump.
     """
 
     material: Solid
@@ -40,7 +40,7 @@ class SolidBird(Bird):
         self.repulsion = np.array(REPULSION) * [self.bulk_modulus * self.spacing, self.spacing]
         self.update_material = with_law(update_solid_material, self.material.eos.terms)
         self.strength, self.wave = self.material.strength, 4.0 / 3.0 * self.material.shear_modulus
-        self.accounts |= {"bird_stress": 0.0, "bird_repulsion": 0.0}
+        self.energies |= {"bird_stress": 0.0, "bird_repulsion": 0.0}
 
     def update_density(self, dt: float) -> None:
         """Density, deviator and pressure over the step that ended, erosion. Raises RunFailed on a lost density."""
@@ -98,15 +98,15 @@ class SolidBird(Bird):
         add_stress_forces(self.n, *solid, *rows[:3], self.acceleration, self.repelled)
         self.heating[: self.n] = self.dissipation[: self.n, 1] / self.volume
 
-    def keep_books(self, dt: float) -> None:
+    def update_energies(self, dt: float) -> None:
         """As every bird's, and the works of the deviator and of the repulsion."""
-        super().keep_books(dt)
-        self.accounts["bird_stress"] += self.volume * total(self.works[:, 1])
-        self.accounts["bird_repulsion"] += dt * total(self.repelled)
+        super().update_energies(dt)
+        self.energies["bird_stress"] += self.volume * total(self.works[:, 1])
+        self.energies["bird_repulsion"] += dt * total(self.repelled)
         if self.eroded_now.any():
             frozen = self.volume * float(self.stored_stress[self.eroded_now].sum())
-            self.accounts["bird_stress"] -= frozen
-            self.accounts["eroded"] += frozen
+            self.energies["bird_stress"] -= frozen
+            self.energies["eroded"] += frozen
 
     def may_erode(self, _stiffening: float, /) -> bool:
         """Whether there is a failure strain."""

@@ -20,7 +20,7 @@ BULK_SHARE = (0.3, 0.5)  # what the pair viscosity's coefficients amount to in p
 
 
 class ElasticBird(Bird):
-    """A `Bird` that keeps its first neighbours; accounts: bird_stress (stored), bird_hourglass, bird_shock.
+    """A `Bird` that keeps its first neighbours; energies: bird_stress (stored), bird_hourglass, bird_shock.
 
     Nothing erodes, and `rho`, `p` follow from the deformation gradient. Raises RunFailed when a particle is turned
     inside out.
@@ -45,7 +45,7 @@ class ElasticBird(Bird):
         speed = m.fastest_wave(1e-3)
         self.bulk = np.array(BULK_SHARE) * self.shock * np.array([speed * self.h, self.h**2])
         self.hourglass = HOURGLASS * m.young
-        self.accounts = dict.fromkeys(("bird_stress", "bird_hourglass", "bird_shock", "eroded"), 0.0)
+        self.energies = dict.fromkeys(("bird_stress", "bird_hourglass", "bird_shock", "eroded"), 0.0)
 
     def update_density(self, dt: float) -> None:
         """Deformation gradient, stress, density and pressure at the present positions."""
@@ -66,13 +66,13 @@ class ElasticBird(Bird):
         body = (self.lattice_row, self.mass, self.volume, self.h, self.slope)
         elastic_forces(self.n, *body, *stiff, self.acceleration, self.penalty)
 
-    def keep_books(self, dt: float) -> None:
+    def update_energies(self, dt: float) -> None:
         """The energy that is stored, and the works of hourglass control and bulk viscosity over the step that ended."""
-        self.accounts["bird_stress"] = self.volume * total(self.energy)
+        self.energies["bird_stress"] = self.volume * total(self.energy)
         work = work_of_forces(self.penalty_before, self.penalty, self.v, self.n)
-        self.accounts["bird_hourglass"] -= dt * self.mass * work
+        self.energies["bird_hourglass"] -= dt * self.mass * work
         self.unit_dissipation += dt * self.volume * total(self.shear_power)
-        self.accounts["bird_shock"] += self.volume * total(self.work)
+        self.energies["bird_shock"] += self.volume * total(self.work)
 
     def may_erode(self, _stiffening: float, /) -> bool:
         """Never."""

@@ -1,7 +1,7 @@
 """Stress in the one-point hexahedra: pressure, strength, viscosity, shock viscosity; each with its own work.
 
 Stress is -(p + q) I + s + 2 MU dev D. The work of a step [J] is trapezoidal in the stress, with the rate at its middle:
-the books then close to second order. An element that goes in this step (erodes) ends it without stress.
+the energy balance then closes to second order. An element that goes in this step (erodes) ends it without stress.
 Tensors (6,): xx, yy, zz, xy, yz, zx; rate (9,): dv_i/dx_j by rows [1/s].
 """
 

@@ -6,12 +6,12 @@ from numba import njit
 
 
 @njit(cache=True)
-def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, resultant, hourglass, work, books):
+def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, resultant, hourglass, work, taken):
     """Take away the elements whose layers have all failed; their mass stays at their nodes.
 
     eps_p: (e, layers); failure_strain: a layer's largest plastic strain; area (e,) [m^2]; strain (e, 8),
     hourglass_strain (e, 9): increments of the step; in and out: alive (e,), resultant (e, 8), hourglass (e, 9), work
-    (2, e): of the step, stress and hourglass [J]; books (2, e): the same summed over time [J]. An element's force
+    (2, e): of the step, stress and hourglass [J]; taken (2, e): the same summed over time [J]. An element's force
     is zero at the end of the step in which it goes, so the end's half of the trapezoidal work is taken back.
     Returns how many elements went, and what their stresses and hourglass forces had taken in [J].
     """
@@ -34,9 +34,9 @@ def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, r
                 hourglass[e, i] = 0.0
             alive[e] = False
             gone += 1
-        books[0, e] += work[0, e]
-        books[1, e] += work[1, e]
+        taken[0, e] += work[0, e]
+        taken[1, e] += work[1, e]
         if failed:
-            frozen += books[0, e]
-            frozen_hourglass += books[1, e]
+            frozen += taken[0, e]
+            frozen_hourglass += taken[1, e]
     return gone, frozen, frozen_hourglass

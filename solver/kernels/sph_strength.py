@@ -42,7 +42,7 @@ def add_stress_forces(n, row, mass, h, constant, repulsion, start, stop, neighbo
 
     In tension SPH particles attract each other in pairs (J. W. Swegle, D. L. Hicks & S. W. Attaway, J. Comput. Phys.
     116 (1995) 123). Monaghan's artificial stress, proportional to the tension, takes no account of what it stores: it
-    gave this bird a third of the strike's energy. A spring that acts below a distance alone gives back what it took.
+    gave this bird a third of the impact's energy. A spring that acts below a distance alone gives back what it took.
     repulsion: (2,) stiffness [N/m] and that distance [m]; out: acceleration (N, 3) [m/s^2], added to; power (N,):
     taken by the springs [W].
     """

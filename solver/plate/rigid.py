@@ -10,7 +10,7 @@ from birdstrike.solver.plate.shell import Plate
 
 
 class RigidPlate:
-    """The plate's side of a strike (see `plate.Plate`), without motion, strain or energy.
+    """A target (see `shell.Plate`), without motion, strain or energy.
 
     The whole plate is its own frame: what contact gives it, the frame feels. mass is 0: it carries no momentum.
     """
@@ -24,12 +24,12 @@ class RigidPlate:
         self.fixed, self.fixed_rotation = np.ones(m, np.bool_), np.ones(m, np.bool_)
         self.eroded, self.air_impulse = 0, np.zeros(3)
         self.eps_p = np.zeros((e, 1))
-        self.accounts: dict[str, float] = dict.fromkeys(("plate_internal", "plate_hourglass"), 0.0)
+        self.energies: dict[str, float] = dict.fromkeys(("plate_internal", "plate_hourglass"), 0.0)
 
     def update_forces(self, dt: float) -> None:
         """Nothing strains."""
 
-    def keep_books(self) -> None:
+    def update_energies(self) -> None:
         """Nothing is stored."""
 
     def kick_and_drift(self, kick: float, drift: float, applied: Array) -> None:
@@ -53,4 +53,4 @@ class RigidPlate:
 
 
 Target = Plate | RigidPlate
-"""What a bird can strike."""
+"""What a bird can hit."""

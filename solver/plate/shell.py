@@ -1,4 +1,4 @@
-"""A plate or shell of four-node elements: its state, one step of its forces, its motion and its books."""
+"""A plate or shell of four-node elements: its state, one step of its forces, its motion and its energies."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Plate:
         share = 0.25 * material.density * thickness * self.shape[:, 4]
         self.mass = np.bincount(mesh.quads.ravel(), np.repeat(share, 4), minlength=m)
         self.inertia = self.mass * thickness**2 / 12.0
-        self.accounts: dict[str, float] = dict.fromkeys(BOOKS, 0.0)
+        self.energies: dict[str, float] = dict.fromkeys(BOOKS, 0.0)
         self.edge_work, self.damped, self.lost = 0.0, 0.0, (0, 0.0, 0.0)
         self.on_frame, self.air_impulse = np.zeros(6), np.zeros(3)
 
@@ -127,18 +127,18 @@ class Plate:
             step = (area, self.strain, self.hourglass_strain, self.alive, self.resultant, self.hourglass)
             self.lost = erode_shells(self.eps_p, m.failure_strain, *step, self.works, self.taken)
 
-    def keep_books(self) -> None:
+    def update_energies(self) -> None:
         """Works of the step that ended [J]; what an eroded element had taken in is frozen as `plate_eroded`."""
         _, internal, hourglass = self.lost
-        self.accounts["plate_internal"] += total(self.works[0]) - internal
-        self.accounts["plate_hourglass"] += total(self.works[1]) - hourglass
-        self.accounts["plate_eroded"] += internal + hourglass
-        self.accounts["plate_edges"] += self.edge_work
+        self.energies["plate_internal"] += total(self.works[0]) - internal
+        self.energies["plate_hourglass"] += total(self.works[1]) - hourglass
+        self.energies["plate_eroded"] += internal + hourglass
+        self.energies["plate_edges"] += self.edge_work
 
     def kick_and_drift(self, kick: float, drift: float, applied: Array) -> None:
         """New half-step velocities under internal and applied forces (m, 3) [N], then new positions.
 
-        What mass damping takes is booked half before and half after the whole step, as the kinetic energy is.
+        What mass damping takes is counted half before and half after the whole step, as the kinetic energy is.
         """
         if self.damping > 0.0:
             self.v_before[:], self.omega_before[:] = self.v, self.omega
@@ -148,7 +148,7 @@ class Plate:
         if self.damping > 0.0:
             motion = (self.v_before, self.v, self.omega_before, self.omega, self.air_impulse)
             taken = damped_energy(kick, self.damping, self.mass, self.inertia, *motion)
-            self.accounts["plate_damping"] += 0.5 * (self.damped + taken)
+            self.energies["plate_damping"] += 0.5 * (self.damped + taken)
             self.damped = taken
 
     def reaction(self, applied: Array, result: Array) -> None:

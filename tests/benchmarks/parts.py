@@ -43,7 +43,7 @@ def advance(bird: Bird, steps: int) -> None:
     for _ in range(steps):
         bird.update_density(dt)
         bird.update_forces(dt)
-        bird.keep_books(dt)
+        bird.update_energies(dt)
         bird.kick_and_drift(dt, dt)
 
 

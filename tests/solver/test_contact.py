@@ -199,16 +199,16 @@ def test_tearing_under_a_particle_freezes_what_its_spring_held():
     dt = 1e-7
     for step in range(60):
         contact.update_forces(bird, plate)
-        contact.keep_books(bird, plate, dt if step else 0.0)
+        contact.update_energies(bird, plate, dt if step else 0.0)
         bird.x[: bird.n] += dt * bird.v[: bird.n]
     held = contact.stored
     plate.alive[contact.facet[0]] = False
     contact.update_forces(bird, plate)
     bird.v[:] = 0.0
-    contact.keep_books(bird, plate, dt)
+    contact.update_energies(bird, plate, dt)
     assert contact.touching == 1
-    assert contact.accounts["eroded"] == pytest.approx(0.5 * held, rel=1e-6)
-    assert contact.accounts["contact"] == pytest.approx(0.5 * held, rel=0.02)
+    assert contact.energies["eroded"] == pytest.approx(0.5 * held, rel=1e-6)
+    assert contact.energies["contact"] == pytest.approx(0.5 * held, rel=0.02)
 
 
 def test_the_foot_goes_round_the_corner_of_a_hole():

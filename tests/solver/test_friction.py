@@ -1,4 +1,4 @@
-"""Friction: Coulomb's deceleration and work, its couple on the shell, and its place in the books."""
+"""Friction: Coulomb's deceleration and work, its couple on the shell, and its place in the energy balance."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def saddle() -> Plate:
     return Plate(shell_mesh(mesh.nodes, mesh.quads), THICKNESS, STEEL, "free")
 
 
-def rubbing_layer(plate: Plate) -> tuple[Bird, Contact]:
+def sliding_saddle(plate: Plate) -> tuple[Bird, Contact]:
     """300 particles pressed into a saddle, flying every way, and a plate that spins: one evaluation of the forces."""
     rng = np.random.default_rng(0)
     x = np.column_stack([rng.uniform(-0.08, 0.08, (300, 2)), np.zeros(300)])
@@ -42,28 +42,28 @@ def rubbing_layer(plate: Plate) -> tuple[Bird, Contact]:
 def test_friction_conserves_linear_and_angular_momentum():
     """Friction acts at the particle's height above the mid-surface: the shell gets the couple as well."""
     plate = saddle()
-    bird, contact = rubbing_layer(plate)
-    rubbing = contact.rubbing
-    assert rubbing is not None
-    scale = np.abs(rubbing.on_bird).sum()
+    bird, contact = sliding_saddle(plate)
+    friction = contact.friction
+    assert friction is not None
+    scale = np.abs(friction.on_bird).sum()
     assert scale > 0.02 * np.abs(contact.on_bird).sum()
-    assert np.abs(rubbing.on_bird.sum(axis=0) + rubbing.on_plate.sum(axis=0)).max() < 1e-13 * scale
-    moment = np.cross(bird.x, rubbing.on_bird).sum(axis=0) + np.cross(plate.x, rubbing.on_plate).sum(axis=0)
+    assert np.abs(friction.on_bird.sum(axis=0) + friction.on_plate.sum(axis=0)).max() < 1e-13 * scale
+    moment = np.cross(bird.x, friction.on_bird).sum(axis=0) + np.cross(plate.x, friction.on_plate).sum(axis=0)
     assert np.abs(moment).max() < 1e-9 * scale * 0.1
 
 
 def test_friction_only_takes_energy():
     """Its power on particles and nodes together is the sum of -|F| |slip|, also on a shell that moves and turns."""
     plate = saddle()
-    bird, contact = rubbing_layer(plate)
-    rubbing = contact.rubbing
-    assert rubbing is not None
-    power = (rubbing.on_bird * bird.v).sum() + (rubbing.on_plate * plate.v).sum()
-    force = np.linalg.norm(rubbing.on_bird, axis=1)
+    bird, contact = sliding_saddle(plate)
+    friction = contact.friction
+    assert friction is not None
+    power = (friction.on_bird * bird.v).sum() + (friction.on_plate * plate.v).sum()
+    force = np.linalg.norm(friction.on_bird, axis=1)
     normal = np.linalg.norm(contact.normal_forces(), axis=1)
     assert (force <= 0.3 * normal * (1.0 + 1e-12)).all()
     assert (force < 0.3 * normal * (1.0 - 1e-9)).any()
-    assert power <= -(force**2).sum() / rubbing.resistance * (1.0 - 1e-9)
+    assert power <= -(force**2).sum() / friction.resistance * (1.0 - 1e-9)
     assert force.sum() > 0.0
 
 

@@ -1,4 +1,4 @@
-"""Whole strikes, small: their books, their determinism, and what must end in a clear error."""
+"""Whole simulations, small: their balance, their determinism, and what must end in a clear error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.columns import SEED, block
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.estimate import estimate, first_period
 from birdstrike.solver.simulate import simulate
 
@@ -69,7 +69,7 @@ def test_a_coarse_bird_says_that_its_shock_viscosity_is_high():
 
 
 def test_contact_impulse_is_the_momentum_that_the_bird_lost():
-    run = Strike(small())
+    run = Coupling(small())
     impulse = 0.0
     before = run.bird.masses @ run.bird.v[:, 2]
     for _ in range(400):
@@ -83,7 +83,7 @@ def test_contact_impulse_is_the_momentum_that_the_bird_lost():
 
 def test_nothing_moves_before_first_contact(strike):
     """The plate rests until the first particle arrives, within half a spacing's flight of the surface's own touch."""
-    run = Strike(small())
+    run = Coupling(small())
     first = (run.bird.x[: run.bird.n, 2].min() - run.contact.gap) / small().normal_speed
     assert first == pytest.approx(small().first_contact, abs=run.bird.skin / small().normal_speed)
     quiet = strike.time < first - 5e-6
@@ -144,7 +144,7 @@ def test_inactive_erosion_limits_change_nothing(strike):
 
 
 def test_compression_erosion_takes_the_bird_away():
-    """CEROD just below 1 deletes the shocked bird: the push falls, the books still balance, the count is reported."""
+    """CEROD just below 1 deletes the shocked bird: the push falls, energy still balances, the count is reported."""
     eroded = simulate(small(bird__material__compression_erosion="0.999"))
     assert eroded.summary["eroded_mass_fraction"] > 0.05
     assert eroded.summary["momentum_error"] < 1e-10
@@ -171,7 +171,7 @@ def test_a_first_touch_beside_the_plate_is_told():
     assert estimate(small(impact__angle="10 deg"))["first_contact"] is None
 
 
-def test_what_the_eroded_particles_held_stays_on_the_books(strike):
+def test_what_the_eroded_particles_held_stays_in_the_energy_balance(strike):
     eroded = simulate(small(bird__material__compression_erosion="0.99"))
     assert eroded.summary["energies_J"]["eroded"] > 0.0
     assert eroded.summary["energies_J"]["bird_viscous"] > 0.0
@@ -180,7 +180,7 @@ def test_what_the_eroded_particles_held_stays_on_the_books(strike):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_position_that_is_not_finite_ends_the_run(value):
-    run = Strike(small())
+    run = Coupling(small())
     run.bird.x[7, 1] = value
     with pytest.raises(RunFailed, match="no longer finite"):
         run.advance()

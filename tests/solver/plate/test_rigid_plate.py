@@ -1,4 +1,4 @@
-"""A rigid plate: what a case says of it, the books of a strike on it, and its gauges."""
+"""A rigid plate: what a case says of it, the energy balance of an impact on it, and its gauges."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def strike() -> Histories:
     return simulate(flat(), threads=1)
 
 
-def test_the_books_of_a_strike_on_a_rigid_plate(strike):
+def test_energy_and_momentum_balance_on_a_rigid_plate(strike):
     assert strike.summary["momentum_error"] < 1e-10
     assert strike.summary["worst_energy_error"] < 0.01
     assert strike.summary["energies_J"]["plate_internal"] == strike.summary["energies_J"]["plate_kinetic"] == 0.0
@@ -66,7 +66,7 @@ def test_pressures_have_the_size_that_theory_gives(strike):
     assert when < 60e-6
 
 
-def test_friction_on_a_rigid_plate_is_on_the_books():
+def test_heat_of_friction_on_a_rigid_plate_is_in_the_energy_balance():
     inviscid = {"impact__angle": "45 deg", "bird__material__viscosity": "0 Pa s", "time__snapshots": "[]"}
     slanted = simulate(flat(**inviscid, impact__friction="0.3"), threads=1)
     smooth = simulate(flat(**inviscid), threads=1)

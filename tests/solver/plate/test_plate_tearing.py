@@ -1,4 +1,4 @@
-"""A plate that tears: layers fail one by one, elements go, and the books still balance."""
+"""A plate that tears: layers fail one by one, elements go, and energy still balances."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def stretched(rotation: float) -> tuple[Plate, list[tuple[int, float]]]:
         plate.v[right, 0], plate.omega[right, 1] = 1.0, rotation
         plate.x += 5e-6 * plate.v
         plate.update_forces(5e-6)
-        plate.keep_books()
+        plate.update_energies()
         failed = int((plate.eps_p[0] >= 0.05).sum())
         history.append((failed, float(np.abs(plate.nodal[:, :3]).max())))
     return plate, history
@@ -73,8 +73,8 @@ def test_pure_stretch_fails_all_layers_at_the_failure_strain():
     assert set(failed) == {0, 5}
     assert plate.eroded == 1
     assert np.abs(plate.nodal).max() == 0.0
-    assert plate.accounts["plate_internal"] == pytest.approx(0.0, abs=1e-12)
-    assert plate.accounts["plate_eroded"] == pytest.approx(300e6 * 0.01 * 0.01 * 0.002 * 0.05 * 1.1, rel=0.15)
+    assert plate.energies["plate_internal"] == pytest.approx(0.0, abs=1e-12)
+    assert plate.energies["plate_eroded"] == pytest.approx(300e6 * 0.01 * 0.01 * 0.002 * 0.05 * 1.1, rel=0.15)
 
 
 def test_bending_fails_layers_one_by_one_and_the_force_falls_with_them():

@@ -13,7 +13,7 @@ from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
 from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.materials.fluid import Fluid
 from birdstrike.solver.bird.materials.solid import Solid
-from tests.solver.bricks import SEED, advance, brick, skewed, stable_step
+from tests.solver.bird.bricks import SEED, advance, brick, skewed, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0
 
@@ -125,7 +125,7 @@ def test_a_bar_bends_with_little_hourglass_energy():
     start, dt, most, energy = bird.kinetic_energy(), 0.8 * stable_step(bird), 0.0, 0.0
     for step in range(1500):
         energy = advance(bird, dt, first=step == 0)
-        most = max(most, bird.accounts["bird_hourglass"])
+        most = max(most, bird.energies["bird_hourglass"])
     assert 0.0 < most < 0.05 * start
     assert energy == pytest.approx(start, rel=0.002)
 
@@ -144,11 +144,11 @@ def test_plastic_bar_stays_at_its_yield_stress():
     assert von_mises == pytest.approx(sigma_y, rel=1e-9)
     strain = np.log(bird.x[:, 0].max() / 0.02)
     assert bird.eps_p == pytest.approx(2.0 / 3.0 * (strain - sigma_y / (2.0 * shear)), rel=0.02)
-    assert bird.accounts["bird_stress"] > 0.0
+    assert bird.energies["bird_stress"] > 0.0
 
 
 def test_eroded_elements_free_their_nodes_and_their_energy_stays():
-    """V/V0 beyond TEROD: the element goes, nodes without a live one fly on, every joule stays on the books."""
+    """V/V0 beyond TEROD: the element goes, nodes without a live one fly on, every joule stays in the balance."""
     mesh = brick((6, 1, 1), 0.01)
     v = np.zeros_like(mesh.nodes)
     v[:, 0] = np.where(mesh.nodes[:, 0] > 0.045, 20.0, 0.0)
@@ -159,7 +159,7 @@ def test_eroded_elements_free_their_nodes_and_their_energy_stays():
     facts = bird.facts()
     assert facts["eroded_particles"] >= 1
     assert facts["eroded_mass_fraction"] == pytest.approx(facts["eroded_particles"] / 6.0)
-    assert bird.accounts["eroded"] > 0.0
+    assert bird.energies["eroded"] > 0.0
     assert bird.active.sum() == len(np.unique(bird.cells))
     assert bird.masses @ bird.v == pytest.approx(momentum, abs=1e-12)
     assert energy == pytest.approx(start, rel=0.005)

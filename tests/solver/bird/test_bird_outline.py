@@ -10,7 +10,7 @@ import pytest
 from birdstrike.solver.bird.shape import SHAPES, inside, outline, second_moments, volume
 from birdstrike.solver.build import bird_lattice, build_particles
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.kernels.smoothing import slope, slope_constant
 from birdstrike.solver.simulate import simulate
 
@@ -74,7 +74,7 @@ def test_a_stretched_lattice_sees_compression_exactly(lattice):
 def test_the_ideal_surface_touches_after_the_stand_off(shape, angle):
     """The lowest point of the ideal bird's surface lies as high as it falls until then, and skin/4 more."""
     case = a_bird(shape, impact__angle=f"{angle} deg", impact__aim="axis")
-    run = Strike(case)
+    run = Coupling(case)
     alpha, radius, half = math.radians(angle), 0.5 * DIAMETER, 0.5 * LENGTH
     below = {
         "hemispherical_cylinder": radius + (half - radius) * math.sin(alpha),
@@ -87,7 +87,7 @@ def test_the_ideal_surface_touches_after_the_stand_off(shape, angle):
 
 
 def test_a_bird_without_stand_off_begins_outside_the_plate():
-    run = Strike(a_bird("hemispherical_cylinder", impact__standoff="0 mm"))
+    run = Coupling(a_bird("hemispherical_cylinder", impact__standoff="0 mm"))
     assert run.bird.x[: run.bird.n, 2].min() == pytest.approx(run.contact.gap, abs=1e-9)
 
 

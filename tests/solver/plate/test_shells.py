@@ -13,7 +13,7 @@ from birdstrike.reports.verification.shell_problems import (
 )
 from birdstrike.solver.build import flight_to_panel
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.plate.mesh import cylindrical_panel
 from birdstrike.solver.simulate import simulate
 
@@ -84,7 +84,7 @@ def test_a_panel_is_first_touched_after_the_standoff(angle):
     case = load_case(
         "reference_strike_156mm", PANEL | {"impact.standoff": "10 mm"} | {"impact.angle": angle, "impact.aim": "axis"}
     )
-    run = Strike(case)
+    run = Coupling(case)
     direction = run.bird.v[0] / np.linalg.norm(run.bird.v[0])
     flight = flight_to_panel(run.bird.x, direction, case.plate, run.contact.gap)
     assert flight == pytest.approx(case.impact.standoff, abs=run.bird.skin)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-KERNELS = Path(__file__).resolve().parents[2] / "solver" / "kernels"
+KERNELS = Path(__file__).resolve().parents[3] / "solver" / "kernels"
 ALLOWED = ("__future__", "math", "typing", "numpy", "numba", "llvmlite", "solver.kernels")
 
 

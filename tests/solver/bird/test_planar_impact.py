@@ -1,4 +1,4 @@
-"""Planar impact: pressure and speed of the shock against the Rankine-Hugoniot relations; and its books."""
+"""Planar impact: pressure and speed of the shock against the Rankine-Hugoniot relations; and its energy balance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bars and balls of bird with strength, free in space, stepped alone; their energies from the bodies' own accounts."""
+"""Bars and balls of bird with strength, free in space, stepped alone; their energies as the bodies integrate them."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ def steps(bird: Bird, dt: float, count: int):
         since = dt if step else 0.0
         bird.update_density(since)
         bird.update_forces(since)
-        bird.keep_books(since)
+        bird.update_energies(since)
         before = bird.kinetic_energy()
         bird.kick_and_drift(dt if step else 0.5 * dt, dt)
         kinetic = 0.5 * (before + bird.kinetic_energy()) if step else before
-        yield kinetic + sum(bird.accounts.values())
+        yield kinetic + sum(bird.energies.values())
 
 
 def angular_momentum(bird: Bird) -> Array:

@@ -1,4 +1,4 @@
-"""Strikes of a Lagrangian bird, small: books, erosion, determinism, and agreement with SPH."""
+"""Impacts of a Lagrangian bird, small: energy balance, erosion, determinism, and agreement with SPH."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from birdstrike.data.fields import write_fields
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import Case, load_case
-from birdstrike.solver.coupling import Strike
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.estimate import estimate
 from birdstrike.solver.simulate import simulate
 
@@ -60,7 +60,7 @@ def test_shock_viscosity_does_not_stand_in_for_viscosity(strike):
 
 
 def test_mass_and_elements_are_the_cases(strike):
-    bird = Strike(small()).bird
+    bird = Coupling(small()).bird
     assert bird.masses.sum() == pytest.approx(1.8, rel=1e-3)
     assert bird.masses.sum() == pytest.approx(small().bird.actual_mass, rel=1e-12)
     assert strike.summary["particles"] == estimate(small())["particles"] == 480
@@ -110,7 +110,7 @@ def test_lagrangian_and_sph_birds_push_alike():
 
 
 @pytest.mark.parametrize("model", ["elastic", "plastic_kinematic", "hydrodynamic"])
-def test_birds_with_strength_keep_their_books(model):
+def test_energy_of_birds_with_strength_balances(model):
     """Seed 0's models by name; the elastic bird stays in one piece."""
     changes = SMALL | {"time.end": "0.8 ms", "time.snapshots": "[]"}
     summary = simulate(load_case(f"reference_strike_{model}", changes)).summary

@@ -29,20 +29,20 @@ def skewed(mesh: HexMesh, by: float, seed: int = 0) -> HexMesh:
 
 
 def advance(bird: HexBird, dt: float, first: bool = False, held: Array | None = None) -> float:
-    """One step of a bird alone with its books; its energy with all accounts at the whole step that was left [J].
+    """One step of a bird alone with its energies; their sum with the kinetic one at the whole step that was left [J].
 
     held: (n, 3) True where a freedom keeps its velocity.
     """
     since = 0.0 if first else dt
     bird.update_density(since)
     bird.update_forces(since)
-    bird.keep_books(since)
+    bird.update_energies(since)
     if held is not None:
         bird.acceleration[held.astype(bool)] = 0.0
     before = bird.kinetic_energy()
     bird.kick(0.5 * dt if first else dt)
     bird.drift(dt)
-    return 0.5 * (before + bird.kinetic_energy()) + sum(bird.accounts.values())
+    return 0.5 * (before + bird.kinetic_energy()) + sum(bird.energies.values())
 
 
 def stable_step(bird: HexBird) -> float:

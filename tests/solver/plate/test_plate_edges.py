@@ -23,7 +23,7 @@ def test_frame_takes_the_load_and_its_moment(edges):
     for step in range(600):
         kick = dt if step else 0.5 * dt
         plate.update_forces(dt if step else 0.0)
-        plate.keep_books()
+        plate.update_energies()
         plate.reaction(load, force)
         given += kick * np.concatenate([load.sum(axis=0), np.cross(plate.x, load).sum(axis=0)])
         taken += kick * plate.on_frame
@@ -32,7 +32,7 @@ def test_frame_takes_the_load_and_its_moment(edges):
     assert np.allclose(momentum, given[:3] - taken[:3], atol=1e-12 * np.abs(given).max())
     spin = np.cross(plate.x, plate.mass[:, None] * plate.v).sum(axis=0) + plate.inertia @ plate.omega
     assert np.abs(spin - (given[3:] - taken[3:])).max() < 2e-3 * np.abs(given[3:]).max()
-    assert (plate.accounts["plate_edges"] > 0.0) == (not isinstance(edges, str))
+    assert (plate.energies["plate_edges"] > 0.0) == (not isinstance(edges, str))
 
 
 def test_springs_hold_half_k_u_squared():
@@ -41,13 +41,13 @@ def test_springs_hold_half_k_u_squared():
     load, dt = central_load(plate, 5e3), 0.9 * plate.stable_step()
     for step in range(300):
         plate.update_forces(dt if step else 0.0)
-        plate.keep_books()
+        plate.update_energies()
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, load)
     u = plate.edges.displacement
     across = (u[:, :3] * plate.edges.normal).sum(axis=1)
     along = (u[:, :3] ** 2).sum(axis=1) - across**2
     parts = np.stack([along, across**2, (u[:, 3:] ** 2).sum(axis=1)], axis=1)
-    assert plate.accounts["plate_edges"] == pytest.approx(0.5 * (plate.edges.springs * parts).sum(), rel=1e-9)
+    assert plate.energies["plate_edges"] == pytest.approx(0.5 * (plate.edges.springs * parts).sum(), rel=1e-9)
 
 
 def test_tributary_lengths_make_up_the_border():

@@ -10,7 +10,7 @@ import pytest
 from birdstrike.solver.bird.hexahedra import HexBird, HexSettings
 from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.materials.solid import Solid
-from tests.solver.bricks import SEED, advance, brick, stable_step
+from tests.solver.bird.bricks import SEED, advance, brick, stable_step
 
 YOUNG, RHO = 68.9e6, 938.0
 
@@ -53,7 +53,7 @@ def test_hugoniot_pressure_of_planar_impact(u):
     """A column thrown at u against a rigid wall: p = rho0 (C + S1 u) u within 1 %, and so the shock's speed.
 
     Sides held (planar), plateau mean behind the front; the energy consumed between two instants gives the mass flow
-    through the shock and hence its speed; the books close to 0.1 %.
+    through the shock and hence its speed; the energy balance closes to 0.1 %.
     """
     mesh = brick((150, 1, 1), 0.004)
     bird = HexBird(mesh, np.tile([-u, 0.0, 0.0], (len(mesh.nodes), 1)), SEED)
@@ -87,5 +87,5 @@ def test_sheared_viscous_block_dissipates_what_theory_says():
     for step in range(21):
         advance(bird, 1e-6, first=step == 0, held=np.ones_like(mesh.nodes))
     expected = 500.0 * 50.0**2 * 0.03**3 * 20 * 1e-6
-    assert bird.accounts["bird_viscous"] == pytest.approx(expected, rel=1e-9)
-    assert abs(bird.accounts["bird_shock"]) < 1e-12 * expected
+    assert bird.energies["bird_viscous"] == pytest.approx(expected, rel=1e-9)
+    assert abs(bird.energies["bird_shock"]) < 1e-12 * expected
