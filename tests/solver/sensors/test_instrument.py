@@ -54,7 +54,7 @@ def test_the_bandwidth_acts_before_the_sampling():
     ringing = np.sin(2.0 * np.pi * 49e3 * TIME)
     clock = 20e-6 * np.arange(900)
     slow = recorded(instrument(bandwidth="2 kHz"), TIME, ringing)
-    seen = Displacement(kind="displacement").sampled(clock, TIME, slow)
+    seen = Displacement().sampled(clock, TIME, slow)
     assert np.abs(seen[100:]).max() < 0.045
 
 
