@@ -1,4 +1,4 @@
-"""Which elements meet at a node."""
+"""Layout of arrays that kernels run over: memory on cache lines, and the elements that meet at a node."""
 
 from __future__ import annotations
 

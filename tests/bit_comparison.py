@@ -120,7 +120,7 @@ def in_tree(tree: Path, names: Iterable[str]) -> Digests:
     """Digests of cases, run in a process of its own by the birdstrike of a tree."""
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "digests.json"
-        command = [sys.executable, str(HERE), "--digests-of", *names, "--expect", str(tree), "--out", str(out)]
+        command = [sys.executable, "-P", str(HERE), "--digests-of", *names, "--expect", str(tree), "--out", str(out)]
         subprocess.run(command, cwd=scratch, env=os.environ | {"PYTHONPATH": str(tree)}, check=True)
         return json.loads(out.read_text())
 

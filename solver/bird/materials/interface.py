@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
-from pydantic_core import PydanticCustomError
-
 from birdstrike.data.histories import Array
 from birdstrike.solver.bird.eos.interface import EquationOfState, Law
 from birdstrike.solver.fields import Between, Section
@@ -101,7 +99,4 @@ class BirdMaterial(Section):
 def si_in(section: type[Section], raw: Mapping[str, Any], key: str) -> float | None:
     """SI value under a key of a table as read; None where it is absent or is itself an error, reported elsewhere."""
     mark = next(mark for mark in section.model_fields[key].metadata if isinstance(mark, Between))
-    try:
-        return None if raw.get(key) is None else mark.validate(raw[key])
-    except PydanticCustomError:
-        return None
+    return mark.valid(raw.get(key))

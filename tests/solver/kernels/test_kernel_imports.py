@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 KERNELS = Path(__file__).resolve().parents[3] / "solver" / "kernels"
-ALLOWED = ("__future__", "math", "typing", "numpy", "numba", "llvmlite", "solver.kernels")
+ALLOWED = ("__future__", "math", "typing", "numpy", "numba", "llvmlite", "birdstrike.solver.kernels")
 
 
 def imported(path: Path) -> set[str]:
