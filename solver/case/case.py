@@ -108,7 +108,7 @@ class Case(Section):
     def with_sensors(self, sensors: Mapping[str, Raw]) -> Case:
         """The case with these sensors, tables as TOML gives them, beside its own; raises CaseError."""
         own = self._raw.get("sensors") or {name: {"kind": sensor.kind} for name, sensor in self.sensors.items()}
-        return self.overlaid({"sensors": own | sensors})
+        return self.overlaid({"sensors": {**own, **sensors}})
 
     def overlaid(self, table: Raw) -> Case:
         """The case with a table, as TOML gives it, laid over its own, validated anew; raises CaseError."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any, Protocol, TypeVar
 
@@ -129,19 +130,18 @@ def magnitude(name: str, value: Any) -> float:
         return float(value)
     if not isinstance(value, str):
         raise complaint(f'has no unit; write text such as "1 {SHOWN.get(unit, unit)}"')
-    return _in_unit(name, value, unit)
+    return _in_unit(known[name], value)
 
 
-def _in_unit(name: str, text: str, unit: str) -> float:
-    """The text in SI; the low-pass may also be given by its bandwidth."""
+def _in_unit(effect: Effect, text: str) -> float:
+    """The text in SI, in the effect's unit or in its alternative one."""
     try:
-        return to_si(text, unit)
+        return to_si(text, effect.unit)
     except UnitError as error:
-        if name == "sensor_bandwidth":
-            try:
-                return 1.0 / (2.0 * math.pi * to_si(text, "1/s"))
-            except (UnitError, ZeroDivisionError):
-                pass
+        if effect.alternative is not None:
+            unit, magnitude_of = effect.alternative
+            with suppress(UnitError, ZeroDivisionError):
+                return magnitude_of(to_si(text, unit))
         raise complaint(f"is not understood: {error}") from error
 
 

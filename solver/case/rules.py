@@ -1,4 +1,4 @@
-"""Rules between a case's sensors, their instruments and the plate; each reads the file's own text."""
+"""Rules between the keys of a case: bird, plate, times, sensors, instruments; each reads the text of the file."""
 
 from __future__ import annotations
 

@@ -61,7 +61,8 @@ class Effect:
     meaning: what it is, in a few words that fit "the model lacks ..."; unit: SI unit of the magnitude; change: from a
     case and a magnitude to the tables of the case that it sets, written as in a file; size: a plausible magnitude for
     a case, SI, positive; least: the smallest magnitude that means anything (0: one-sided; -inf: none); refuses: why a
-    case cannot carry it, empty where it can; source: where its model is described.
+    case cannot carry it, empty where it can; source: where its model is described; alternative: another SI unit in
+    which a case may state the magnitude, and the magnitude of a value in it.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Effect:
     refuses: Callable[[Any], str] = lambda _: ""
     group: str = "user"
     source: str = ""
+    alternative: tuple[str, Callable[[float], float]] | None = None
 
     def one_sided(self, case: Declared) -> bool:
         """Whether only magnitudes above 0 make sense for the case."""

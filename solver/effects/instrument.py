@@ -84,6 +84,7 @@ INSTRUMENT = (
         lambda _: 0.0,
         group=GROUP,
         source="first-order low-pass, stated by its time constant tau = 1/(2 pi bandwidth): 0.03 ms is 5.3 kHz",
+        alternative=("1/s", lambda bandwidth: 1.0 / (2.0 * math.pi * bandwidth)),
     ),
     Effect(
         "sensor_drift",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
@@ -15,6 +15,8 @@ class ContactForce(Sensor):
     drift_range: ClassVar = Between("-1e6 kN/s", "1e6 kN/s")
     noun: ClassVar = "the contact force"
     figures: ClassVar = ("impulse",)
+
+    kind: Literal["contact_force"] = "contact_force"
 
     def reading(self, _run: Run, /) -> Reading:
         return lambda now: now.push

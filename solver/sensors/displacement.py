@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -21,6 +21,8 @@ class Displacement(Placed):
     noise_range: ClassVar = Between("0 mm", "1000 mm")
     drift_range: ClassVar = Between("-1000 mm/s", "1000 mm/s")
     noun: ClassVar = "a displacement sensor"
+
+    kind: Literal["displacement"] = "displacement"
 
     def reading(self, run: Run, /) -> Reading:
         from birdstrike.solver.kernels.contact import bilinear  # late: loading a case needs no compiled kernels

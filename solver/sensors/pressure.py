@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
@@ -30,6 +30,7 @@ class Pressure(Placed):
     drift_range: ClassVar = Between("-1e6 MPa/s", "1e6 MPa/s")
     noun: ClassVar = "a pressure gauge"
 
+    kind: Literal["pressure"] = "pressure"
     radius: Annotated[float, Between("0.1 mm", "1000 mm")] = 0.01
 
     def reading(self, run: Run, /) -> Reading:

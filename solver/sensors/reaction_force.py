@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
@@ -16,6 +16,8 @@ class ReactionForce(Sensor):
     drift_range: ClassVar = Between("-1e6 kN/s", "1e6 kN/s")
     noun: ClassVar = "the reaction force"
     figures: ClassVar = ("peak",)
+
+    kind: Literal["reaction_force"] = "reaction_force"
 
     def reading(self, _run: Run, /) -> Reading:
         return lambda now: -float(now.reaction[2])

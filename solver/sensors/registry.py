@@ -55,8 +55,8 @@ SENSORS = SensorKinds(
 )
 
 DEFAULT_SENSORS: dict[str, Sensor] = {
-    "displacement_centre": Displacement(kind="displacement"),
-    "contact_force": ContactForce(kind="contact_force"),
-    "reaction_force": ReactionForce(kind="reaction_force"),
+    "displacement_centre": Displacement(),
+    "contact_force": ContactForce(),
+    "reaction_force": ReactionForce(),
 }
 """Sensors of a case that names none."""

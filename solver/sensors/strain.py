@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ class Strain(Placed):
     drift_range: ClassVar = Between("-1000 1/s", "1000 1/s")
     noun: ClassVar = "a strain gauge"
 
+    kind: Literal["strain"] = "strain"
     direction: Annotated[float, DIRECTION] = 0.0
     side: Annotated[str, OneOf(("impact", "back"))] = "back"
     length: Annotated[float, LENGTH] | None = None

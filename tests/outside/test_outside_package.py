@@ -10,8 +10,6 @@ import sys
 import tomllib
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -48,6 +46,9 @@ range = ["1000 MPa", "4000 MPa"]
 COMMANDS = """
 import sys
 
+import numpy as np
+import pandas as pd
+
 from birdstrike.cli.app import app
 
 if __name__ == "__main__":
@@ -57,6 +58,10 @@ if __name__ == "__main__":
         except SystemExit as end:
             if end.code:
                 raise
+        if command.startswith("simulate"):
+            painted = pd.read_csv("painted/histories.csv")
+            noisy = painted["mean_m"] + 1e-5 * np.random.default_rng(1).standard_normal(len(painted))
+            pd.DataFrame({"time [s]": painted["time_s"], "mean [m]": noisy}).to_csv("record.csv", index=False)
 """
 KEYS = """
 from birdstrike.solver.case.case import case_hash, load_case
@@ -125,20 +130,20 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Laboratory:
 def test_every_command_works_with_the_package_s_material_sensor_and_effect(laboratory: Laboratory) -> None:
     """A record of a painted plate: the campaign, the inversion and the diagnosis know all three by their names."""
     folder = laboratory.folder
-    laboratory.birdstrike("simulate case.toml --out painted --set effects.paint=800kg/m^3")
-    painted = pd.read_csv(folder / "painted" / "histories.csv")
-    noisy = painted["mean_m"] + 1e-5 * np.random.default_rng(1).standard_normal(len(painted))
-    pd.DataFrame({"time [s]": painted["time_s"], "mean [m]": noisy}).to_csv(folder / "record.csv", index=False)
-
     laboratory.birdstrike(
-        "run-doe case.toml --out doe --runs 6 --workers 2",
+        "simulate case.toml --out painted --set effects.paint=800kg/m^3",
+        "run-doe case.toml --out doe --runs 6 --workers 1",
         "train-and-invert doe --measured record.csv --out inversion --method emulator",
         "diagnose case.toml --measured record.csv --doe doe --out diagnosis --workers 1",
     )
+    campaign = (folder / "doe" / "curves.csv").read_text().splitlines()[0]
+    assert campaign == "run,time_s,mean_m,force_N"
     inversion = json.loads((folder / "inversion" / "inversion.json").read_text())
     assert list(inversion["methods"]["emulator"]["parameters"]) == ["bird.material.bulk"]
     diagnosis = json.loads((folder / "diagnosis" / "diagnosis.json").read_text())
-    assert "paint" in {effect["name"] for effect in diagnosis["effects"]}
+    (paint,) = [effect for effect in diagnosis["effects"] if effect["name"] == "paint"]
+    low, high = paint["interval_95"]
+    assert low < 800.0 < high
 
 
 def test_a_change_of_the_package_s_sources_changes_the_keys_of_the_runs_that_use_it(tmp_path: Path) -> None:

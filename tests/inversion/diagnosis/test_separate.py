@@ -29,7 +29,7 @@ NOISE, SMALL = 0.2, 0.05
 SINE, COSINE = np.sin(2.0 * np.pi * CLOCK), np.cos(2.0 * np.pi * CLOCK)
 SIZES = {"a": 1.0, "b": 1.0}
 Toy = Mapping[str, tuple[Array, Array]]
-SENSORS = {name: Displacement(kind="displacement") for name in ("own", "telling", "deaf")}
+SENSORS = {name: Displacement() for name in ("own", "telling", "deaf")}
 TWINS: Toy = {"own": (SINE, SINE), "telling": (SMALL * SINE, SMALL * COSINE)}
 
 

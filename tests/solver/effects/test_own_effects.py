@@ -29,7 +29,7 @@ def test_an_effect_moves_a_sensor(own: Callable[[Change], None]) -> None:
     """A gauge that sits elsewhere than declared is an effect like any other, in the case and in its hash."""
     own(lambda _, x: {"sensors": {"displacement_centre": {"at": [f"{x} mm", "0 mm"]}}})
     moved = CASE.with_effects({"own": 7.0})
-    assert moved.sensors["displacement_centre"].at == (pytest.approx(0.007), 0.0)
+    assert moved.sensors["displacement_centre"].place == (pytest.approx(0.007), 0.0)
     assert list(moved.sensors) == list(CASE.sensors)
     assert case_hash(moved) != case_hash(CASE)
     sections = moved.canonical()
@@ -43,7 +43,7 @@ def test_an_effect_moves_one_of_the_default_sensors(own: Callable[[Change], None
     bare = load_case("reference_strike", {"sensors": "{}"})
     moved = bare.with_effects({"own": 7.0})
     assert list(moved.sensors) == ["displacement_centre", "contact_force", "reaction_force"]
-    assert moved.sensors["displacement_centre"].at == (pytest.approx(0.007), 0.0)
+    assert moved.sensors["displacement_centre"].place == (pytest.approx(0.007), 0.0)
     assert list(default.sensors) == list(CASE.sensors)
 
 

@@ -54,7 +54,7 @@ def test_the_bandwidth_acts_before_the_sampling():
     ringing = np.sin(2.0 * np.pi * 49e3 * TIME)
     clock = 20e-6 * np.arange(900)
     slow = recorded(instrument(bandwidth="2 kHz"), TIME, ringing)
-    seen = Displacement(kind="displacement").sampled(clock, TIME, slow)
+    seen = Displacement().sampled(clock, TIME, slow)
     assert np.abs(seen[100:]).max() < 0.045
 
 
@@ -65,7 +65,7 @@ def histories() -> Histories:
     )
 
 
-SENSORS = {
+NOISY = {
     "w": SENSORS.validate({"kind": "displacement", "noise": "0.03 mm"}),
     "e": SENSORS.validate({"kind": "strain", "noise": 5e-6}),
     "f": SENSORS.validate({"kind": "contact_force"}),
@@ -73,20 +73,20 @@ SENSORS = {
 
 
 def test_noise_has_its_sigma_its_seed_and_its_own_stream():
-    one, again, other = (with_noise(histories(), SENSORS, seed) for seed in (1, 1, 2))
+    one, again, other = (with_noise(histories(), NOISY, seed) for seed in (1, 1, 2))
     assert np.std(one.channels["w"]) == pytest.approx(3e-5, rel=0.05)
     assert np.std(one.channels["e"]) == pytest.approx(5e-6, rel=0.05)
     assert not one.channels["f"].any()
     assert np.array_equal(one.channels["w"], again.channels["w"])
     assert not np.array_equal(one.channels["w"], other.channels["w"])
     assert abs(np.corrcoef(one.channels["w"], one.channels["e"])[0, 1]) < 0.06
-    alone = with_noise(histories(), {"e": SENSORS["e"]}, 1)
+    alone = with_noise(histories(), {"e": NOISY["e"]}, 1)
     assert np.array_equal(alone.channels["e"], one.channels["e"])
 
 
 def test_noise_without_a_sigma_is_an_error():
     with pytest.raises(UserError, match="no sensor has noise"):
-        with_noise(histories(), {"f": SENSORS["f"]}, 0)
+        with_noise(histories(), {"f": NOISY["f"]}, 0)
 
 
 def test_an_instrument_changes_the_hash_and_its_absence_does_not():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -17,6 +17,8 @@ class MeanDeflection(Sensor):
     noise_range: ClassVar = Between("0 mm", "100 mm")
     drift_range: ClassVar = Between("-100 mm/s", "100 mm/s")
     noun: ClassVar = "the mean deflection"
+
+    kind: Literal["mean_deflection"] = "mean_deflection"
 
     def reading(self, run: Run, /) -> Reading:
         rest = run.plate.x[:, 2].copy()
