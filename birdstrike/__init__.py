@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from birdstrike.data.dataset import Dataset
     from birdstrike.data.errors import RunFailed, UserError
     from birdstrike.data.histories import Histories, Snapshot
-    from birdstrike.doe.campaign.runner import Progress
+    from birdstrike.doe.campaign.runner import Progress as RunCounts
     from birdstrike.doe.designs.registry import Design
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.inversion.audit.audit import audit
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
-    from birdstrike.inversion.method_comparison import Row as MethodRow
+    from birdstrike.inversion.method_comparison import Row as MethodScore
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
     from birdstrike.loop import close_the_loop
     from birdstrike.reports.page.page import report
@@ -72,12 +72,12 @@ _TYPES = {
     "ParameterSpace": "birdstrike.doe.designs.space",
     "Design": "birdstrike.doe.designs.registry",
     "Dataset": "birdstrike.data.dataset",
-    "Progress": "birdstrike.doe.campaign.runner",
+    "RunCounts": "birdstrike.doe.campaign.runner:Progress",
     "Inversion": "birdstrike.inversion.inversion",
     "Answer": "birdstrike.inversion.inversion",
     "Estimate": "birdstrike.inversion.inversion",
     "Extras": "birdstrike.inversion.train_and_invert",
-    "MethodRow": "birdstrike.inversion.method_comparison:Row",
+    "MethodScore": "birdstrike.inversion.method_comparison:Row",
     "Mesh": "birdstrike.inversion.mesh_convergence.meshes",
     "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
     "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
@@ -109,9 +109,9 @@ __all__ = [
     "Measured",
     "Mesh",
     "MeshConvergence",
-    "MethodRow",
+    "MethodScore",
     "ParameterSpace",
-    "Progress",
+    "RunCounts",
     "RunFailed",
     "Snapshot",
     "UserError",

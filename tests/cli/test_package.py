@@ -173,7 +173,7 @@ def test_the_public_results_are_found() -> None:
         "Diagnosis",
         "MeshConvergence",
         "Verification",
-        "MethodRow",
+        "MethodScore",
     ]
     assert returned == {getattr(birdstrike, name) for name in expected}
 
