@@ -110,7 +110,7 @@ def test_looking_a_damaged_run_up_leaves_it_as_it_is(tmp_path: Path) -> None:
 FULL = """
 import resource, sys
 from pathlib import Path
-from data.store import RunStore
+from birdstrike.data.store import RunStore
 sys.path.insert(0, sys.argv[2])
 from test_store import a_run
 
@@ -132,16 +132,16 @@ def test_a_full_disk_is_an_error_that_names_the_run_and_leaves_nothing(tmp_path:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-import data.store
-from data.store import RunStore
+from birdstrike.data import store
+from birdstrike.data.store import RunStore
 sys.path.insert(0, sys.argv[2])
 from test_store import a_run
 
-written = data.store.write_run
+written = store.write_run
 def write_then_die(path, histories, meta):
     written(path, histories, meta)
     os.kill(os.getpid(), signal.SIGKILL)
-data.store.write_run = write_then_die
+store.write_run = write_then_die
 RunStore(Path(sys.argv[1])).save("k", a_run())
 """
 

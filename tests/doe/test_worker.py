@@ -9,7 +9,7 @@ from tests.script import run_script
 SCRIPT = """
 import numba
 
-from doe.worker import process_pool
+from birdstrike.doe.campaign.worker import process_pool
 
 numba.get_num_threads()  # launches the threads, as importing the solver does
 

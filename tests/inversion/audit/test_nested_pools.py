@@ -10,8 +10,8 @@ SCRIPT = """
 from contextlib import ExitStack
 from multiprocessing.util import Finalize
 
-from doe.worker import process_pool
-from inversion.audit.audit import BEFORE_QUEUES
+from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.inversion.audit.audit import BEFORE_QUEUES
 
 stack = None
 
