@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
-    from birdstrike.inversion.method_comparison import Row as MethodRow
+    from birdstrike.inversion.method_comparison import MethodScore
     from birdstrike.inversion.results.estimates import Answer, Estimate
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
@@ -78,7 +78,7 @@ _TYPES = {
     "Answer": "birdstrike.inversion.results.estimates",
     "Estimate": "birdstrike.inversion.results.estimates",
     "Extras": "birdstrike.inversion.train_and_invert",
-    "MethodRow": "birdstrike.inversion.method_comparison:Row",
+    "MethodScore": "birdstrike.inversion.method_comparison",
     "Mesh": "birdstrike.inversion.mesh_convergence.meshes",
     "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
     "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
@@ -110,7 +110,7 @@ __all__ = [
     "Measured",
     "Mesh",
     "MeshConvergence",
-    "MethodRow",
+    "MethodScore",
     "ParameterSpace",
     "RunCounts",
     "RunFailed",

@@ -54,7 +54,7 @@ def compare_methods(
     table: bool = True,
     retry_failed: bool = False,
 ) -> list[MethodScore]:
-    """Write comparison.json and comparison.md into `out` and return the table's rows (see birdstrike.inversion.method_comparison).
+    """Write comparison.json and comparison.md into `out` and return the rows of `inversion.method_comparison`.
 
     The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
     for a campaign of another case.

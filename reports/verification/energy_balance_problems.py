@@ -26,8 +26,8 @@ SMALL = {
 }
 RUN = """
 import json, sys
-from solver.case import load_case
-from solver.simulate import simulate
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.simulate import simulate
 run = simulate(load_case("reference_strike_156mm", json.loads(sys.argv[1])), threads=int(sys.argv[2]))
 sys.stdout.buffer.write(b"".join(values.tobytes() for values in run.channels.values()))
 """

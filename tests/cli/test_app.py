@@ -57,12 +57,20 @@ def test_the_python_verbs_have_the_commands_names() -> None:
         birdstrike.__getattr__("invert")
 
 
-@pytest.mark.parametrize("name", ["data", "solver", "doe", "surrogate", "inversion", "reports"])
-def test_a_folder_or_file_of_the_users_with_the_name_of_a_package_is_no_obstacle(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "__init__.py").write_text("")
-    assert in_python(f"import birdstrike.{name}; import birdstrike", cwd=tmp_path).returncode == 0
-    (tmp_path / f"{name}.py").write_text("raise SystemExit(3)")
+PACKAGES = ("data", "solver", "doe", "surrogate", "inversion", "reports")
+
+
+def test_a_users_folders_with_the_names_of_the_packages_are_no_obstacle(tmp_path: Path) -> None:
+    for name in PACKAGES:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise SystemExit(3)")
+    imports = "\n".join(f"import birdstrike.{name}" for name in PACKAGES)
+    assert in_python(f"{imports}\nfrom birdstrike import load_case; load_case('demo')", cwd=tmp_path).returncode == 0
+
+
+def test_a_users_files_with_the_names_of_the_packages_are_no_obstacle(tmp_path: Path) -> None:
+    for name in PACKAGES:
+        (tmp_path / f"{name}.py").write_text("raise SystemExit(3)")
     assert in_python("import birdstrike; birdstrike.load_case('demo')", cwd=tmp_path).returncode == 0
 
 

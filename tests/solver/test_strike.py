@@ -55,10 +55,12 @@ def test_energy_balances(strike):
     assert min(energies["bird_viscous"], energies["bird_shock"], energies["plate_internal"]) > 0.0
 
 
-@pytest.mark.parametrize("mu", ["0 Pa s", "641 Pa s"])
-def test_shock_viscosity_does_not_stand_in_for_viscosity(mu):
-    """Its equivalent shear viscosity on the reference strike stays below 5 % of the range of MU, 1500 Pa s."""
-    case = load_case("reference_strike", {"bird.material.viscosity": mu, "time.snapshots": "[]"})
+def test_shock_viscosity_does_not_stand_in_for_viscosity():
+    """Its equivalent shear viscosity on the reference strike stays below 5 % of the range of MU, 1500 Pa s.
+
+    Without viscosity, where it is largest; `make verify` adds the viscous strike.
+    """
+    case = load_case("reference_strike", {"bird.material.viscosity": "0 Pa s", "time.snapshots": "[]"})
     assert 0.0 < simulate(case).summary["shock_equivalent_viscosity_Pa_s"] < 75.0
 
 
