@@ -89,7 +89,7 @@ def test_a_bird_that_fails_is_named_and_the_others_are_shown(
     monkeypatch.setattr("birdstrike.inversion.forward.simulate", failing)
     assert invoke(str(tmp_path)).exit_code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "No strike by the elastic bird: the step collapsed" in text
+    assert "The elastic bird has no curve, its simulation failed: the step collapsed" in text
     assert "hydrodynamic 4.80 mm at" in text
 
 
