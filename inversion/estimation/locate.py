@@ -89,7 +89,7 @@ def locate(
 
     The columns of known error are taken at a first fit without them.
     """
-    observations = observe(measured, dataset, choice.noise, choice.time_offset)
+    observations = observe(measured, dataset, choice.noise)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]

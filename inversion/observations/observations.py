@@ -60,7 +60,7 @@ class Observations:
         return {c.name: part for c, part in zip(self.channels, np.split(stacked, ends, axis=-1), strict=True)}
 
 
-def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Observations:
+def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) -> Observations:
     """The points of a record that lie inside the runs of a campaign.
 
     Parameters
@@ -71,8 +71,6 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], ti
         The campaign, whose runs give sensors, units and the simulated record.
     noise : mapping
         Sensor -> standard deviation that the case states, SI.
-    time_offset : float
-        Standard deviation of the time origin [s].
 
     Returns
     -------
@@ -84,7 +82,7 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], ti
     MeasuredError
         For a channel no run has, another unit, or no point inside the record.
     """
-    expected = Expected.of_campaign(dataset, noise, time_offset)
+    expected = Expected.of_campaign(dataset, noise)
     read = read_record(measured, expected, ASSUMED, test_stated=False)
     channels = tuple(
         Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed")

@@ -56,14 +56,10 @@ class Expected:
         return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise)
 
     @classmethod
-    def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
-        """By a campaign's runs; time_offset: 1 sigma of the time origin [s].
-
-        The plate is at rest before t = 0 less four standard deviations of the time origin.
-        """
+    def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float]) -> Expected:
+        """By a campaign's runs; what the record reads before t = 0 is taken for rest."""
         start, end = float(dataset.time[0]), float(dataset.time[-1])
-        quiet = -FARTHEST_ORIGIN * time_offset
-        return cls(dataset.channel_units, start, end, quiet, noise, "the campaign's case")
+        return cls(dataset.channel_units, start, end, 0.0, noise, "the campaign's case")
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ SIGMA = 2e-5
 EXPECTED = Expected({CHANNEL: "m"}, 0.0, 3e-3, 0.0, {CHANNEL: SIGMA})
 
 
-def measured(**changes: np.ndarray) -> Measured:
+def measured(**changes: Any) -> Measured:
     """A pulse with noise, 0.6 ms before contact and 0.2 ms after the simulated record."""
     found = record(truth(0.5), CLOCK, noise=SIGMA)
     return replace(found, **changes)
