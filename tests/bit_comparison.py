@@ -12,6 +12,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -176,6 +177,7 @@ def parsed() -> argparse.Namespace:
 def main() -> int:
     """0 where every bit is the same, 1 where one is not."""
     options = parsed()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the worktree is removed
     if options.digests_of:
         import birdstrike
 

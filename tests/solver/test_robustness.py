@@ -64,8 +64,8 @@ def test_an_exploding_contact_names_its_remedy():
         go_on(strike, 100)
 
 
-def test_a_force_that_appears_at_depth_is_energy_out_of_nothing():
-    """Particles set into the plate, not flown into it: their springs' k/2 d^2 is in no book but that of contact."""
+def test_a_force_that_appears_at_depth_creates_energy():
+    """Particles set into the plate, not flown into it: their springs' k/2 d^2 is in no energy but that of contact."""
     strike = in_contact()
     go_on(strike, 1)
     contact, balance = strike.contact, strike.balance
@@ -82,10 +82,10 @@ def test_a_force_that_appears_at_depth_is_energy_out_of_nothing():
         run_checks(strike)
 
 
-def test_energy_out_of_contact_is_not_believed(monkeypatch: pytest.MonkeyPatch):
-    """Springs that give back 3 % of the normal kinetic energy too much, and no other book that shows it."""
+def test_a_run_whose_contact_creates_energy_fails(monkeypatch: pytest.MonkeyPatch):
+    """Springs that give back 3 % of the normal kinetic energy too much, and no other energy shows it."""
     monkeypatch.setattr("birdstrike.solver.energy_balance.Balance.contact_created", lambda *_: 0.03)
-    with pytest.raises(RunFailed, match=r"contact made 3\.0% .*refine plate\.elements or bird\.particles"):
+    with pytest.raises(RunFailed, match=r"contact created 3\.0% .*refine plate\.elements or bird\.particles"):
         simulate(tiny())
 
 
