@@ -99,8 +99,8 @@ class Sensor(Section):
         return None
 
     def canonical(self) -> dict[str, Any]:
-        """What changes its history, SI."""
-        return self.model_dump(mode="json", exclude={"noise"})
+        """What changes its history, SI; `at` of every kind, because the hashes of stored cases hold it."""
+        return {"at": list(self.place or (0.0, 0.0))} | self.model_dump(mode="json", exclude={"noise"})
 
     def elements(self, _run: Run, /) -> NDArray[np.int64]:
         """Elements of the plate whose strain increments must be summed for it."""

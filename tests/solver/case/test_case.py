@@ -210,3 +210,10 @@ def test_overrides_read_text_numbers_lists_and_quoted_keys() -> None:
     assert case.parameters()[1].high == 20.0
     with pytest.raises(CaseError, match="dotted case key"):
         load_case("reference_strike", {"plate thickness": "8 mm"})
+
+
+def test_a_case_keeps_the_hash_under_which_its_campaigns_are_stored() -> None:
+    """Of the commit before sensors had a class for each kind; another one would orphan every campaign's folder."""
+    assert case_hash(REFERENCE) == "bb6fa9ac790971e1"
+    gauge = {"plate.rigid": "true", "sensors.p": '{kind="pressure"}'}
+    assert case_hash(load_case("reference_strike", gauge)) == "28cdefd3f48c3e9e"
