@@ -1,4 +1,4 @@
-"""Penalty contact of particles with the shell's surface: feet on facets and normal forces (rubbing: `friction`).
+"""Penalty contact of particles with the shell's surface: feet on facets and normal forces (friction: `friction`).
 
 A particle or node touches where its distance from the mid-surface is below gap = half the thickness + the bird's skin.
 The force acts along the normal of the facet through the foot of the perpendicular, so the pair of forces is equal,

@@ -55,7 +55,7 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
 def short_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page of one section, where the page itself is not what is tested."""
     monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section,))
-    monkeypatch.setattr("birdstrike.reports.page.page.strike_models", lambda results, _: results)
+    monkeypatch.setattr("birdstrike.reports.page.page.run_models", lambda results, _: results)
 
 
 @pytest.fixture
