@@ -32,8 +32,8 @@ def test_a_campaign_keeps_no_curves_in_memory(tmp_path: Path) -> None:
 
     with ThreadPoolExecutor(1) as executor:
         run_campaign(
-            reference(), design(RUNS), tmp_path, workers=1, simulate=counted, solver_version=VERSION, say=lambda _: None,
-            progress=note, executor=executor,
+            reference(), design(RUNS), tmp_path, workers=1, simulate=counted, solver_version=VERSION,
+            say=lambda _: None, progress=note, executor=executor,
         )  # fmt: skip
     assert alive[0] <= 5  # the last few, in futures that are just being let go
     assert len(pd.read_csv(tmp_path / "curves.csv")) == RUNS * len(TIME)
