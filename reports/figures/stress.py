@@ -112,7 +112,7 @@ def _top(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: flo
     corners = shown(scene.resting[snapshot.quads][:, :, :2], "m")[0]
     values = shown(snapshot.plate_stress, "Pa")[0]
     paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
-    axes.add_collection(PolyCollection(corners, array=values, **paint))
+    axes.add_collection(PolyCollection(list(corners), array=values, **paint))
     draw_bird(axes, snapshot, (1, scene.up), scales.paint(dots), _stress(snapshot, scales))
     axes.grid(False)
 

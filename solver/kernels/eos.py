@@ -13,7 +13,7 @@ import math
 from numba import njit
 
 
-def law(mu, eos):
+def law(mu, eos) -> tuple[float, float, float, float]:
     """A, dA/dmu, B and dB/dmu of the law that takes this one's place when a loop is compiled."""
     raise NotImplementedError
 

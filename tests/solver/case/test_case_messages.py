@@ -8,6 +8,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.sensors.strain import Strain
 from tests.solver.case.wrong_cases import errors_with, written
 
 
@@ -23,7 +24,9 @@ def test_both_ends_of_a_strain_gauge_lie_on_the_plate(settings: dict[str, str], 
     (line,) = errors_with(gauge)
     assert line.startswith(f"sensors.s.length = {settings['length']}: an end of the gauge is {beyond}")
     fitting = gauge | {"sensors.s.length": "25 mm"}
-    assert load_case("reference_strike", fitting).sensors["s"].length == 0.025
+    sensor = load_case("reference_strike", fitting).sensors["s"]
+    assert isinstance(sensor, Strain)
+    assert sensor.length == 0.025
 
 
 LAWLESS = '{kind="porous", z=0.1}'
