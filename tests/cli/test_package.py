@@ -132,7 +132,7 @@ def test_a_clone_without_symbolic_links_says_what_to_do(tmp_path: Path) -> None:
     said = ended.stderr.splitlines()[-1]
     assert said.startswith("ImportError: birdstrike/data in ")
     assert "core.symlinks=true" in said
-    assert "install the wheel" in said
+    assert "install a wheel" in said
 
 
 def named_in(module: str) -> dict[str, Any]:
