@@ -37,7 +37,7 @@ demo: install
 	$(BIN)/birdstrike close-the-loop demo --measured table7_group5 --out $(OUT) --no-diagnosis
 
 test: install
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 
 check: install
 	$(BIN)/ruff check
