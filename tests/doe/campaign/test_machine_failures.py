@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,14 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Solver
-from birdstrike.doe.campaign.run import Finished, PlannedRun, carried_out, state_of
+from birdstrike.doe.campaign.run import Finished, PlannedRun, carried_out, failed_runs, state_of
 from birdstrike.solver.case.case import Case
 from tests.doe import stand_in
 from tests.doe.campaign.test_campaign import campaign
 from tests.doe.external_case import PROGRAM, written
 
 FALLS = """
+from functools import partial
 from pathlib import Path
 if not Path(MARK).exists():
     Path(MARK).touch()
@@ -123,3 +125,14 @@ def test_a_damaged_file_of_a_store_that_is_only_read_stays_and_the_run_is_made_a
     own.path(outcome.key).write_bytes(b"cut short")
     with pytest.warns(UserWarning, match="set aside"):
         assert state_of([own, read], run) == 1.0
+
+
+@pytest.mark.parametrize("cured", [True, False])
+def test_a_run_cured_by_half_the_step_is_not_among_the_failed_ones(cured: bool, tmp_path: Path) -> None:
+    case, store = stand_in.reference(), RunStore(tmp_path)
+    solver = Solver(partial(stand_in.strike, breaks_above=0.0, cured_by_step=cured), stand_in.VERSION)
+    run = PlannedRun.of(0, {}, case.with_values({"bird.material.viscosity": 10.0}), solver)
+    carried_out([store], run, solver, case.with_values({"bird.material.viscosity": 10.0}))
+    assert len(store.failed_keys()) == (1 if cured else 2)
+    assert failed_runs(store, (), stand_in.VERSION) == ([] if cured else store.failed_keys())
+    assert failed_runs(store, (), "another version") == []
