@@ -32,7 +32,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LoopPlan:
-    """What the loop is asked to do. say: takes what the user should know, one line at a time."""
+    """What the loop is asked to do.
+
+    say: takes what the user should know, one line at a time; retry: failures stored before this time [s, Unix] are
+    tried again, by all stages (doe.campaign.run.retry_before).
+    """
 
     case: Case
     measured: Path
@@ -43,7 +47,7 @@ class LoopPlan:
     trainer: str
     say: Callable[[str], None]
     diagnosed: bool = True
-    retry_failed: bool = False
+    retry: float = 0.0
 
     @property
     def doe(self) -> Path:
@@ -93,10 +97,13 @@ def close_the_loop(
     started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed; after
     either, and after Ctrl-C, the same call resumes.
     """
+    from birdstrike.doe.campaign.run import retry_before
+
+    retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured)
         planned = planned_runs(loaded, design, runs, seed, progress)
-    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry_failed)
+    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry)
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
@@ -169,14 +176,17 @@ def _campaign_unfinished(plan: LoopPlan) -> bool:
 
     summary = read_json(plan.doe / "summary.json")
     ended = any(run["status"] == "pending" for run in summary.get("runs", []))
-    return ended or (plan.retry_failed and bool(summary.get("failed")))
+    return ended or (plan.retry > 0.0 and bool(summary.get("failed")))
 
 
 def _failures_retried(plan: LoopPlan, folder: Path) -> bool:
-    """Whether the user asks for a retry, and runs of the stage's folder have failed."""
+    """Whether the user asks for a retry, and runs of the stage's folder have failed at every step factor."""
     from birdstrike.data.store import RunStore
+    from birdstrike.doe.campaign.run import failed_runs
+    from birdstrike.doe.solvers import solver_for
 
-    return plan.retry_failed and bool(RunStore(folder / "runs").failed_keys())
+    store, campaign = RunStore(folder / "runs"), RunStore(plan.doe / "runs")
+    return plan.retry > 0.0 and bool(failed_runs(store, (campaign,), solver_for(plan.case).version))
 
 
 def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
@@ -184,6 +194,7 @@ def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 
     return {
         "case": plan.case.model_dump(mode="json"),
+        "sources": _sources(plan.case),
         "names": plan.design.names,
         "values": plan.design.values,
         "numbers": plan.design.numbers,
@@ -192,9 +203,13 @@ def _campaign_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     }
 
 
+def _sources(case: Case) -> Mapping[str, str]:
+    """Digests of the installed packages' sources that the case uses: they are in the keys of its runs."""
+    return case.canonical().get("sources", {})
+
+
 def _campaign(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.doe.campaign.campaign import run_campaign
-    from birdstrike.doe.campaign.run import retry_before
 
     def counted(counts: RunCounts) -> None:
         progress((counts.finished + counts.failed) / counts.total)
@@ -207,7 +222,7 @@ def _campaign(plan: LoopPlan, progress: Progress) -> None:
         workers=plan.workers,
         progress=counted,
         say=plan.say,
-        retry=retry_before(plan.retry_failed),
+        retry=plan.retry,
     )
 
 
@@ -228,6 +243,7 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 
     return {
         "solver": solver_for(plan.case).version,
+        "sources": _sources(plan.case),
         "campaign": digest(plan.doe / "case.toml", plan.doe / "design.csv", plan.doe / "curves.csv"),
         "measured": digest(plan.measured),
         "name": plan.measured.name,
@@ -247,13 +263,13 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         trainer=plan.trainer,
         seed=plan.seed,
         progress=progress,
-        extras=Extras(retry_failed=plan.retry_failed),
+        extras=Extras(retry=plan.retry),
     )
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     inputs = _inversion_inputs(plan)
-    kept = {name: inputs[name] for name in ("solver", "campaign", "measured", "name", "seed", "code")}
+    kept = {name: inputs[name] for name in ("solver", "sources", "campaign", "measured", "name", "seed", "code")}
     return {**kept, "effects": effects_digest()}
 
 
@@ -264,8 +280,8 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
     def counted() -> Iterator[Callable[[RunCounts], None]]:
         yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
 
-    wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say)
-    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes, retry_failed=plan.retry_failed)
+    wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
+    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes)
 
 
 def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:

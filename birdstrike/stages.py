@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
-import sys
 import time
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from types import CodeType
 from typing import Any
 
 from birdstrike.data.files import plain, write_json
@@ -107,33 +103,11 @@ def source_digest(*packages: str) -> str:
 def effects_digest() -> str:
     """SHA-256 over the effects of the library, of installed packages and of one's own: their data and their sources."""
     from birdstrike.solver.effects.registry import effects  # late: it brings in pydantic
+    from birdstrike.solver.sources import digest_of_function
 
-    whole = hashlib.sha256()
+    whole = hashlib.sha256(source_digest("solver/effects").encode())
     for name, effect in effects().items():
         whole.update(f"{name} {effect.unit} {effect.meaning} {effect.group}".encode())
         for function in (effect.change, effect.size, effect.least, effect.refuses):
-            whole.update(function_digest(function).encode())
+            whole.update(digest_of_function(function).encode())
     return whole.hexdigest()
-
-
-def function_digest(function: Callable[..., Any]) -> str:
-    """SHA-256 over the file that defines a function, or over its package's files; without a file, over its code."""
-    while isinstance(function, partial):
-        function = function.func
-    defined = function if inspect.isroutine(function) else type(function)
-    top = sys.modules.get(defined.__module__.partition(".")[0])
-    folders = getattr(top, "__path__", None)
-    if folders and not str(PACKAGE).startswith(str(Path(next(iter(folders))))):
-        return digest(*(path for folder in folders for path in sorted(Path(folder).rglob("*.py"))))
-    file = inspect.getsourcefile(defined)
-    if file is not None and Path(file).is_file():
-        return digest(Path(file))
-    return hashlib.sha256(repr(_code(getattr(defined, "__code__", None))).encode()).hexdigest()
-
-
-def _code(code: CodeType | None) -> tuple[Any, ...]:
-    """What a function computes, where no file holds its source: its instructions, names and constants."""
-    if code is None:
-        return ()
-    constants = [_code(entry) if isinstance(entry, CodeType) else repr(entry) for entry in code.co_consts]
-    return (code.co_code.hex(), code.co_names, tuple(constants))

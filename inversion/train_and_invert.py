@@ -54,7 +54,8 @@ class Extras:
     training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
     of a mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
-    else the intervals are linearised; retry_failed: runs with a failure on record are tried again.
+    else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
+    retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it.
     """
 
     refine: int = 0
@@ -65,6 +66,7 @@ class Extras:
     filter: str | None = None
     posterior: bool = True
     retry_failed: bool = False
+    retry: float = 0.0
 
 
 def train_and_invert(
@@ -140,7 +142,7 @@ def train_and_invert(
             f"{len(folders)} campaign folders were given and no --case: say which record belongs to which campaign by "
             "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
         )
-    retry = retry_before(more.retry_failed)
+    retry = more.retry or retry_before(more.retry_failed)
     shots = [
         _shot(folders, record, own, folder, options, more, forward, retry)
         for record, own in _with_cases(_listed(measured), cases)

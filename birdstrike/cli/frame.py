@@ -114,6 +114,9 @@ def ending(error: BaseException) -> Ending:
         return Ending([f"cannot write{what}: disk full; free space and run again to resume"], RunFailed.exit_code)
     if isinstance(error, OSError) and error.filename is not None:
         return Ending([f"{error.filename}: {error.strerror}"], UserError.exit_code)
+    if isinstance(error, OSError) and error.errno != errno.EPIPE:  # a closed pipe is click's
+        reason = error.strerror or str(error) or type(error).__name__
+        return Ending([reason], MachineFailure.exit_code, remedy="run the same command again")
     raise error
 
 

@@ -103,10 +103,14 @@ def retry_before(retry_failed: bool) -> float:
 
 
 def state_of(stores: Sequence[RunStore], run: PlannedRun, retry: float = 0.0) -> State:
-    """How a run stands by the stores, the first that knows; failures stored before `retry` do not count."""
+    """How a run stands by the stores, the first that knows; failures stored before `retry` do not count.
+
+    New runs go to the first store, where a damaged file is set aside; the others are only read.
+    """
     for factor, key in run.keys.items():
-        for store in stores:
-            if (histories := store.load(key)) is not None:
+        for i, store in enumerate(stores):
+            histories = store.look_up(key) if i else store.load(key)
+            if histories is not None:
                 return _finished(store, key, factor, histories)
     reason = ""
     for factor, key in run.keys.items():
@@ -116,6 +120,20 @@ def state_of(stores: Sequence[RunStore], run: PlannedRun, retry: float = 0.0) ->
             return factor
         reason = failure
     return Failed(reason)
+
+
+def failed_runs(store: RunStore, read: Sequence[RunStore], version: str) -> list[str]:
+    """Keys of the store's failures under the solver's version whose run no store holds at any step factor."""
+    found = []
+    for key in store.failed_keys():
+        if store.failure(key) is None:  # gone or damaged: the run counts as not tried
+            continue
+        record = store.failure_record(key) or {}
+        attempts = record.get("attempts", [key])
+        finished = any(one.path(attempt).exists() for attempt in attempts for one in (store, *read))
+        if record.get("solver_version") == version and not finished:
+            found.append(key)
+    return found
 
 
 def keep(
@@ -128,7 +146,7 @@ def keep(
     key, store = run.keys[step_factor], stores[0]
     meta = {"values": dict(run.values), "step_factor": step_factor, "solver_version": run.version}
     if isinstance(result, str):
-        store.save_failure(key, result, meta)
+        store.save_failure(key, result, meta | {"attempts": list(run.keys.values())})
         return state_of(stores, run, retry)
     store.save(key, result, meta)
     for other in [other for factor, other in run.keys.items() if factor <= step_factor]:

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import NamedTuple
 
-from birdstrike.data.errors import MachineFailure, RunFailed
+from birdstrike.data.errors import MachineFailure, RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.attempt import Simulate, attempt
@@ -104,6 +104,11 @@ class Runner:
             return
         except MachineFailure as error:
             self._place(planned, Failed(f"{error.reason}; the next call tries it again", due=True))
+            return
+        except OSError as error:
+            if isinstance(error, FileNotFoundError | UserError):
+                raise  # a program that is not there, a worker of another version: no later call mends it
+            self._place(planned, Failed(f"{error}; the next call tries it again", due=True))
             return
         self._place(planned, keep([self.store], planned, factor, result, self.retry))
 

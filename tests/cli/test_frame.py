@@ -48,6 +48,8 @@ def raising(error: BaseException) -> Callable[[], None]:
         (OSError(28, "No space left", "/x/y"), 2, "cannot write /x/y: disk full; free space and run again to resume\n"),
         (OSError(27, "File too large"), 2, "cannot write: disk full; free space and run again to resume\n"),
         (PermissionError(13, "Permission denied", "/x/y"), 1, "/x/y: Permission denied\n"),
+        (OSError(24, "Too many open files"), 2, "Too many open files\nrun the same command again\n"),
+        (OSError("no [answer]"), 2, "no [answer]\nrun the same command again\n"),
     ],
 )
 def test_each_ending_has_its_code_and_its_lines_and_no_traceback(error: BaseException, code: int, text: str) -> None:

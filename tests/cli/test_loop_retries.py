@@ -11,8 +11,13 @@ from typing import Any
 import pytest
 
 from birdstrike import close_the_loop
+from birdstrike.data.store import RunStore
+from birdstrike.doe.solvers import solver_for
 from birdstrike.effects import Effect, effects, register, unregister
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.sensors.registry import SENSORS
 from tests.cli.test_close_the_loop import RUNS, Solver, ledger, record, short_page, solver
+from tests.script import ROOT
 
 __all__ = ["record", "short_page", "solver"]
 
@@ -52,7 +57,7 @@ def diagnoses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def close(out: Path, measured: Path, **options: Any) -> dict[str, Any]:
     asked = {"design": "lhs", "runs": RUNS, "workers": 1, "say": lambda _: None, **options}
-    return close_the_loop("demo", measured, out, **asked)
+    return close_the_loop(asked.pop("case", "demo"), measured, out, **asked)
 
 
 def module(folder: Path, name: str, factor: float) -> Effect:
@@ -109,3 +114,82 @@ def test_a_retry_makes_the_campaign_due_again_and_completes_it(solver: Solver, r
     assert solver.strikes > before
     assert not ledger(out)["stages"]["doe"]["reused"]
     assert json.loads((out / "doe" / "summary.json").read_text())["failed"] == []
+
+
+def installed_sensor(folder: Path, patch: pytest.MonkeyPatch, comment: str) -> None:
+    """The sensor kind "mean_deflection" from a file outside the tree, loaded anew."""
+    source = (Path(ROOT) / "tests/outside/gelatine/birdstrike_gelatine/sensor.py").read_text(encoding="utf-8")
+    (folder / "own_sensor.py").write_text(f"{source}\n# {comment}\n", encoding="utf-8")
+    sys.modules.pop("own_sensor", None)
+    patch.setitem(SENSORS.own, "mean_deflection", (__import__("own_sensor").MeanDeflection, "own_sensor"))
+
+
+@pytest.mark.usefixtures("solver")
+def test_an_edit_of_an_installed_sensor_makes_campaign_inversion_and_diagnosis_due(
+    diagnoses: list[str], record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    out, kind = tmp_path / "loop", {"sensors.mean.kind": "mean_deflection"}
+    for times, comment in enumerate(("as installed", "as installed", "edited")):
+        installed_sensor(tmp_path, monkeypatch, comment)
+        close(out, record, case=load_case("reference_strike", kind))
+        stages = {name: stage["reused"] for name, stage in ledger(out)["stages"].items()}
+        assert [stages[name] for name in ("doe", "inversion", "diagnosis")] == [times == 1] * 3
+    assert len(diagnoses) == 2
+    sys.modules.pop("own_sensor", None)
+
+
+@pytest.mark.usefixtures("solver")
+@pytest.mark.parametrize("cured", ["at half the step", "by another version", "not at all"])
+def test_only_runs_that_failed_at_every_step_make_the_diagnosis_due_at_a_retry(
+    cured: str, diagnoses: list[str], record: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "loop"
+    close(out, record)
+    store, version = RunStore(out / "diagnosis" / "runs"), solver_for(load_case("demo")).version
+    meta = {"solver_version": "older" if cured == "by another version" else version, "attempts": ["full", "half"]}
+    store.save_failure("full", "unstable", meta)
+    if cured == "at half the step":
+        campaign = RunStore(out / "doe" / "runs")
+        histories = campaign.load(campaign.keys()[0])
+        assert histories is not None
+        store.save("half", histories)
+    close(out, record)
+    assert len(diagnoses) == 1, "no retry was asked for"
+    close(out, record, retry_failed=True)
+    assert len(diagnoses) == (2 if cured == "not at all" else 1)
+
+
+@pytest.mark.usefixtures("solver")
+def test_campaign_inversion_and_diagnosis_of_one_call_retry_what_failed_before_one_instant(
+    record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    instants: list[float] = []
+
+    class Noted(Exception):
+        """Ends the loop once all three have been asked."""
+
+    def campaign(*_: object, retry: float, **__: object) -> None:
+        instants.append(retry)
+
+    def invert(*_: object, extras: Any, **__: object) -> None:
+        instants.append(extras.retry)
+        assert not extras.retry_failed
+
+    def diagnose(*_: object, wishes: Any, retry_failed: bool = False, **__: object) -> None:
+        instants.append(wishes.retry)
+        assert not retry_failed
+        raise Noted
+
+    monkeypatch.setattr("birdstrike.doe.campaign.campaign.run_campaign", campaign)
+    monkeypatch.setattr("birdstrike.inversion.train_and_invert.train_and_invert", invert)
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)
+    monkeypatch.setattr("birdstrike.loop.digest", lambda *_: "the files of stages that are left out")
+    for asked in (True, False):
+        instants.clear()
+        with pytest.raises(Noted):
+            close(tmp_path / f"loop{asked}", record, retry_failed=asked)
+        assert len(instants) == 3
+        assert len(set(instants)) == 1
+        assert (instants[0] > 0.0) is asked

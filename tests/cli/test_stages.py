@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from birdstrike.stages import Ledger, Progress, Stage, digest, run_stages, source_digest
+from birdstrike.effects import Effect, register, unregister
+from birdstrike.solver.sources import digest_of_function
+from birdstrike.stages import Ledger, Progress, Stage, digest, effects_digest, run_stages, source_digest
 
 
 class Flow:
@@ -103,3 +108,32 @@ def test_digests_follow_the_content(tmp_path: Path) -> None:
     other.write_text("y")
     assert digest(one, other) != digest(other, one)
     assert source_digest("doe") == source_digest("doe") != source_digest("inversion")
+
+
+@pytest.mark.parametrize("size", [abs, "a".join, str.upper])
+def test_an_effect_whose_size_is_a_builtin_has_a_digest(size: Callable[..., Any]) -> None:
+    before = effects_digest()
+    register(Effect("own_gap", "a gap", "m", lambda *_: {}, size))
+    try:
+        assert effects_digest() == effects_digest() != before
+    finally:
+        unregister("own_gap")
+    assert effects_digest() == before
+
+
+def test_a_function_of_a_package_is_followed_through_all_files_of_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    package = tmp_path / "birds"
+    package.mkdir()
+    (package / "__init__.py").write_text("from birds.change import change\n")
+    found = []
+    for factor in (1.0, 1.0, 2.0):
+        (package / "constants.py").write_text(f"FACTOR = {factor}\n")
+        (package / "change.py").write_text("from birds.constants import FACTOR\n\ndef change(case, x): return {}\n")
+        for name in [name for name in sys.modules if name.partition(".")[0] == "birds"]:
+            del sys.modules[name]
+        found.append(digest_of_function(importlib.import_module("birds").change))
+    assert found[0] == found[1] != found[2], "the edit is in another file of the package"
