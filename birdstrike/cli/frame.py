@@ -10,7 +10,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple, NoReturn
 
 import typer
@@ -34,14 +34,18 @@ MOST_WARNINGS = 5
 """On the terminal, in all of a command; --json and the files of the command keep every one."""
 
 GRAVITY = tuple(
-    re.compile(stems, re.IGNORECASE)
-    for stems in (
-        r"cannot|failed|fails|not verified|never reach|does not reach|no contact|nothing can|not finite|no measurement",
-        r"not converge|R-hat|diverg|oscillat|energy|momentum|\btore\b|squeezed|erosion|erode|force is zero",
-        r"outside|beyond|clipped|saturat|correlat|disagree|differ|too |wider|covariance|half the time step|needed",
+    re.compile(rf"\b(?:{words})\b", re.IGNORECASE)
+    for words in (
+        r"cannot|(?<!\.)failed|not confirmed|did not touch|flew past|no measurement|no parameter is identified",
+        r"R-hat|not converged|diverging|oscillating|tore|squeezed|erosion took|was eroded|erodes|hourglass|"
+        r"shock viscosity|held by|nothing holds|not that mixture's|interpolates|force is zero",
+        r"outside|beyond|clipped|correlated|correlation|widened|half the time step|poorly|no noise is|told apart",
     )
 )
-"""Stems of warnings, the gravest first: no result, a result that may be wrong, an interval or a sensor that may be."""
+"""Words of warnings, the gravest first: no result, a result that may be wrong, an interval or a sensor that may be."""
+
+HEARD = "the output of --json"
+"""What holds the warnings that were given on the way to a result."""
 
 Json = Annotated[bool, typer.Option("--json", help="End with one machine-readable JSON line.")]
 RetryFailed = Annotated[
@@ -58,35 +62,57 @@ def say(text: str = "") -> None:
 
 
 @dataclass
-class _Room:
-    """How many more warnings of the running command go to the terminal."""
+class _Warnings:
+    """Warnings of the running command.
 
-    left: int = MOST_WARNINGS
+    waiting: line -> what holds all of its kind, until they are shown; past: lines that were; room: for how many more
+    there is.
+    """
 
-    def take(self) -> bool:
-        """Whether there was room for one."""
-        self.left -= 1
-        return self.left >= 0
+    waiting: dict[str, str] = field(default_factory=dict)
+    past: set[str] = field(default_factory=set)
+    room: int = MOST_WARNINGS
+
+    def reset(self) -> None:
+        """Begin a command."""
+        self.waiting, self.past, self.room = {}, set(), MOST_WARNINGS
+
+    def add(self, lines: Iterable[str], where: str) -> None:
+        """Keep lines that are new; where: what holds all of them."""
+        self.waiting.update({line: where for line in lines if line not in self.past})
+
+    def show(self) -> None:
+        """What waits, the gravest first, as far as there is room; then how many more there are and where.
+
+        Those of the result on stdout, those given on the way on stderr.
+        """
+        ordered = sorted(self.waiting, key=gravity)
+        shown, held = ordered[: self.room], [self.waiting[line] for line in ordered[self.room :]]
+        for line in shown:
+            self._print(f"warning: {line}", self.waiting[line])
+        if held:
+            where = " and ".join(dict.fromkeys(held))
+            self._print(f"{len(held)} more {'warning' if len(held) == 1 else 'warnings'} in {where}", held[0])
+        self.room -= len(shown)
+        self.past |= self.waiting.keys()
+        self.waiting.clear()
+
+    def _print(self, text: str, where: str) -> None:
+        (errors if where == HEARD else console).print(escape(text))
 
 
-_room = _Room()
+_warnings = _Warnings()
 
 
 def gravity(line: str) -> int:
     """Place of a warning among others, 0 the gravest."""
-    return next((rank for rank, stems in enumerate(GRAVITY) if stems.search(line)), len(GRAVITY))
+    return next((rank for rank, words in enumerate(GRAVITY) if words.search(line)), len(GRAVITY))
 
 
 def warn(lines: Iterable[str], where: str) -> None:
-    """The warnings of a result, each once, the gravest first, at most MOST_WARNINGS; where: what holds all of them."""
-    held = 0
-    for line in sorted(dict.fromkeys(lines), key=gravity):
-        if _room.take():
-            say(f"warning: {line}")
-        else:
-            held += 1
-    if held:
-        say(f"{held} more {'warning' if held == 1 else 'warnings'} in {where}")
+    """Show the warnings of a result, which stands, and all that were given on the way to it; where: what holds them."""
+    _warnings.add(lines, where)
+    _warnings.show()
 
 
 class Ending(NamedTuple):
@@ -129,11 +155,12 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
     @functools.wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
         as_json = bool(kwargs.get("json"))
+        heard = list[str]()
         try:
-            with plain_warnings() as heard:
+            with plain_warnings(heard):
                 outcome = command(*args, **kwargs)
         except EXPECTED as error:
-            _fail(ending(error), as_json)
+            _fail(ending(error), as_json, heard)
         if as_json:
             print_json(with_warnings(outcome or {}, heard))
 
@@ -141,43 +168,42 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
 
 
 def with_warnings(outcome: Mapping[str, Any], heard: list[str]) -> Mapping[str, Any]:
-    """The --json line's content with the warnings that were given on the way."""
-    return {**outcome, "warnings": [*outcome.get("warnings", ()), *heard]} if heard else outcome
+    """The --json line's content with the warnings that were given on the way, each once."""
+    return {**outcome, "warnings": list(dict.fromkeys([*outcome.get("warnings", ()), *heard]))} if heard else outcome
 
 
 @contextmanager
-def plain_warnings() -> Iterator[list[str]]:
-    """Warnings meant for the user as one line of plain text, without the source line; gives the list of them all."""
-    heard, _room.left = list[str](), MOST_WARNINGS
+def plain_warnings(heard: list[str]) -> Iterator[None]:
+    """Warnings meant for the user as plain text without the source line, added to `heard`; shown with the result's."""
+    _warnings.reset()
     with warnings.catch_warnings():
         with_source = warnings.showwarning
 
-        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        def keep(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
             if category is UserWarning:
                 heard.append(str(message))
-                if _room.take():
-                    errors.print(escape(f"warning: {message}"))
+                _warnings.add([str(message)], HEARD)
             else:
                 with_source(message, category, *place, **more)
 
-        warnings.showwarning = show
+        warnings.showwarning = keep
         try:
-            yield heard
+            yield
         finally:
-            if len(heard) > MOST_WARNINGS:
-                errors.print(f"{len(heard) - MOST_WARNINGS} more warnings were given; --json lists them all")
+            _warnings.show()
 
 
-def _fail(end: Ending, as_json: bool) -> NoReturn:
+def _fail(end: Ending, as_json: bool, heard: list[str]) -> NoReturn:
     """Print why, and leave with the exit code."""
     if end.heading:
         errors.print(f"[bold red]{escape(end.heading)}[/]")
-    for line in end.lines:
+    lines = list(end.lines)
+    for line in lines:
         errors.print(f"[red]{escape(line)}[/]")
     if end.remedy:
         errors.print(escape(end.remedy))
     if as_json:
-        print_json({"exit_code": end.code, "errors": list(end.lines), "remedy": end.remedy or None})
+        print_json(with_warnings({"exit_code": end.code, "errors": lines, "remedy": end.remedy or None}, heard))
     raise typer.Exit(end.code)
 
 

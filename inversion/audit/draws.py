@@ -111,7 +111,7 @@ def _answered(judge: Judge, one: Judged, noise: Array) -> tuple[Array, Array]:
     """p (draws,) and unknowns (draws, q) of one model, every draw refitted within the bounds.
 
     A draw is solved by the model linearised where its active bounds hold, until the solution has just these active; the
-    few that change for ever keep the last.
+    few that change for ever are solved once more with the last held.
     """
     rows, fit = _rows(one, noise), one.fit
     least, most = bounds(fit.problem, fit.own, fit.box)
@@ -134,6 +134,12 @@ def _answered(judge: Judge, one: Judged, noise: Array) -> tuple[Array, Array]:
     for pattern in np.unique(sides, axis=0):
         here = (sides == pattern).all(axis=1)
         there = fits.setdefault(tuple(pattern), _standing_on(fit, pattern))
+        if (late := here & due).any():
+            held = pattern != 0
+            held[_own_held(fit)] = False
+            low, high = np.where(held, there.x, least), np.where(held, there.x, most)
+            residuals = there.linear.residual + rows[late]
+            x[late], _ = bounded_least_squares(there.whole_design, residuals, there.x, low, high)
         p[here] = _p_values(one if there is fit else judge.judged(one.name, there), rows[here])
     return p, x
 
@@ -174,13 +180,21 @@ def bounded_least_squares(
     residuals : (draws, rows) array
         Data minus model at `start`.
     start, low, high : (q,) arrays
-        Where the model is linearised, and the bounds.
+        Where the model is linearised, and the bounds; equal ones fix an unknown.
 
     Returns
     -------
     tuple
-        x (draws, q), and its active bounds (draws, q): -1 the lower, 1 the upper, 0 none.
+        x (draws, q), and its active bounds (draws, q): -1 the lower (and a fixed unknown), 1 the upper, 0 none.
     """
+    if (fixed := low >= high).any():
+        x, sides = np.tile(low, (len(residuals), 1)), np.full((len(residuals), len(start)), -1)
+        if not fixed.all():
+            left = residuals - design[:, fixed] @ (low - start)[fixed]
+            x[:, ~fixed], sides[:, ~fixed] = bounded_least_squares(
+                design[:, ~fixed], left, start[~fixed], low[~fixed], high[~fixed]
+            )
+        return x, sides
     sides = np.zeros((len(residuals), len(start)), dtype=int)
     x = np.tile(start, (len(residuals), 1))
     room = ROUNDING * np.maximum(high - low, 1e-300)

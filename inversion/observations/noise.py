@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, median_abs_deviation
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
@@ -15,6 +15,7 @@ FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken 
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
 REJECT = 0.05  # level of the test of a stated noise against the record before contact
 LINE = 2  # degrees of freedom that the straight line before contact takes
+SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
@@ -79,9 +80,11 @@ class BeforeContact:
 
     @classmethod
     def of(cls, times: Array, values: Array, peak: float) -> BeforeContact:
-        """From the points before contact; offset and drift of a sensor are no noise."""
+        """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes."""
         if len(times) < FEWEST_FOR_LEVEL:
             return cls(times, values, 0.0, None)
+        spiked = _spikes(times, values)
+        times, values = times[~spiked], values[~spiked]
         line = np.stack([np.ones(len(times)), times / np.ptp(times)], axis=1)
         residual = values - line @ np.linalg.lstsq(line, values, rcond=None)[0]
         noisy = float(np.std(residual)) > ROUNDING * peak
@@ -92,6 +95,23 @@ class BeforeContact:
     def tests(self) -> bool:
         """Whether the points are enough to overrule a stated noise."""
         return self.level is not None and len(self.times) >= FEWEST_FOR_TEST
+
+
+def _spikes(times: Array, values: Array) -> NDArray[np.bool_]:
+    """(n,) True at single points far off the straight line through the medians of the record's two halves.
+
+    Far: more than 8 of the robust scatter about that line. A burst of neighbours is noise and stays.
+    """
+    if len(times) < FEWEST_FOR_TEST:
+        return np.zeros(len(times), dtype=bool)
+    early, late = np.array_split(np.arange(len(times)), 2)
+    rise = np.median(values[late]) - np.median(values[early])
+    apart = values - rise / (np.median(times[late]) - np.median(times[early])) * times
+    apart -= np.median(apart)
+    scatter = float(median_abs_deviation(apart, scale="normal"))
+    far = (np.abs(apart) > SPIKE * scatter) & (scatter > 0.0)  # 0: most readings are one step of the digitiser
+    beside = np.pad(far, 1)
+    return far & ~beside[:-2] & ~beside[2:]
 
 
 @dataclass(frozen=True)
@@ -191,5 +211,9 @@ def _correlated(name: str, noise: Noise, before: BeforeContact) -> tuple[Noise, 
     if rho * np.sqrt(len(residual)) < CORRELATED:
         return noise, ()
     correlation_time = -float(np.median(np.diff(before.times))) / np.log(min(rho, 0.99))
-    text = f"{plain(name)}: the noise before contact is correlated ({rho:.2f} between neighbours)"
+    text = (
+        f"{plain(name)}: the noise before contact is correlated ({rho:.2f} between neighbours): averages gain less "
+        "from their number of points, and intervals are wider than with white noise; look for hum or a filter in the "
+        "measuring chain"
+    )
     return replace(noise, correlation_time=correlation_time), (text,)

@@ -26,6 +26,11 @@ FARTHEST_ORIGIN = 4.0  # standard deviations by which the time origin may be off
 OUTSIDE = "outside the simulated record"
 CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
+MEANING = {
+    CLIPPED: "the fit does not know the curve there, and a peak is larger than the record says; give the sensor a "
+    "larger range in the next shot",
+    OUTLIER: "single readings would pull the fit; look at the record there, for what is real in it is lost to the fit",
+}
 
 
 @dataclass(frozen=True)
@@ -70,11 +75,13 @@ class Cut:
     times: Array
 
     def sentence(self, name: str) -> str:
-        """What was left out of channel `name`."""
+        """What was left out of channel `name`, what that means for the fit, and what to do."""
         count, first, last = len(self.times), self.times[0] * 1e3, self.times[-1] * 1e3
         if count == 1:
-            return f"{name}: 1 point at {first:.4g} ms is {self.reason.replace('their', 'its')} and is left out"
-        return f"{name}: {count} points at {first:.4g} .. {last:.4g} ms are {self.reason} and are left out"
+            what = f"{name}: 1 point at {first:.4g} ms is {self.reason.replace('their', 'its')} and is left out"
+        else:
+            what = f"{name}: {count} points at {first:.4g} .. {last:.4g} ms are {self.reason} and are left out"
+        return f"{what}: {MEANING[self.reason]}" if self.reason in MEANING else what
 
 
 @dataclass(frozen=True)

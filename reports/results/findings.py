@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from birdstrike.reports.results.measurement import origin, peak, prior_predictive, residual, short_name
+from birdstrike.reports.results.measurement import origin, peak, record_position, residual, short_name
 from birdstrike.reports.results.results import Results, RunSummary
 
 
@@ -135,7 +135,7 @@ def worst_text(results: Results, channel: str, method: str) -> str:
 
 def prior_text(results: Results, channel: str) -> str:
     """`the record's displacement centre lies outside all 25 simulations ... at 8 of 12 points, up to 0.41 mm above`."""
-    seen, unit = prior_predictive(results, channel), results.record.units[channel]
+    seen, unit = record_position(results, channel), results.record.units[channel]
     count, smooth = int(seen.outside.sum()), int(results.dataset.smooth.sum())
     whole = f"{smooth} simulations"
     runs = f"{whole} with less than 5 % erosion" if smooth < len(results.dataset.runs) else whole

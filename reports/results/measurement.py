@@ -31,7 +31,7 @@ def short_name(record: Measured) -> str:
 
 
 @dataclass(frozen=True)
-class PriorPredictive:
+class RecordPosition:
     """One channel at the record's `time` (r,) s: its `values`, the simulations' `low` and `high`, all (r,) SI.
 
     NaN: `values` in a gap, `low` and `high` where the simulations do not reach.
@@ -61,13 +61,13 @@ class PriorPredictive:
         return np.maximum(self.values - self.high, 0.0) - np.maximum(self.low - self.values, 0.0)
 
 
-def prior_predictive(results: Results, channel: str) -> PriorPredictive:
+def record_position(results: Results, channel: str) -> RecordPosition:
     """The campaign's smooth simulations at the record's times, on the estimated time origin."""
     time, values = results.record.time, results.record.channels[channel]
     on_their_clock = np.maximum(time - results.offset, results.dataset.time[0])  # at rest before the trigger
     curves = results.dataset.sampled(channel, on_their_clock)[results.dataset.smooth]
     margin = ENVELOPE_SIGMAS * results.inversion.measured.noise[channel]
-    return PriorPredictive(time, values, curves.min(axis=0), curves.max(axis=0), margin)
+    return RecordPosition(time, values, curves.min(axis=0), curves.max(axis=0), margin)
 
 
 @dataclass(frozen=True)

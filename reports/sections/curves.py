@@ -10,7 +10,7 @@ from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
 from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
-from birdstrike.reports.results.measurement import origin, peak, prior_predictive
+from birdstrike.reports.results.measurement import origin, peak, record_position
 from birdstrike.reports.results.results import Results
 
 
@@ -67,7 +67,7 @@ def _comparison_caption(results: Results, channel: str) -> str:
 
 
 def _prior(results: Results, channel: str) -> Picture:
-    seen, dataset = prior_predictive(results, channel), results.dataset
+    seen, dataset = record_position(results, channel), results.dataset
     figure = prior_predictive_figure(
         channel,
         results.record.units[channel],

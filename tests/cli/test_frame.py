@@ -5,14 +5,16 @@ from __future__ import annotations
 import json as json_format
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
+import birdstrike
 from birdstrike.cli import frame
-from birdstrike.cli.frame import Json, framed, overrides, progress_bar, warn
+from birdstrike.cli.frame import Json, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import CaseError, MachineFailure, RunFailed, UserError
 
 
@@ -108,8 +110,122 @@ def test_warnings_given_on_the_way_are_capped_and_kept_for_the_json() -> None:
     result = ends(warned, "--json")
     lines = result.stderr.splitlines()
     assert lines[:5] == [f"warning: run {number} is damaged" for number in range(5)]
-    assert lines[5:] == ["2 more warnings were given; --json lists them all"]
+    assert lines[5:] == ["2 more warnings in the output of --json"]
     assert len(json_format.loads(result.stdout.splitlines()[-1])["warnings"]) == 7
+
+
+def test_warnings_on_the_way_and_of_the_result_share_the_five_lines_by_gravity() -> None:
+    """Three damaged runs, one of them named twice, do not hide what makes the result void."""
+
+    def warned() -> dict[str, list[str]]:
+        for number in range(3):
+            warnings.warn(f"run {number} is damaged", stacklevel=1)
+        warnings.warn("run 2 is damaged", stacklevel=1)
+        warn([*SEVEN[1:5], "run 0 is damaged"], "inversion.json")
+        say("Next: birdstrike report")
+        return {"warnings": SEVEN[1:5]}
+
+    result = ends(warned, "--json")
+    *told, following, line = result.stdout.splitlines()
+    assert told == [*(f"warning: {SEVEN[i]}" for i in (4, 3, 2)), "warning: run 0 is damaged"]
+    assert result.stderr.splitlines() == [
+        "warning: run 1 is damaged",
+        "2 more warnings in the output of --json and inversion.json",
+    ]
+    assert following == "Next: birdstrike report"
+    assert json_format.loads(line)["warnings"] == [*SEVEN[1:5], *(f"run {number} is damaged" for number in range(3))]
+
+
+def test_three_and_four_warnings_leave_two_that_are_counted() -> None:
+    def warned() -> None:
+        for number in range(3):
+            warnings.warn(f"run {number} is damaged", stacklevel=1)
+        warn(SEVEN[:2] + SEVEN[5:], "summary.json")
+
+    lines = ends(warned).output.splitlines()
+    assert sum(line.startswith("warning: ") for line in lines) == 5
+    assert lines[-1] == "2 more warnings in summary.json"
+
+
+def test_what_follows_a_result_has_the_room_that_is_left() -> None:
+    def warned() -> None:
+        warn(SEVEN[:4], "summary.json")
+        for number in range(3):
+            warnings.warn(f"run {number} is damaged", stacklevel=1)
+
+    result = ends(warned)
+    assert len(result.stdout.splitlines()) == 4
+    assert result.stderr.splitlines() == ["warning: run 0 is damaged", "2 more warnings in the output of --json"]
+
+
+def test_a_failure_shows_and_keeps_what_was_given_before_it() -> None:
+    def warned() -> None:
+        warnings.warn("run 3 is damaged", stacklevel=1)
+        raise RunFailed("unstable", "lower it")
+
+    result = ends(warned, "--json")
+    assert result.stderr.splitlines() == ["warning: run 3 is damaged", "unstable", "lower it"]
+    assert json_format.loads(result.stdout)["warnings"] == ["run 3 is damaged"]
+
+
+EMITTED = (
+    (0, "the model cannot produce this curve"),
+    (0, "failed twice"),
+    (0, "not confirmed by the solver"),
+    (0, "the bird did not touch the plate before time.end"),
+    (0, "the bird flew past the plate"),
+    (0, "what it reads since then is no measurement"),
+    (0, "No parameter is identified"),
+    (1, "steps (R-hat "),
+    (1, "oscillating"),
+    (1, "diverging"),
+    (1, "the plate tore: "),
+    (1, " particles were squeezed through the edge of a tear"),
+    (1, "erosion took more than "),
+    (1, "of the bird's mass was eroded because its elements were too distorted"),
+    (1, "the bird erodes on some meshes only: they are different events"),
+    (1, "hourglass energy is "),
+    (1, "the bird's hourglass control took "),
+    (1, "the shock viscosity dissipated as much as"),
+    (1, "is held by an end of its range"),
+    (1, "its magnitude is held by the largest"),
+    (1, "at rest and nothing holds that in flight"),
+    (1, "shock are not that mixture's"),
+    (1, "interpolates them, and its training error says nothing"),
+    (1, "its reaction force is zero"),
+    (2, "inputs lie outside what it was trained on"),
+    (2, "runs are outside the case's range"),
+    (2, "before contact, beyond its noise"),
+    (2, "clipped (the same reading in a row)"),
+    (2, "the noise before contact is correlated"),
+    (2, "1 expected; correlation of neighbours"),
+    (2, "so the intervals were widened by a factor"),
+    (2, "needed half the time step: not spacing alone differs"),
+    (2, "the emulator predicts left-out runs of "),
+    (2, "no noise is known: the verdict rests on a stated tolerance"),
+    (2, "the two can hardly be told apart"),
+    (3, "too few smooth runs stand there, so no answer is sought there"),
+    (3, "lost more than 5 % of the bird"),
+    (3, "is damaged ("),
+    (3, "and the run will be repeated"),
+    (3, "left out of the fit"),
+    (3, "lengthen time.end to see the peak itself"),
+)
+"""Gravity of warnings that the program gives, each by a part that stands in its sources."""
+
+
+def test_gravity_of_the_warnings_that_the_program_gives() -> None:
+    package = Path(birdstrike.__file__).parent
+    parts = ("data", "doe", "inversion", "solver", "surrogate")
+    sources = "".join(path.read_text() for part in parts for path in (package / part / ".").rglob("*.py"))
+    assert [part for _, part in EMITTED if part not in sources] == []
+    poorly = {"the emulator predicts left-out runs of ": " poorly (Q2 0.30)"}
+    assert [(frame.gravity(part + poorly.get(part, "")), part) for _, part in EMITTED] == list(EMITTED)
+
+
+def test_words_of_gravity_are_whole_words_and_no_part_of_a_path() -> None:
+    for harmless in ("two different files", "a restored run", "the threshold", "runs/ab12.failed.json is damaged"):
+        assert frame.gravity(harmless) == len(frame.GRAVITY)
 
 
 def test_memory_and_the_machine_end_a_command_as_a_failed_run_does() -> None:

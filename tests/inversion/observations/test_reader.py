@@ -12,6 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.record import read_record as read_for_diagnosis
+from birdstrike.inversion.observations.noise import BeforeContact
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.observations.reader import CLIPPED, OUTLIER, OUTSIDE, Expected, read_record
 from birdstrike.solver.case.case import load_case
@@ -69,6 +70,47 @@ def test_a_stated_noise_that_the_record_before_contact_rejects() -> None:
     (kept,) = read_record(measured(), stated, test_stated=False)
     assert kept.noise.source == "case"
     assert (kept.noise.sigma == 3.0 * SIGMA).all()
+
+
+@pytest.mark.parametrize("spike", [30, -500, 5000])
+def test_one_spike_before_contact_does_not_overrule_a_stated_noise(spike: float) -> None:
+    """Nor does it change the level: the fit of what is left is that of a record without this point."""
+    values = measured().channels[CHANNEL].copy()
+    values[17] += spike * SIGMA
+    (spiked,) = read_record(measured(channels={CHANNEL: values}), EXPECTED)
+    assert spiked.noise.source == "case"
+    gap = values.copy()
+    gap[17] = np.nan
+    (without,) = read_record(measured(channels={CHANNEL: gap}), EXPECTED)
+    assert spiked.noise.before == without.noise.before
+    assert spiked.offset == without.offset
+    assert not spiked.remarks
+
+
+def test_noise_before_contact_without_spikes_keeps_every_point() -> None:
+    """White noise, a drift, a burst of neighbours, and a digitiser that mostly reads one step: all points count."""
+    rng, times = np.random.default_rng(1), STEP * np.arange(60)
+    white = rng.standard_normal(60)
+    burst, steps = white.copy(), np.zeros(60)
+    burst[20:24] += 40.0
+    steps[[7, 30, 41]] = 1.0
+    for values in (white, white + 3e5 * times, burst, steps):
+        before = BeforeContact.of(times, values, 100.0)
+        assert len(before.times) == 60
+        line = np.polynomial.Polynomial.fit(times, values, 1)(times)
+        assert before.level == pytest.approx(np.sqrt(((values - line) ** 2).sum() / 58), rel=1e-9)
+
+
+def test_what_is_left_out_or_correlated_says_what_it_means_and_what_to_do() -> None:
+    (channel,) = read_record(spoilt(), EXPECTED)
+    cut, single = channel.warnings
+    assert "are clipped (the same reading in a row) and are left out: the fit does not know the curve there" in cut
+    assert cut.endswith("give the sensor a larger range in the next shot")
+    assert "is far off its neighbours and is left out: single readings would pull the fit; look at the record" in single
+    smooth = np.convolve(measured().channels[CHANNEL], np.full(4, 0.25), "same")
+    (text,) = read_record(measured(channels={CHANNEL: smooth}), replace(EXPECTED, noise={}))[0].remarks
+    assert "the noise before contact is correlated (0." in text
+    assert "intervals are wider than with white noise; look for hum or a filter in the measuring chain" in text
 
 
 def test_a_sigma_column_is_compared_where_the_plate_is_at_rest() -> None:

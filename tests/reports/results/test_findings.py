@@ -16,7 +16,7 @@ from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.findings import findings, key_figures, percent
-from birdstrike.reports.results.measurement import origin, prior_predictive, residual
+from birdstrike.reports.results.measurement import origin, record_position, residual
 from birdstrike.reports.results.reading import read_results
 from birdstrike.reports.results.results import Results
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, finished_folder
@@ -108,7 +108,7 @@ def test_the_largest_residual_is_named_with_time_and_sign(results: Results) -> N
 
 def test_a_record_above_all_simulations_is_counted_point_by_point(results: Results) -> None:
     values = results.record.channels[CHANNEL].copy()
-    high = prior_predictive(results, CHANNEL).high
+    high = record_position(results, CHANNEL).high
     values[[5, 6]] = high[[5, 6]] + np.array([0.2e-3, 0.3e-3])
     lifted = replace(results, record=replace(results.record, channels={CHANNEL: values}))
     assert "at 2 of 12 points, up to 0.300 mm above them at 1.53 ms" in findings(lifted)[3]
