@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 TREE = __name__.partition(".")[0]
 
@@ -20,6 +21,18 @@ def digest_files(folder: Path, files: Iterable[Path]) -> str:
     return digest.hexdigest()[:12]
 
 
+def defining_module(code: Any) -> str:
+    """The module that defines a class or function, below partials and what functools.wraps has wrapped; "" for none."""
+    while isinstance(code, partial) or hasattr(code, "__wrapped__"):
+        code = code.func if isinstance(code, partial) else code.__wrapped__
+    return getattr(code, "__module__", None) or ""
+
+
+def in_tree(module: str) -> bool:
+    """Whether a module is one of this tree."""
+    return module.partition(".")[0] == TREE
+
+
 @cache
 def digest_of_module(module: str) -> str:
     """Digest of the Python files of the outermost package that holds a module, or of the module's one file.
@@ -27,7 +40,7 @@ def digest_of_module(module: str) -> str:
     Empty for a module of this tree (`version.SOLVER_VERSION` holds it) and for one without a file, such as an
     interactive session.
     """
-    if module.partition(".")[0] == TREE:
+    if in_tree(module):
         return ""
     file = getattr(sys.modules.get(module), "__file__", None)
     if file is None:
