@@ -79,6 +79,7 @@ def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Exe
 
 
 def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, workers: int | None) -> None:
+    # late: only a campaign on a cluster needs it
     from birdstrike.doe.campaign.cluster import AHEAD, SameSolver, cluster, version_here
 
     embedded = solver.version == version_here()

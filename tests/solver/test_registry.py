@@ -110,7 +110,7 @@ def test_a_kind_that_lacks_what_its_base_leaves_open_is_refused_when_it_is_loade
 ) -> None:
     monkeypatch.setattr(f"{__name__}.CURRENT", kind)
     entries = [EntryPoint(name, f"{__name__}:CURRENT", "kinds")]
-    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda group: entries)
+    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda **_: entries)
     outside = Kinds(kinds.what, kinds.key, "kinds", {}, kinds.base)
     with pytest.raises(UserError, match=rf"of the installed package {__name__} cannot be used: {why}"):
         list(outside)
@@ -139,7 +139,7 @@ def test_the_sources_are_those_of_the_module_that_defines_the_class(
     monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
     entries = [EntryPoint("n", "facade:Number", "numbers")]
-    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda group: entries)
+    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda **_: entries)
     found: Registry[type[float]] = Registry("number", "numbers", {}, type)
     assert found.sources(["n"]) == {"number n": engine}
 
