@@ -141,8 +141,8 @@ def _refuse_missing_links(folder: Path = Path(__file__).parent) -> None:
     if missing:
         raise ImportError(
             f"birdstrike/{missing[0]} in {folder} is no folder: the repository's symbolic links were not checked out; "
-            "install a wheel of birdstrike that was built elsewhere, or clone again with `git clone -c core.symlinks=true` where "
-            "your system allows symbolic links"
+            "install a wheel of birdstrike that was built elsewhere, or clone again with "
+            "`git clone -c core.symlinks=true` where your system allows symbolic links"
         )
 
 

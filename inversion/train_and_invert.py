@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -16,6 +17,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
@@ -298,7 +300,7 @@ def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Ca
         given = case if isinstance(case, Case) else load_case(case)
         for folder, dataset in zip(folders, datasets, strict=True):
             if case_hash(given) == dataset.case_hash:
-                return dataset, given, folder
+                return dataset, campaign_case(folder, dataset, given), folder
     return datasets[0], campaign_case(folders[0], datasets[0], case), folders[0]
 
 
@@ -306,6 +308,12 @@ def campaign_case(doe: Path, dataset: Dataset, case: str | Path | Case | None) -
     """The case that the campaign varied; raises UserError when the given one is another."""
     given = case if isinstance(case, Case) else load_case(doe / "case.toml" if case is None else case)
     if case_hash(given) == dataset.case_hash:
+        if other := CampaignFolder(doe).other_sources(given):
+            warnings.warn(
+                f"the campaign in {doe} was run with other sources of {other}, from an installed package: its curves "
+                "are those of the old ones; repeat run-doe to make them anew",
+                stacklevel=2,
+            )
         return given
     raise UserError(
         f"the campaign in {doe} was run for another case (hash {dataset.case_hash}) than {given.name} "

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast, get_args
 
 from pydantic import GetCoreSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from birdstrike.data.errors import UserError
 from birdstrike.solver.fields import OneOf, Section, checked, complaint
-from birdstrike.solver.sources import digest_of_module
+from birdstrike.solver.sources import defining_module, digest_of_module, in_tree
 
 T = TypeVar("T")
 S = TypeVar("S", bound=Section)
@@ -26,7 +26,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     what: a thing in words ("sensor kind"); group: of the installed packages' entry points, loaded when first needed,
     None for a registry that they cannot add to; base: class of the things; name_of: a thing's name, from its entry
-    point and itself.
+    point and itself; code_of: the class or function that computes what a thing does.
     """
 
     def __init__(
@@ -36,9 +36,10 @@ class Registry(Mapping[str, T], Generic[T]):
         library: Mapping[str, T],
         base: type[Any],
         name_of: Callable[[EntryPoint, T], str] = lambda entry, _: entry.name,
+        code_of: Callable[[T], Any] = lambda thing: thing,
     ) -> None:
         self.what, self.group, self.base = what, group, base
-        self.library, self.name_of = dict(library), name_of
+        self.library, self.name_of, self.code_of = dict(library), name_of, code_of
         self.own: dict[str, tuple[T, str]] = {}
         """Things added in this process, each with the module that defines it."""
 
@@ -74,13 +75,14 @@ class Registry(Mapping[str, T], Generic[T]):
                     f'the {self.what} "{name}" of the installed package {_package(entry)} exists already; rename it '
                     "there or uninstall that package"
                 )
-            found[name] = (thing, entry.module)
+            module = defining_module(self.code_of(thing))
+            found[name] = (thing, entry.module if not module or in_tree(module) else module)
         return found
 
     def _loaded(self, entry: EntryPoint) -> T:
         try:
             thing = entry.load()
-            reason = "" if self.accepts(thing) else f"it is no {self.base.__name__}"
+            reason = self.fault(entry.name, thing)
         except Exception as error:  # whatever a package from outside may raise
             thing, reason = None, f"{type(error).__name__}: {error}"
         if reason:
@@ -90,9 +92,9 @@ class Registry(Mapping[str, T], Generic[T]):
             )
         return cast(T, thing)
 
-    def accepts(self, thing: Any) -> bool:
-        """Whether a thing is of the registry's sort."""
-        return isinstance(thing, self.base)
+    def fault(self, _name: str, thing: Any, /) -> str:
+        """Why a thing from outside cannot be registered under a name; empty where it can."""
+        return "" if isinstance(thing, self.base) else f"it is no {self.base.__name__}"
 
     def sources(self, names: Iterable[str]) -> dict[str, str]:
         """Digest of the sources of each of these that comes from outside the tree: part of a run's key."""
@@ -111,9 +113,16 @@ class Kinds(Registry[type[S]]):
         super().__init__(what, group, library, base)
         self.key = key
 
-    def accepts(self, thing: Any) -> bool:
-        """Whether it is a table's class."""
-        return isinstance(thing, type) and issubclass(thing, self.base)
+    def fault(self, name: str, thing: Any, /) -> str:
+        """It must be a table's class that declares all that its base leaves open, and the name under its key."""
+        if not (isinstance(thing, type) and issubclass(thing, self.base)):
+            return f"it is no {self.base.__name__}"
+        missing = sorted(name for name in self.base.__class_vars__ if not hasattr(thing, name))
+        if missing:
+            return f"its class declares no {', '.join(missing)}"
+        if get_args(thing.model_fields[self.key].annotation) != (name,):
+            return f'its class does not declare {self.key}: Literal["{name}"], the name of its entry point'
+        return ""
 
     def chosen(self, content: Any) -> type[S] | None:
         """The kind that a table as read has chosen; None where it has chosen none that is known."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core import config
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot
@@ -20,7 +21,8 @@ from birdstrike.solver.sensors.recording import Recorder
 from birdstrike.solver.version import SOLVER_VERSION
 
 GIVEN_WAY = 0.2  # plastic strain, or deflection over the shorter side, beyond which a mesh of flat facets folds
-MOST_THREADS = numba.get_num_threads()  # what the process may use, read before anyone lowers it
+MOST_THREADS: int = config.NUMBA_NUM_THREADS  # pyright: ignore[reportAttributeAccessIssue]
+"""What the process may use, even where it has been lowered before this module is imported."""
 AUDIT_EVERY = 20  # steps of the bird
 
 
@@ -107,7 +109,7 @@ def peak(clock: Array, values: Array) -> dict[str, float]:
 
 
 def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:
-    """Books, counts and warnings of a finished coupling. Raises RunFailed when its balance cannot be believed."""
+    """Energies, counts and warnings of a finished coupling. Raises RunFailed when its balance cannot be believed."""
     bird, plate, balance = coupling.bird, coupling.plate, coupling.balance
     run_checks(coupling)
     return {

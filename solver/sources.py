@@ -23,13 +23,25 @@ def digest_files(folder: Path, files: Iterable[Path]) -> str:
     return digest.hexdigest()[:12]
 
 
+def defining_module(code: Any) -> str:
+    """The module that defines a class or function, below partials and what functools.wraps has wrapped; "" for none."""
+    while isinstance(code, partial) or hasattr(code, "__wrapped__"):
+        code = code.func if isinstance(code, partial) else code.__wrapped__
+    return getattr(code, "__module__", None) or ""
+
+
+def in_tree(module: str) -> bool:
+    """Whether a module is one of this tree."""
+    return module.partition(".")[0] == TREE
+
+
 def digest_of_module(module: str) -> str:
     """Digest of the Python files of the outermost package that holds a module, or of the module's one file.
 
     Empty for a module of this tree (`version.SOLVER_VERSION` holds it) and for one without a file, such as an
     interactive session.
     """
-    if module.partition(".")[0] == TREE:
+    if in_tree(module):
         return ""
     loaded = sys.modules.get(module)
     return "" if loaded is None else _digest_of_loaded(loaded)

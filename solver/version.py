@@ -1,4 +1,7 @@
-"""The solver's version: a digest of every source file that can change a history."""
+"""The solver's version: a digest of every source file that can change a history.
+
+Left out is what computes none: `reference/`, `estimate.py` and the files of a case that only read, check or word it.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +11,30 @@ from birdstrike.solver.sources import digest_files
 
 HERE = Path(__file__).parent
 
-WITHOUT_NUMBERS = (
+WITHOUT_HISTORIES = (
     "case/load.py",
     "case/messages.py",
     "case/overlay.py",
     "case/remarks.py",
     "case/rules.py",
     "case/write.py",
+    "estimate.py",
+    "reference/",
 )
-"""Files that only read, check or word a case: whatever they make of it is in the case's own hash. All others count."""
+"""What computes no history: files that only read, check or word a case (whatever they make of it is in the case's own
+hash), the estimate of a run's cost, and the formulas that runs are compared with. All other files count.
+"""
 
 
 def digest_sources() -> str:
-    """First 12 hex digits of SHA-256 over the solver's Python files, kernels included, in order of name."""
-    left_out = {HERE / name for name in WITHOUT_NUMBERS}
-    return digest_files(HERE, (path for path in HERE.rglob("*.py") if path not in left_out))
+    """First 12 hex digits of SHA-256 over the solver's Python files that count, kernels included, in order of name."""
+    return digest_files(HERE, (path for path in HERE.rglob("*.py") if counts(path.relative_to(HERE).as_posix())))
+
+
+def counts(name: str) -> bool:
+    """Whether a file, by its path below the solver, can change a history."""
+    folders = tuple(left_out for left_out in WITHOUT_HISTORIES if left_out.endswith("/"))
+    return name not in WITHOUT_HISTORIES and not name.startswith(folders)
 
 
 SOLVER_VERSION = digest_sources()

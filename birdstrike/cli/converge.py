@@ -38,9 +38,10 @@ def converge(
     """Simulate on systematically refined meshes; write `convergence.json`, `.csv` and `.png` into `out`.
 
     ratio: of the spacings of neighbouring meshes; place: of the user's mesh among them, "middle", "finest", "coarsest"
-    or "auto" (see inversion.meshes); announce: takes the meshes before the first run; retry_failed: runs with a failure
-    on record are tried again. Runs are kept in `out/runs`: after an error or Ctrl-C the same call resumes. Raises
-    UserError, RunFailed. The workers are started afresh: a script that calls this needs `if __name__ == "__main__":`.
+    or "auto" (see inversion.mesh_convergence.meshes); announce: takes the meshes before the first run; retry_failed:
+    runs with a failure on record are tried again. Runs are kept in `out/runs`: after an error or Ctrl-C the same call
+    resumes. Raises UserError, RunFailed. The workers are started afresh: a script that calls this needs
+    `if __name__ == "__main__":`.
     """
     from birdstrike.data.store import RunStore
     from birdstrike.doe.campaign.run import retry_before

@@ -114,9 +114,9 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
         yield found.remainder.sentence
     if found.next_measurement is not None:
         yield f"next measurement: {found.next_measurement.sentence}"
-    strikes = found.strikes
-    paid = f"{strikes['paid']} more made, {strikes['reused']} found in the store"
-    yield f"simulations: {strikes['campaign']} of the campaign, {paid}"
+    runs = found.strikes
+    paid = f"{runs['paid']} more made, {runs['reused']} found in the store"
+    yield f"simulations: {runs['campaign']} of the campaign, {paid}"
     files = ["diagnosis.json", "diagnosis.csv", page.name, "before_after.png", "effects.png"]
     yield f"Written to {out}: {', '.join(files + ([found.case_after] if found.case_after else []))}"
     if found.case_after:

@@ -60,8 +60,9 @@ def run_campaign(
         solver = solver._replace(version=solver_version)
     runs = plan(case, design, solver)
     folder = CampaignFolder(Path(out))
+    other_sources = folder.other_sources(case)
     folder.claim(case, design)
-    _announce(design, runs, folder, solver.version, say)
+    _announce(design, runs, folder, solver.version, other_sources, say)
     summary = running(folder, case, design, runs, solver.version)
     claimed()
     runner = Runner(RunStore(folder.runs), runs, progress, retry)
@@ -78,6 +79,7 @@ def _pool(executor: Executor | None, workers: int) -> AbstractContextManager[Exe
 
 
 def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, workers: int | None) -> None:
+    # late: only a campaign on a cluster needs it
     from birdstrike.doe.campaign.cluster import AHEAD, SameSolver, cluster, version_here
 
     embedded = solver.version == version_here()
@@ -87,7 +89,12 @@ def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, 
 
 
 def _announce(
-    design: Design, runs: Sequence[PlannedRun], folder: CampaignFolder, version: str, say: Callable[[str], None]
+    design: Design,
+    runs: Sequence[PlannedRun],
+    folder: CampaignFolder,
+    version: str,
+    other_sources: str,
+    say: Callable[[str], None],
 ) -> None:
     """What the user should know before the runs start, each once, the gravest first."""
     quality = design.quality()
@@ -100,6 +107,11 @@ def _announce(
         say(
             f"{folder.path} was run with solver version {held}, this is {version}: the old runs stay in "
             f"{folder.runs} but are not used; all runs are made anew"
+        )
+    elif other_sources:
+        say(
+            f"{folder.path} was run with other sources of {other_sources}, from an installed package: the old runs "
+            f"stay in {folder.runs} but are not used; all runs are made anew"
         )
 
 

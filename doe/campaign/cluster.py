@@ -94,6 +94,6 @@ def _differs(found: str, wanted: str) -> str:
 
 def version_here() -> str:
     """The embedded solver's version of the process that is asked."""
-    from birdstrike.solver.version import SOLVER_VERSION
+    from birdstrike.solver.version import SOLVER_VERSION  # late: it reads every source file of the solver
 
     return SOLVER_VERSION

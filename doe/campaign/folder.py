@@ -78,6 +78,12 @@ class CampaignFolder:
         """Content of summary.json, empty where there is none."""
         return read_json(self.summary)
 
+    def other_sources(self, case: Case) -> str:
+        """Which things of installed packages have other sources than the campaign in the folder had; empty for none."""
+        held = read_json(self.path / "case.json")
+        there, here = held.get("case", {}).get("sources", {}), case.sources_from_outside()
+        return ", ".join(f"the {name}" for name in sorted(here) if held and there.get(name) != here[name])
+
     def _refuse_other_case(self, case: Case) -> None:
         held = read_json(self.path / "case.json")
         if not held or held["case_hash"] == case_hash(case):
@@ -190,7 +196,8 @@ def _words(kind: str, runs: int, seed: int | None, source: str | None) -> str:
 def _differences(there: Mapping[str, Any], here: Mapping[str, Any], most: int = 3) -> str:
     """The first few dotted keys in which two canonical cases differ."""
     old, new = _flat(there), _flat(here)
-    keys = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
+    changed = [key for key in dict.fromkeys([*old, *new]) if old.get(key) != new.get(key)]
+    keys = [key for key in changed if not key.startswith("sources.")]
     shown = [f"{key} is {old.get(key)} there and {new.get(key)} here (SI)" for key in keys[:most]]
     more = [f"{len(keys) - most} more"] if len(keys) > most else []
     return ", ".join(shown + more)

@@ -155,7 +155,7 @@ def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str
 
 
 def _histories(case: Case, external: External, clock: Array, channels: dict[str, Array], wall: float) -> Histories:
-    from birdstrike.solver.simulate import peak
+    from birdstrike.solver.simulate import peak  # late: it brings in the embedded solver's compiled kernels
 
     summary = {
         "schema_version": 1,

@@ -114,7 +114,7 @@ class Model:
         return {k.name: k.magnitude(float(b[i])) for i, k in enumerate(self.known) if k.of_record and b[i]}
 
     def _one(self, curve: Array, own: Mapping[str, float]) -> Array:
-        """reading(t) = gain * lowpass[signal](t - offset) + drift t, as solver/instrument.py has it."""
+        """reading(t) = gain * lowpass[signal](t - offset) + drift t, as solver/sensors/instrument.py has it."""
         m, parts = len(self.clock.time), []
         moved = transducers(self.case)
         offset = own.get("time_offset", 0.0)
@@ -132,7 +132,7 @@ class Model:
 
 
 def low_pass(signal: Array, step: float, tau: float) -> Array:
-    """`solver.instrument.low_pass` on a uniform clock: tau y' + y = s, exact for a signal linear in between."""
+    """`solver.sensors.instrument.low_pass` on a uniform clock: tau y' + y = s, exact for a signal linear in between."""
     h = step / tau
     decay, mean_decay = np.exp(-h), -np.expm1(-h) / h
     first = signal[0] * (1.0 - (1.0 - mean_decay))

@@ -62,20 +62,20 @@ def run_meshes(
     executor: Executor | None = None,
     retry: float = 0.0,
 ) -> tuple[Finished, ...]:
-    """Strike on each mesh, or take the run that the store holds; dearest first, one thread each.
+    """Simulate on each mesh, or take the run that the store holds; dearest first, one thread each.
 
     progress: takes the share of the estimated cost that is done. Raises RunFailed naming the meshes that failed, when
     all others are kept. retry: runs whose failure was stored before this time [s, Unix] are tried again.
     """
     solver = solver_for(meshes[0].case, simulate)
     order = sorted(range(len(meshes)), key=lambda i: -meshes[i].cost)
-    strikes = [replace(PlannedRun.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
+    runs = [replace(PlannedRun.of(i, {}, meshes[i].case, solver), case=meshes[i].case) for i in order]
     total = sum(mesh.cost for mesh in meshes)
 
     def show(_: RunCounts) -> None:
         progress(sum(meshes[i].cost for i in runner.outcomes) / total)
 
-    runner = Runner(store, strikes, lambda _: None, retry)
+    runner = Runner(store, runs, lambda _: None, retry)
     runner.progress = show
     show(RunCounts(len(meshes), 0, 0, 0, 0))
     if runner.due:

@@ -44,8 +44,16 @@ MATERIALS: Mapping[str, tuple[str, Fields]] = {
         },
     ),
 }
-GRUNEISEN = ("EosGruneisen", {"c": "C", "s1": "S1", "s2": "S2", "s3": "S3", "gamao": "g0", "a": "a", "e0": "E0"})
-MURNAGHAN = ("EosMurnaghan", {"gamma": "g", "k0": "B"})
+LAWS: Mapping[str, tuple[str, Fields]] = {
+    "grueneisen": (
+        "EosGruneisen",
+        {"c": "C", "s1": "S1", "s2": "S2", "s3": "S3", "gamao": "g0", "a": "a", "e0": "E0"},
+    ),
+    "murnaghan": ("EosMurnaghan", {"gamma": "g", "k0": "B"}),
+}
+"""Laws with a card of their own, where every constant that it has no field for is 0."""
+ZERO_IS_NO_CUTOFF = ("MatElasticPlasticHydro",)
+"""Cards in which a cutoff of 0 means none."""
 POLYNOMIAL = ("c0", "c1", "c2", "c3", "c4", "c5", "c6")
 OF_ENERGY = ("c4", "c5", "c6")
 """Coefficients of a polynomial that multiply the energy, and so are numbers."""
@@ -66,10 +74,10 @@ class Card:
 def cards_of(material: BirdMaterial, density: float) -> tuple[Card, ...]:
     """The material's card and, where it has one, its equation of state's; density [kg/m^3].
 
-    Constants that the card would understand otherwise are written as `reworded` says. Raises UserError for a law that
-    LS-DYNA has not.
+    Constants that the card would understand otherwise are written as `reworded` says. Raises UserError for a material
+    or a law that LS-DYNA has not.
     """
-    keyword, names = MATERIALS[material.model]
+    keyword, names = _card_of(material)
     fields = {"ro": (density, "kg/m^3")} | _constants(material, names, "bird.material")
     fields |= {name: (value, fields[name][1]) for name, (value, _) in reworded(material).items()}
     never = {name for name, key in names.items() if key == "failure_strain" and fields[name][0] >= NEVER}
@@ -83,14 +91,21 @@ def reworded(material: BirdMaterial) -> dict[str, tuple[float, str]]:
     By the letter of *MAT_NULL an erosion limit on the wrong side of 1 deletes every undeformed element; a cutoff of 0
     is no tension there, but no cutoff in *MAT_ELASTIC_PLASTIC_HYDRO.
     """
-    names, found = MATERIALS[material.model][1], {}
+    (keyword, names), found = _card_of(material), {}
     for name, key in names.items():
         if key in material.inactive:
             why = f"{key} = {getattr(material, key):.4g} erodes nothing in birdstrike and is written as 0, off"
             found[name] = (0.0, why)
-    if material.model == "hydrodynamic" and getattr(material, "pressure_cutoff", None) == 0.0:
+    if keyword in ZERO_IS_NO_CUTOFF and getattr(material, "pressure_cutoff", None) == 0.0:
         found["pc"] = (NO_TENSION, "pressure_cutoff = 0, no tension, is written as -1 Pa: 0 would mean no cutoff")
     return found
+
+
+def _card_of(material: BirdMaterial) -> tuple[str, Fields]:
+    if material.model not in MATERIALS:
+        known = ", ".join(MATERIALS)
+        raise UserError(f'bird.material.model = "{material.model}" has no card in LS-DYNA; export a case with {known}')
+    return MATERIALS[material.model]
 
 
 def _constants(source: BirdMaterial | Law, names: Fields, prefix: str) -> dict[str, tuple[float, str]]:
@@ -104,17 +119,18 @@ def _constants(source: BirdMaterial | Law, names: Fields, prefix: str) -> dict[s
 
 
 def _law_card(law: Law, density: float) -> Card:
-    if law.kind == "grueneisen":
-        return Card(GRUNEISEN[0], _constants(law, GRUNEISEN[1], "bird.material.eos") | UNSTRAINED)
-    if law.kind == "murnaghan" and getattr(law, "p0", 0.0) == 0.0:
-        return Card(MURNAGHAN[0], _constants(law, MURNAGHAN[1], "bird.material.eos") | UNSTRAINED)
+    keyword, names = LAWS.get(law.kind, ("", {}))
+    constants = law.model_dump(exclude={"kind"})
+    without_field = [key for key, value in constants.items() if key not in names.values() and value]
+    if keyword and not without_field:
+        return Card(keyword, _constants(law, names, "bird.material.eos") | UNSTRAINED)
+    unless = f" while {' and '.join(without_field)} is not 0" if keyword else ""
     built = law.build(density)
     coefficients = polynomial_coefficients(built)
     if coefficients is None:
         raise UserError(
-            f'bird.material.eos.kind = "{law.kind}" has no card of its own in LS-DYNA'
-            f"{' while p0 is not 0' if law.kind == 'murnaghan' else ''}; export a case with grueneisen, "
-            "linear_polynomial, polynomial_k or murnaghan (p0 = 0)"
+            f'bird.material.eos.kind = "{law.kind}" has no card of its own in LS-DYNA{unless}; export a case with '
+            "grueneisen, linear_polynomial, polynomial_k or murnaghan (p0 = 0)"
         )
     units = {name: "" if name in OF_ENERGY else "Pa" for name in POLYNOMIAL}
     fields = {name: (float(c), units[name]) for name, c in zip(POLYNOMIAL, coefficients, strict=True)}

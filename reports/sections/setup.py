@@ -98,7 +98,7 @@ def pieces_of(bird: Bird) -> str:
 
 def model_of(material: BirdMaterial) -> str:
     """The bird's model in words, with its equation of state where it has one of its own."""
-    name = "NULL" if material.model == "null" else words(material.model).capitalize()
+    name = material.title or words(material.model).capitalize()
     law = material.law
     return f"{name} material" + (f", {words(law.kind).capitalize()} equation of state" if law is not None else "")
 

@@ -69,16 +69,16 @@ def compute(spec: RunSpec) -> Histories:
     return Histories(clock, recorder.sampled(clock), units, summarise(case, varied), snapshots)
 
 
-def vary(strike: Coupling, case: Case, spec: RunSpec) -> None:
+def vary(coupling: Coupling, case: Case, spec: RunSpec) -> None:
     """Turn the bird's lattice, change the contact, and put the bird back where the case lets it begin."""
-    bird = strike.bird
-    strike.contact.gap += spec.gap
-    strike.contact.stiffness *= spec.stiffness
+    bird = coupling.bird
+    coupling.contact.gap += spec.gap
+    coupling.contact.stiffness *= spec.stiffness
     points, _ = bird_lattice(case.bird)
     c, s = math.cos(spec.roll), math.sin(spec.roll)
     points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
-    bird.x[: bird.n], _ = in_flight(case, points, strike.contact.gap - 0.5 * case.plate.thickness)
-    strike.balance.momentum, strike.balance.angular = strike.balance.bird_momenta(bird)
+    bird.x[: bird.n], _ = in_flight(case, points, coupling.contact.gap - 0.5 * case.plate.thickness)
+    coupling.balance.momentum, coupling.balance.angular = coupling.balance.bird_momenta(bird)
 
 
 def momentum_given(histories: Histories) -> Array:

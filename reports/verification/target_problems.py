@@ -33,23 +33,25 @@ def stopped(speed: float = 100.0, spacing: float = 6e-3, slenderness: float = 2.
     """
     length = slenderness * DIAMETER
     reference = {"bird__material__viscosity": "641 Pa s", "bird__material__pressure_cutoff": "-0.3705 MPa"}
-    strike = Coupling(rigid_run(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load())
-    force, before = np.zeros(strike.steps), normal_momentum(strike.bird)
-    for step in range(strike.steps):
-        strike.advance()
-        force[step] = strike.push
-        strike.move()
+    coupling = Coupling(
+        rigid_run(spacing, length, speed, 4.0 * duration(length, speed), **(reference | changes)).load()
+    )
+    force, before = np.zeros(coupling.steps), normal_momentum(coupling.bird)
+    for step in range(coupling.steps):
+        coupling.advance()
+        force[step] = coupling.push
+        coupling.move()
     loud = np.flatnonzero(force >= STILL * force.max())
-    if loud[-1] >= strike.steps - 2:
+    if loud[-1] >= coupling.steps - 2:
         raise RuntimeError("the force has not faded to 0.1 % of its peak: lengthen the run")
     until = loud[-1] + 1
-    impulse = (force[:until].sum() - 0.5 * force[0]) * strike.dt
-    whole = (force.sum() - 0.5 * force[0]) * strike.dt
-    bird = strike.bird
+    impulse = (force[:until].sum() - 0.5 * force[0]) * coupling.dt
+    whole = (force.sum() - 0.5 * force[0]) * coupling.dt
+    bird = coupling.bird
     flying = bird.masses * bird.v[: bird.n, 2]
     seen = {
         "rebound": float(flying[flying > 0.0].sum()),
-        "faded": float(loud[-1] * strike.dt),
+        "faded": float(loud[-1] * coupling.dt),
         "after_it": float(whole - impulse),
         "momentum_error": abs((normal_momentum(bird) - before) - whole) / abs(before),
         "particles": float(bird.n),

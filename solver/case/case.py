@@ -132,7 +132,11 @@ class Case(Section):
         return self.overlaid({"bird": {"particles": particles}, "plate": {"elements": list(elements)}})
 
     def canonical(self) -> dict[str, Any]:
-        """Nested SI values of everything that changes a history; no noise, inversion or threads."""
+        """Nested SI values of everything that changes a history; no noise, inversion or threads.
+
+        `sources`, where it is there, holds digests of the sources of what installed packages give to the case: a run's
+        key counts them, the case's hash does not.
+        """
         tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
         del tree["solver"]["threads"]
         if self.solver.name == "embedded":
@@ -148,10 +152,10 @@ class Case(Section):
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
         if self.solver.name == "external" and self.external is not None:
             tree["external"] = self.external.canonical()
-        sources = self._sources_from_outside()
+        sources = self.sources_from_outside()
         return tree | ({"instrument": acting} if acting else {}) | ({"sources": sources} if sources else {})
 
-    def _sources_from_outside(self) -> dict[str, str]:
+    def sources_from_outside(self) -> dict[str, str]:
         """Digests of the installed packages' sources of what this case uses of theirs."""
         material = self.bird.material
         laws = [] if material.law is None else [material.law.kind]
@@ -202,8 +206,12 @@ def _in_place(case: Case, table: Raw, name: str) -> Case:
 
 
 def case_hash(case: Case) -> str:
-    """First 16 hex digits of the SHA-256 of the canonical case; floats by their shortest exact text."""
-    text = json.dumps(case.canonical(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    """First 16 hex digits of the SHA-256 of the canonical case; floats by their shortest exact text.
+
+    Like the solver's version, the sources of installed packages are no part of it: an upgrade leaves the case the same.
+    """
+    tree = {key: value for key, value in case.canonical().items() if key != "sources"}
+    text = json.dumps(tree, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

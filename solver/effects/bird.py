@@ -37,12 +37,18 @@ def _length(case: Declared, change: float) -> Table:
 def _porosity(case: Declared, change: float) -> Table:
     """The bird's law with a share of air in series, at the bird's mass and size."""
     eos = case.bird.material.eos
-    if eos.kind == "porous":
+    if eos.air_key:
         density = quantity_text(case.bird.actual_density, "kg/m^3")
-        return {"bird": {"density": density, "material": {"eos": {"z": eos.z + change}}}}
+        return {"bird": {"density": density, "material": {"eos": {eos.air_key: _air(case) + change}}}}
     mu, p = porous_points(case, change)
     points = {"kind": "table", "mu": [float(x) for x in mu], "p": [quantity_text(x, "Pa") for x in p]}
     return {"bird": {"material": {"eos": points}}}
+
+
+def _air(case: Declared) -> float:
+    """Share of air that the case's law states; 0 for one that states none."""
+    law = case.bird.material.law
+    return getattr(law, law.air_key) if law is not None and law.air_key else 0.0
 
 
 def porous_points(case: Declared, porosity: float) -> tuple[Array, Array]:
@@ -97,11 +103,7 @@ BIRD = (
         "",
         _porosity,
         lambda _: 0.02,
-        lambda case: (
-            -case.bird.material.eos.z
-            if getattr(case.bird.material, "eos", None) is not None and case.bird.material.eos.kind == "porous"
-            else 0.0
-        ),
+        lambda case: 0.0 - _air(case),
         _no_law,
         GROUP,
         "air at one pressure with the bird's substance (Wood 1930); 10 % is usual in gelatine birds (Wilbeck 1978)",

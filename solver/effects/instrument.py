@@ -18,7 +18,7 @@ GROUP = "instrument"
 
 def transducers(case: Declared) -> tuple[str, ...]:
     """Sensors whose own electronics an effect changes: those of displacement, or all where there is none."""
-    found = tuple(name for name, sensor in case.sensors.items() if sensor.kind == "displacement")
+    found = tuple(name for name, sensor in case.sensors.items() if sensor.is_transducer)
     return found or tuple(case.sensors)
 
 
@@ -51,8 +51,9 @@ def _drift(case: Declared, x: float) -> Table:
 
 
 def _no_displacement(case: Declared) -> str:
-    kinds = {sensor.kind for sensor in case.sensors.values()}
-    return "" if "displacement" in kinds else "the case has no displacement sensor"
+    return (
+        "" if any(sensor.is_transducer for sensor in case.sensors.values()) else "the case has no displacement sensor"
+    )
 
 
 INSTRUMENT = (

@@ -11,12 +11,18 @@ from birdstrike.solver.effects.impact import CONTACT, IMPACT
 from birdstrike.solver.effects.instrument import INSTRUMENT
 from birdstrike.solver.effects.plate import PLATE
 from birdstrike.solver.registry import Registry
+from birdstrike.solver.sources import defining_module
 
 LIBRARY = (*PLATE, *IMPACT, *BIRD, *CONTACT, *INSTRUMENT)
 """In the order in which they act."""
 
 EFFECTS: Registry[Effect] = Registry(
-    "effect", "birdstrike.effects", {effect.name: effect for effect in LIBRARY}, Effect, lambda _, effect: effect.name
+    "effect",
+    "birdstrike.effects",
+    {effect.name: effect for effect in LIBRARY},
+    Effect,
+    lambda _, effect: effect.name,
+    lambda effect: effect.change,
 )
 
 
@@ -26,7 +32,7 @@ def register(effect: Effect) -> Effect:
         raise ValueError(f'"{effect.name}" cannot be an effect\'s name; use letters, digits and _')
     if effect.name in EFFECTS:
         raise ValueError(f'an effect named "{effect.name}" exists already')
-    EFFECTS.own[effect.name] = (effect, effect.change.__module__)
+    EFFECTS.own[effect.name] = (effect, defining_module(effect.change))
     return effect
 
 

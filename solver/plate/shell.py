@@ -20,7 +20,7 @@ from birdstrike.solver.plate.mesh import PlateMesh
 __all__ = ["Plate", "ShellMaterial"]
 
 HOURGLASS_COEFFICIENT = 0.05
-BOOKS = ("plate_internal", "plate_hourglass", "plate_edges", "plate_damping", "plate_eroded")
+ENERGIES = ("plate_internal", "plate_hourglass", "plate_edges", "plate_damping", "plate_eroded")
 
 
 class Plate:
@@ -55,7 +55,7 @@ class Plate:
         share = 0.25 * material.density * thickness * self.shape[:, 4]
         self.mass = np.bincount(mesh.quads.ravel(), np.repeat(share, 4), minlength=m)
         self.inertia = self.mass * thickness**2 / 12.0
-        self.energies: dict[str, float] = dict.fromkeys(BOOKS, 0.0)
+        self.energies: dict[str, float] = dict.fromkeys(ENERGIES, 0.0)
         self.edge_work, self.damped, self.lost = 0.0, 0.0, (0, 0.0, 0.0)
         self.on_frame, self.air_impulse = np.zeros(6), np.zeros(3)
 

@@ -21,6 +21,7 @@ class Displacement(Placed):
     noise_range: ClassVar = Between("0 mm", "1000 mm")
     drift_range: ClassVar = Between("-1000 mm/s", "1000 mm/s")
     noun: ClassVar = "a displacement sensor"
+    is_transducer: ClassVar = True
 
     kind: Literal["displacement"] = "displacement"
 

@@ -72,6 +72,7 @@ class Disc:
 
 def disc(sensor: Pressure, mesh: PlateMesh, spacing: float) -> Disc:
     """The disc of a pressure sensor under a bird of this particle spacing [m]."""
+    # late: loading a case needs no compiled kernels
     from birdstrike.solver.sensors.places import place_on, point_at
 
     return Disc(mesh.nodes, point_at(mesh, *place_on(mesh, sensor.at)), sensor.radius, spacing)

@@ -72,13 +72,15 @@ class Sensor(Section):
 
     noise: 1 sigma, in the channel's SI unit. Of the class: noise_range, whose unit is the channel's; drift_range: of
     its instrument's drift, that unit per second; noun: the sensor in words; figures: numbers of its curve whose
-    convergence with the mesh is of interest, of "impulse", "peak", "peak_time".
+    convergence with the mesh is of interest, of "impulse", "peak", "peak_time"; is_transducer: whether it stands for a
+    displacement transducer, whose gain, bandwidth and drift the library's effects change.
     """
 
     noise_range: ClassVar[Between]
     drift_range: ClassVar[Between]
     noun: ClassVar[str]
     figures: ClassVar[tuple[str, ...]] = ("peak", "peak_time")
+    is_transducer: ClassVar[bool] = False
 
     kind: str
     noise: float | None = None

@@ -100,6 +100,7 @@ def gauge_weights(sensor: Strain, plate: Plate, side: int) -> tuple[NDArray[np.i
 
 def add_point(total: Array, share: float, plate: Plate, at: tuple[float, float], toward: Array, height: float) -> None:
     """Add the shares of one point of a gauge to total (e, 8); toward: (2,) direction in plan, laid on each element."""
+    # late: loading a case needs no compiled kernels
     from birdstrike.solver.sensors.places import blend, facets_around, place_on, point_at
 
     element, xi, eta = place_on(plate.mesh, at)

@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+import functools
+import importlib
 import statistics  # noqa: F401 (a module with a file)
+import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any, ClassVar, Literal
 
 import pytest
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.registry import Registry
+from birdstrike.effects import Effect, register, unregister
+from birdstrike.solver.bird.materials.interface import BirdMaterial
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.effects.registry import EFFECTS
+from birdstrike.solver.fields import Between
+from birdstrike.solver.registry import Kinds, Registry
+from birdstrike.solver.sensors.registry import SENSORS
+from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.sources import digest_files, digest_of_module
 
 LIBRARY = {"one": 1.0}
+
+CURRENT: Any = None
+"""What the entry point of a test refers to."""
 
 
 def registry(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[float]:
@@ -51,3 +67,93 @@ def test_only_what_comes_from_outside_has_sources_of_its_own(monkeypatch: pytest
     monkeypatch.setattr(found, "_installed", {})
     assert found.sources(["one"]) == {}
     assert found.sources(["one", "mine"]).keys() == {"number mine"}
+
+
+class Noiseless(Sensor):
+    """Says neither its noise nor its noun."""
+
+    kind: Literal["noiseless"] = "noiseless"
+    drift_range: ClassVar = Between("0 mm/s", "1 mm/s")
+
+
+class Bodiless(BirdMaterial):
+    """Says not which particles carry it."""
+
+    model: Literal["bodiless"]
+
+
+class Misnamed(BirdMaterial):
+    """Its table answers to another name than its entry point."""
+
+    model: Literal["gel"]
+    body: ClassVar[str] = "fluid"
+
+
+class Unnamed(BirdMaterial):
+    """Its table answers to any name."""
+
+    body: ClassVar[str] = "fluid"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "name", "kind", "why"),
+    [
+        (SENSORS, "noiseless", Noiseless, "its class declares no noise_range, noun"),
+        (BIRD_MATERIALS, "bodiless", Bodiless, "its class declares no body"),
+        (BIRD_MATERIALS, "jelly", Misnamed, r'its class does not declare model: Literal\["jelly"\]'),
+        (BIRD_MATERIALS, "jelly", Unnamed, r'its class does not declare model: Literal\["jelly"\]'),
+        (BIRD_MATERIALS, "number", float, "it is no BirdMaterial"),
+    ],
+)
+def test_a_kind_that_lacks_what_its_base_leaves_open_is_refused_when_it_is_loaded(
+    monkeypatch: pytest.MonkeyPatch, kinds: Kinds[Any], name: str, kind: type[Any], why: str
+) -> None:
+    monkeypatch.setattr(f"{__name__}.CURRENT", kind)
+    entries = [EntryPoint(name, f"{__name__}:CURRENT", "kinds")]
+    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda **_: entries)
+    outside = Kinds(kinds.what, kinds.key, "kinds", {}, kinds.base)
+    with pytest.raises(UserError, match=rf"of the installed package {__name__} cannot be used: {why}"):
+        list(outside)
+
+
+@pytest.mark.parametrize("kinds", [SENSORS, BIRD_MATERIALS])
+def test_every_kind_of_the_library_would_be_accepted_from_outside(kinds: Kinds[Any]) -> None:
+    assert {name: kinds.fault(name, kind) for name, kind in kinds.library.items()} == dict.fromkeys(kinds.library, "")
+
+
+@pytest.fixture
+def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A module that computes, and another, `facade`, that re-exports it; returns the digest of the first."""
+    (tmp_path / "engine.py").write_text(
+        "class Number(float):\n    pass\n\n\ndef change(case, x, key):\n    return {}\n"
+    )
+    (tmp_path / "facade.py").write_text("from engine import Number, change\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("engine", "facade"):
+        monkeypatch.setitem(sys.modules, name, importlib.import_module(name))
+    digest_of_module.cache_clear()
+    return digest_files(tmp_path, [tmp_path / "engine.py"])
+
+
+def test_the_sources_are_those_of_the_module_that_defines_the_class(
+    monkeypatch: pytest.MonkeyPatch, engine: str
+) -> None:
+    entries = [EntryPoint("n", "facade:Number", "numbers")]
+    monkeypatch.setattr("birdstrike.solver.registry.entry_points", lambda **_: entries)
+    found: Registry[type[float]] = Registry("number", "numbers", {}, type)
+    assert found.sources(["n"]) == {"number n": engine}
+
+
+def test_the_sources_of_an_effect_are_those_below_its_partials_and_wrappers(engine: str) -> None:
+    change = importlib.import_module("facade").change
+
+    @functools.wraps(change)
+    def wrapped(case: Any, x: float, key: str) -> Any:
+        return change(case, x, key)
+
+    for function in (change, functools.partial(change, key="a"), functools.partial(wrapped, key="a")):
+        register(Effect("own", "something of one's own", "", function, lambda _: 1.0))
+        try:
+            assert EFFECTS.sources(["own"]) == {"effect own": engine}
+        finally:
+            unregister("own")

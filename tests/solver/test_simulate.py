@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import runpy
+from importlib.util import find_spec
+
 import numba
 import pytest
 from numba.core import config
@@ -20,6 +23,16 @@ def two_threads():
     numba.set_num_threads(2)
     yield
     numba.set_num_threads(before)
+
+
+@SEVERAL
+def test_a_late_import_does_not_take_a_lowered_thread_count_for_all_there_are():
+    numba.set_num_threads(1)
+    try:
+        late = runpy.run_path(find_spec("birdstrike.solver.simulate").origin)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
+    finally:
+        numba.set_num_threads(MOST)
+    assert late["MOST_THREADS"] == MOST
 
 
 @SEVERAL

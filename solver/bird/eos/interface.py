@@ -100,6 +100,8 @@ class Law(Section):
     kind: str
     gives_density: ClassVar[bool] = False
     """Whether the law fixes the bird's density where the case gives none."""
+    air_key: ClassVar[str] = ""
+    """Key of the law's share of air; empty for a law that has none."""
 
     @property
     def own_density(self) -> float | None:

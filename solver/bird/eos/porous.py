@@ -24,6 +24,7 @@ class Porous(Law):
     k: Annotated[float, Between(1.0, 5.0)] = 2.0
     water_density: Annotated[float, Between("500 kg/m^3", "2000 kg/m^3")] = 1000.0
     gives_density: ClassVar[bool] = True
+    air_key: ClassVar[str] = "z"
 
     @property
     def own_density(self) -> float:

@@ -65,12 +65,13 @@ class BirdMaterial(Section):
     """Table of a material in a case; `model` names it. After validation every value is SI.
 
     body: the particles that carry it, "fluid", "strength" or "total_lagrangian"; hourglass: the usual control of its
-    hexahedra, "viscous" or "stiffness".
+    hexahedra, "viscous" or "stiffness"; title: its name in reports, where that is not its model in words.
     """
 
     model: str
     body: ClassVar[str]
     hourglass: ClassVar[str] = "viscous"
+    title: ClassVar[str] = ""
 
     @property
     def inactive(self) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ class NullMaterial(BirdMaterial):
     compression_erosion: Annotated[float, Between(0.0, 2.0)] = 0.0
     eos: AnyLaw
     body: ClassVar[str] = "fluid"
+    title: ClassVar[str] = "NULL"
 
     @property
     def inactive(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.design import Design
+from birdstrike.inversion.train_and_invert import campaign_case
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from tests.doe.stand_in import TIME, VERSION, attempts, design, recording, reference, strike
 
@@ -256,6 +257,30 @@ def test_what_the_user_should_know_is_said_once(tmp_path: Path) -> None:
     assert len(lines) == 1
     assert f"inactive in {idle} of 6 runs" in lines[0]
     assert len([line for line in said if "compression_erosion" in line]) == 1
+
+
+def test_other_sources_of_an_installed_package_make_the_runs_anew_in_the_same_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An upgraded package is no other case: the folder is kept, the runs are not, and that is said."""
+    said: list[str] = []
+    begun: list[int] = []
+    for number, digest in enumerate(("one", "one", "two")):
+        monkeypatch.setattr(Case, "sources_from_outside", lambda _, digest=digest: {"sensor kind mean": digest})
+        with ThreadPoolExecutor(1) as executor:
+            run_campaign(
+                reference(), design(), tmp_path / "doe", simulate=partial(strike, diary=tmp_path / str(number)),
+                solver_version=VERSION, say=said.append, executor=executor,
+            )  # fmt: skip
+        begun.append(len(attempts(tmp_path / str(number))) if (tmp_path / str(number)).exists() else 0)
+    assert begun == [6, 0, 6]
+    (line,) = [line for line in said if "sources" in line]
+    assert "was run with other sources of the sensor kind mean, from an installed package" in line
+    assert "all runs are made anew" in line
+    dataset = load_dataset(tmp_path / "doe")
+    monkeypatch.setattr(Case, "sources_from_outside", lambda _: {"sensor kind mean": "three"})
+    with pytest.warns(UserWarning, match="was run with other sources of the sensor kind mean"):
+        assert campaign_case(tmp_path / "doe", dataset, reference()) == reference()
 
 
 def test_a_rank_deficient_design_is_run_but_named_at_once(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from typer.testing import CliRunner
@@ -18,6 +19,7 @@ from birdstrike.reports.export import lsdyna
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.exported import read_export
 from birdstrike.reports.export.lsdyna import lsdyna_deck
+from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.case import load_case
 from tests.inversion import small_campaign
 
@@ -136,6 +138,23 @@ def test_polynomial_from_k_is_written_as_its_cubic() -> None:
     stiffness = 900.0 * 1482.9**2
     expected = [stiffness, 3.0 * stiffness, 5.0 * stiffness]
     assert [law.fields[name][0] for name in ("c1", "c2", "c3")] == pytest.approx(expected, rel=1e-14)
+
+
+def test_murnaghan_has_its_card_where_its_pressure_at_rest_is_0() -> None:
+    eos = '{ kind = "murnaghan", B = "128 MPa", g = 7.98, p0 = "%s MPa" }'
+    gauge, absolute = (load_case("reference_strike", {"bird.material.eos": eos % p0}).bird.material for p0 in (0, 1))
+    _, law = cards_of(gauge, 900.0)
+    assert (law.keyword, law.fields["k0"], law.fields["gamma"]) == ("EosMurnaghan", (1.28e8, "Pa"), (7.98, ""))
+    with pytest.raises(UserError, match=r'"murnaghan" has no card of its own in LS-DYNA while p0 is not 0; export'):
+        cards_of(absolute, 900.0)
+
+
+def test_a_material_without_a_card_is_refused_by_name() -> None:
+    class Gel(BirdMaterial):
+        model: Literal["gel"] = "gel"
+
+    with pytest.raises(UserError, match=r'bird\.material\.model = "gel" has no card in LS-DYNA; export .* null'):
+        cards_of(Gel(), 900.0)
 
 
 def test_a_law_without_a_card_is_refused_by_name(tmp_path: Path) -> None:
