@@ -38,4 +38,4 @@ if __name__ == "__main__":
 
 def test_workers_with_two_pools_of_their_own_end(tmp_path: Path) -> None:
     """Queues close at exit priority 10: pools that end with them could no longer tell their processes to."""
-    assert run_script(tmp_path, SCRIPT, 60.0) == "3"
+    assert run_script(tmp_path, SCRIPT, 300.0) == "3"
