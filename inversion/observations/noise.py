@@ -108,7 +108,7 @@ def _spikes(times: Array, values: Array) -> NDArray[np.bool_]:
     rise = np.median(values[late]) - np.median(values[early])
     apart = values - rise / (np.median(times[late]) - np.median(times[early])) * times
     apart -= np.median(apart)
-    scatter = float(median_abs_deviation(apart, scale="normal"))
+    scatter = float(median_abs_deviation(apart, scale="normal"))  # pyright: ignore[reportArgumentType]
     far = (np.abs(apart) > SPIKE * scatter) & (scatter > 0.0)  # 0: most readings are one step of the digitiser
     beside = np.pad(far, 1)
     return far & ~beside[:-2] & ~beside[2:]
