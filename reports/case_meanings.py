@@ -89,6 +89,7 @@ STRIKE = {
     "impact.angle": "Between its velocity and the plate's surface; 90 deg is normal.",
     "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
     "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
+    "impact.yaw": "Of the bird's axis sideways out of its velocity.",
     "impact.offset": "From the plate's centre to the point of aim, along length and width.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",

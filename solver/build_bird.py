@@ -20,7 +20,7 @@ from solver.case_material import (
     PlasticKinematicMaterial,
 )
 from solver.elastic_bird import ElasticBird
-from solver.first_touch import flight_to_panel, nose_meets, turned
+from solver.first_touch import flight_to_panel, nose_meets, turned, yawed
 from solver.geometry import fill_bird, jittered, slope_gain
 from solver.hex_bird import HexBird
 from solver.hex_elements import HexSettings
@@ -47,11 +47,12 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
-    surface = turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), impact.angle)
+    ideal = outline(case.bird.shape, case.bird.diameter, case.bird.length)
+    surface = turned(yawed(ideal, impact.yaw), impact.angle)
     start = np.array([*impact.offset, 0.0])
     if impact.aim == "first_touch":
         start[0] -= nose_meets(surface, impact.angle, half)
-    x = turned(points, impact.angle) + start
+    x = turned(yawed(points, impact.yaw), impact.angle) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
     x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
     return x, np.tile(impact.speed * direction, (len(x), 1))

@@ -22,7 +22,8 @@ ASIDE = Between("-2500 mm", "2500 mm")
 class Impact(Section):
     """angle [rad] from the plate's surface; standoff [m]: way flown before the ideal surface touches: it sets t = 0.
 
-    offset [m]: along length and width, from the plate's centre to the point of aim.
+    offset [m]: along length and width, from the plate's centre to the point of aim; yaw [rad]: of the bird's axis out of
+    its velocity, in the plane that holds the velocity and the plate's width.
     """
 
     speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
@@ -31,6 +32,7 @@ class Impact(Section):
     standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
     offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
     friction: Annotated[float, Between(0.0, 2.0)] = 0.0
+    yaw: Annotated[float, Between("-45 deg", "45 deg")] = 0.0
 
 
 class Time(Section):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -18,6 +19,8 @@ NUISANCE = {
     "angle": Between("0 deg", "20 deg"),
 }
 NOT_SOUGHT = {}
+SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
+MOST_DISCREPANCY = 0.5  # share of the peak: a model that far off is not worth calibrating
 
 
 class SolverSettings(Section):
@@ -95,10 +98,14 @@ def _no_such_quantity(key: str) -> str:
 
 
 class InversionSettings(Section):
-    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI."""
+    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI.
+
+    discrepancy: sensor -> model-form error, 1 sigma as a share of the channel's peak, written "2 %".
+    """
 
     parameters: dict[str, Inverted] = Field(default_factory=dict)
     nuisance: dict[str, float] = Field(default_factory=dict)
+    discrepancy: dict[str, float] = Field(default_factory=dict)
 
     @field_validator("parameters", mode="before")
     @classmethod
@@ -113,6 +120,19 @@ class InversionSettings(Section):
     @classmethod
     def _known_nuisances(cls, value: Any) -> Any:
         return each_of(value, _nuisance) if isinstance(value, dict) else value
+
+    @field_validator("discrepancy", mode="before")
+    @classmethod
+    def _shares_of_the_peak(cls, value: Any) -> Any:
+        return each_of(value, _share) if isinstance(value, dict) else value
+
+
+def _share(sensor: str, text: Any) -> float:
+    """A share of the peak from "2 %"."""
+    found = SHARE.fullmatch(text) if isinstance(text, str) else None
+    if found is None or not 0.0 < float(found.group(1)) / 100.0 <= MOST_DISCREPANCY:
+        raise complaint(f'must be a share of the peak of {sensor} such as "2 %", above 0 and at most 50 %')
+    return float(found.group(1)) / 100.0
 
 
 def _nuisance(name: str, sigma: Any) -> float:

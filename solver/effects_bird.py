@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from solver.case import Case
 
 GROUP = "bird and impact"
+YAW_LIMIT = math.radians(45.0)
 
 
 def _size(case: Case, density: float, length: float) -> Table:
@@ -72,9 +73,13 @@ def _impact(case: Case, key: str, unit: str, change: float) -> Table:
     return {"impact": {key: quantity_text(value, unit) if unit else value}}
 
 
-def _offset(case: Case, change: float) -> Table:
-    along, across = case.impact.offset
-    return {"impact": {"offset": [quantity_text(along + change, "m"), quantity_text(across, "m")]}}
+def _offset(case: Case, along: float, across: float) -> Table:
+    declared = case.impact.offset
+    return {"impact": {"offset": [quantity_text(declared[0] + along, "m"), quantity_text(declared[1] + across, "m")]}}
+
+
+def _yaw(case: Case, change: float) -> Table:
+    return {"impact": {"yaw": quantity_text(case.impact.yaw + change, "rad")}}
 
 
 def _no_law(case: Case) -> str:
@@ -110,10 +115,30 @@ BIRD = (
         "impact_offset",
         "a bird that arrives beside the point of aim, along the plate's length",
         "m",
-        _offset,
+        lambda case, x: _offset(case, x, 0.0),
         lambda case: 0.05 * case.bird.diameter,
         group=GROUP,
         source="dispersion of a gas gun: some millimetres",
+    ),
+    Effect(
+        "impact_offset_across",
+        "a bird that arrives beside the point of aim, along the plate's width",
+        "m",
+        lambda case, x: _offset(case, 0.0, x),
+        lambda case: 0.05 * case.bird.diameter,
+        group=GROUP,
+        source="dispersion of a gas gun: some millimetres",
+    ),
+    Effect(
+        "bird_yaw",
+        "a bird whose axis is turned sideways out of its velocity",
+        "rad",
+        _yaw,
+        lambda _: math.radians(3.0),
+        lambda case: -YAW_LIMIT - case.impact.yaw,
+        _sphere,
+        GROUP,
+        "free flight after the sabot: a few degrees; gas-gun procedures accept up to about 5",
     ),
     Effect(
         "bird_mass",

@@ -16,6 +16,14 @@ def turned(points: Array, angle: float) -> Array:
     return points @ np.stack([along, [0.0, 1.0, 0.0], [math.sin(angle), 0.0, math.cos(angle)]])
 
 
+def yawed(points: Array, yaw: float) -> Array:
+    """Points (n, 3) of a bird, its axis along x, turned sideways by `yaw` [rad] about the bird's own z."""
+    if not yaw:
+        return points
+    c, s = math.cos(yaw), math.sin(yaw)
+    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
 def nose_meets(surface: Array, angle: float, height: float) -> float:
     """x [m] where the lowest of a turned bird's points (n, 3) meets the plane z = height [m]."""
     lowest = surface[:, 2].min()
