@@ -1,0 +1,117 @@
+"""Model-form discrepancy: by how much any model of this kind may leave a test, as a Gaussian process per channel.
+
+d(t, theta) = a peak s(t) w(t, theta), with w of unit variance, Matern 5/2 in time and in the parameters (Kennedy &
+O'Hagan, J. R. Statist. Soc. B 63 (2001) 425), conditioned on w = 0 at contact: before it no model of an impact errs.
+s(t) >= 1 grows where curves are sensitive. Two shots of one rig share d as far as their parameters are alike; beside
+it each has an independent part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from data.histories import Array
+
+LEAST, MOST = 0.002, 0.10
+"""Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better than
+0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010, ch. 12)."""
+NODES = 7
+REMAINDER = {"displacement": 0.005, "strain": 0.01}
+OTHER_REMAINDER = 0.03
+"""Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
+a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
+PARAMETER_LENGTH = 1.0
+"""Of a parameter's range: length over which the discrepancy changes with it; the weakest smooth assumption, that it is
+no rougher than the range itself (the emulator's lengths are of this order too)."""
+GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
+FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A channel's discrepancy in time. growth: (m,) s(t) >= 1 on the setup's clock; length: correlation time [s]."""
+
+    growth: Array
+    length: float
+
+
+def matern52(r: Array) -> Array:
+    """Correlation at distances r in lengths."""
+    x = np.sqrt(5.0) * r
+    return (1.0 + x + x * x / 3.0) * np.exp(-x)
+
+
+def started(t: Array, other: Array, contact: float, length: float) -> Array:
+    """(n, m) correlation of instants [s] of a process that is 0 at contact and before it."""
+    own, theirs = np.maximum(t - contact, 0.0) / length, np.maximum(other - contact, 0.0) / length
+    joint = matern52(np.abs(own[:, None] - theirs[None]))
+    return joint - np.outer(matern52(own), matern52(theirs))
+
+
+def alike(z: Array, other: Array, length: float = PARAMETER_LENGTH) -> float:
+    """Correlation of the discrepancy at two places (k,), fractions of the ranges."""
+    return float(matern52(np.asarray(np.linalg.norm(z - other) / length)))
+
+
+def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
+    """From draws (n, m) of what models of this kind differ by (meshes; a baseline's residual), and the curve (m,).
+
+    Growth: their running RMS over that up to the curve's peak, at least 1. Length: of the Matern 5/2 process with the
+    draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen & Williams 2006, eq. 4.17).
+    """
+    span = float(time[-1] - time[0])
+    if not len(draws) or not np.any(draws):
+        return Shape(np.ones(len(time)), 0.1 * span)
+    power = _running((draws**2).mean(axis=0))
+    top = max(int(np.argmax(np.abs(curve))), len(time) // 10)
+    reference = float(power[: top + 1].mean())
+    growth = np.sqrt(np.maximum.accumulate(np.maximum(power / max(reference, 1e-300), 1.0)))
+    smooth = np.array([_running(row, 0.02) for row in draws])
+    slope = np.gradient(smooth, time, axis=1)
+    length = float(np.sqrt(5.0 / 3.0 * (smooth**2).mean() / max((slope**2).mean(), 1e-300)))
+    return Shape(growth, float(np.clip(length, FASTEST * span, SLOWEST * span)))
+
+
+def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:
+    """Mean (m,) over a window of the record."""
+    width = max(int(share * len(values)), 1)
+    kernel = np.ones(width)
+    return np.convolve(values, kernel, "same") / np.convolve(np.ones(len(values)), kernel, "same")
+
+
+@dataclass(frozen=True)
+class Amplitudes:
+    """What is known of the amplitudes, by kind of sensor.
+
+    nodes: kind -> amplitudes [share of the peak], equally likely; own: kind -> amplitude of each shot's independent
+    part; source: where they come from, for the user.
+    """
+
+    nodes: Mapping[str, Array]
+    own: Mapping[str, float]
+    source: str
+
+    def combinations(self) -> Array:
+        """(q, kinds) every combination of the kinds' nodes."""
+        mesh = np.meshgrid(*self.nodes.values(), indexing="ij")
+        return np.stack([one.ravel() for one in mesh], axis=1)
+
+
+def amplitudes(
+    kinds: Sequence[str], stated: Mapping[str, float], baselines: int, scale: float = 1.0, nodes: int = NODES
+) -> Amplitudes:
+    """stated: kind -> share of the peak; baselines: their number; scale: of the independent part (for sensitivity)."""
+    count = nodes if len(kinds) <= 2 else max(nodes - 2, 3)
+    grid = np.geomspace(LEAST, MOST, count)
+    found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
+    own = {kind: scale * REMAINDER.get(kind, OTHER_REMAINDER) if baselines else 0.0 for kind in kinds}
+    if baselines:
+        source = f"{baselines} baseline shot{'s' if baselines > 1 else ''}"
+    elif all(kind in stated for kind in kinds):
+        source = "stated in the case"
+    else:
+        source = f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
+    return Amplitudes(found, own, source)
