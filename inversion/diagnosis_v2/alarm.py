@@ -9,6 +9,7 @@ predictive: Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from data.histories import Array
@@ -34,16 +35,29 @@ def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
     return float(np.average(p, weights=weights[kept]))
 
 
-def _at(judge: Judge, node: int, labels: list[str], priors: Array, other: float, rng: np.random.Generator, draws: int) -> float:
+def _at(judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int) -> float:
     """The p-value at one set of amplitudes."""
-    system = judge.system
-    C = judge.errors[node] + system.J @ system.J.T
-    L = np.linalg.cholesky(C)
-    white = np.linalg.solve(L, np.column_stack([judge.residual([]), *(judge.scale * system.G[k] for k in labels)]))
-    smooth = np.linalg.solve(L, np.linalg.solve(L, sum(system.smooth.values())).T)
-    values, vectors = np.linalg.eigh(smooth)
-    samples = np.vstack([white[:, 0], rng.standard_normal((draws, len(L)))])
-    score = odds(samples, white[:, 1:], priors, values, vectors, other)
+    system, amplitudes = judge.system, judge.combinations[node]
+    J = system.at["J"]
+    wanted = [0, *range(J.start, J.stop), *(system.at[label].start for label in labels)]
+    white, smooth = [], []
+    for block, other, a in zip(system.blocks, system.other, amplitudes, strict=True):
+        scale = 1.0 / np.sqrt(1.0 + a**2 * block.lam)
+        white.append(scale[:, None] * (block.T @ judge.columns[np.ix_(block.rows, wanted)]))
+        more = block.T @ (other.F - block.F) @ block.T.T
+        smooth.append(scale[:, None] * more * scale)
+    x = np.vstack(white)
+    r = J.stop - J.start
+    directions = np.linalg.qr(x[:, 1 : 1 + r])[0]  # what parameters can do is left out of the statistic
+    out = np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]])
+    out = out - directions @ (directions.T @ out)
+    S = np.asarray(block_diag(*smooth))
+    S = S - directions @ (directions.T @ S)
+    S = S - (S @ directions) @ directions.T
+    values, vectors = np.linalg.eigh(0.5 * (S + S.T))
+    samples = rng.standard_normal((draws, len(x)))
+    samples -= (samples @ directions) @ directions.T
+    score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], priors, values, vectors, other_prior)
     return float((1 + (score[1:] >= score[0]).sum()) / (draws + 1))
 
 

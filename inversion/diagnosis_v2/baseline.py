@@ -57,12 +57,14 @@ def baseline_shapes(fits: Mapping[str, tuple[Shot, Fit]], shapes: Mapping[str, S
 
 def discrepancy_of(shot: Shot, fit: Fit) -> Array:
     """(n,) posterior mean of the discrepancy of a single calibrated shot, in the record's units."""
-    system, best = fit.system, fit.judge.combinations[int(fit.evidence.weights.argmax())]
-    shared = sum(a**2 * system.shared[kind] for kind, a in zip(fit.judge.kinds, best, strict=True))
-    covariance = system.fixed + shared
-    residual = system.y + system.J @ (system.dz - fit.evidence.z)
-    found = shared @ cho_solve(cho_factor(covariance), residual)
-    return system.noise @ (system.basis @ found)
+    system = fit.system
+    best = fit.judge.combinations[int(fit.evidence.weights.argmax())]
+    left = fit.judge.columns[:, 0] - fit.judge.columns[:, system.at["J"]] @ fit.evidence.z
+    found = np.zeros(len(left))
+    for block, a in zip(system.blocks, best, strict=True):
+        covariance = block.F + a**2 * block.U
+        found[block.rows] = a**2 * block.U @ cho_solve(cho_factor(covariance), left[block.rows])
+    return system.noise @ found
 
 
 def residual_rms(shot: Shot, fit: Fit) -> dict[str, float]:

@@ -11,32 +11,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 from scipy.stats import norm
 
 from data.histories import Array
 from inversion.diagnosis_v2.discrepancy import Amplitudes
-from inversion.diagnosis_v2.hypotheses import SOMETHING_ELSE, Hypothesis
-from inversion.diagnosis_v2.system import System
+from inversion.diagnosis_v2.hypotheses import SOMETHING_ELSE, Hypothesis, Suspect
+from inversion.diagnosis_v2.system import Block, System
 
 MAGNITUDE_SD = 1.0
 """In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a laboratory
 meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1 (2006) 515)."""
-IGNORED = 30.0  # nats below the best node: it adds nothing
-
-
-@dataclass(frozen=True)
-class Node:
-    """One model at one set of amplitudes. log_evidence: without prior; h, h_sd: (q,) posterior of its effects' sizes
-    about the places; z, z_covariance: posterior of the parameters, in prior standard deviations; chi2: of the residual.
-    """
-
-    log_evidence: float
-    h: Array
-    h_cov: Array
-    z: Array
-    z_cov: Array
 
 
 @dataclass(frozen=True)
@@ -53,8 +38,11 @@ class Evidence:
     amplitudes: Mapping[str, float]
 
 
+NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
+
+
 class Judge:
-    """Evaluates models on one system; decompositions of the amplitudes' nodes are kept.
+    """Evaluates models on one system.
 
     places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior.
     """
@@ -69,77 +57,100 @@ class Judge:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
         self.combinations = known.combinations()
         self.kinds = tuple(known.nodes)
-        self.errors = [
-            system.covariance(dict(zip(self.kinds, row, strict=True)), known.own) for row in self.combinations
-        ]
-
-    def residual(self, members: Sequence[str]) -> Array:
-        """(p,) with the prior's middle of the parameters and without any effect: what the model must explain."""
-        y = self.system.y + self.system.J @ self.system.dz
+        columns = system.columns.copy()
+        columns[:, 0] += columns[:, system.at["J"]] @ system.dz
         for label, h in self.places.items():
-            y = y + h * self.system.G[label]
-        return y
+            columns[:, 0] += h * columns[:, system.at[label].start]
+        self.columns = columns
+        self.gram, self.logdet = self._grams(system.blocks, columns)
+        few = columns[:, : system.at["J"].stop]
+        self.other_gram, self.other_logdet = self._grams(system.other, few)
 
-    def model(self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Sequence[int] | None = None) -> Evidence:
-        """One model; sizes: at which its effects' signatures are doubted, by default those fitted without doubt."""
-        labels = [one.label for one in hypothesis.members]
-        if sizes is None and any(label in self.system.doubt for label in labels):
-            first = self._over_nodes(hypothesis, np.zeros(len(labels)), only)
-            sizes = [float(x) for x in first.h]
-        return self._over_nodes(hypothesis, np.asarray(sizes if sizes is not None else np.zeros(len(labels))), only)
+    def _grams(self, blocks: Sequence[Block], columns: Array) -> tuple[Array, Array]:
+        """(nodes, m, m) X^T C^-1 X and (nodes,) log det C of the error, for every combination of amplitudes."""
+        parts, logs = [], []
+        for block, kind in zip(blocks, self.kinds, strict=True):
+            x = block.T @ columns[block.rows]
+            weights = 1.0 / (1.0 + self.known.nodes[kind][:, None] ** 2 * block.lam)
+            parts.append(np.array([x.T @ (w[:, None] * x) for w in weights]))
+            logs.append(block.logdet - np.log(weights).sum(axis=1))
+        index = np.stack(np.meshgrid(*(np.arange(len(v)) for v in self.known.nodes.values()), indexing="ij"), -1)
+        index = index.reshape(-1, len(parts))
+        gram = sum(part[index[:, i]] for i, part in enumerate(parts))
+        logdet = sum(log[index[:, i]] for i, log in enumerate(logs))
+        return np.asarray(gram), np.asarray(logdet)
 
-    def _over_nodes(self, hypothesis: Hypothesis, sizes: Array, only: Sequence[int] | None) -> Evidence:
-        indices = range(len(self.errors)) if only is None else only
-        nodes = [self._node(hypothesis, sizes, i) for i in indices]
-        logs = np.array([one.log_evidence for one in nodes])
-        total = float(logsumexp(logs)) - np.log(len(self.errors))
+    def model(
+        self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Array | None = None
+    ) -> Evidence:
+        """One model; sizes: h at which its effects' signatures are doubted, by default those fitted without doubt.
+
+        only: nodes that are evaluated; the others' posterior weight is taken as 0.
+        """
+        count = len(hypothesis.members)
+        first = self._evaluate(hypothesis, np.zeros(count), only)
+        if not count:
+            return first
+        kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
+        return self._evaluate(hypothesis, np.asarray(first.h if sizes is None else sizes), kept)
+
+    def _evaluate(self, hypothesis: Hypothesis, sizes: Array, only: Array | None) -> Evidence:
+        """Marginal likelihood at every node, with what is not known of the signatures as further columns."""
+        at, members = self.system.at, hypothesis.members
+        labels = [one.label for one in members]
+        index, factor = list(range(at["J"].start, at["J"].stop)), [1.0] * (at["J"].stop - at["J"].start)
+        for label in labels:
+            index.append(at[label].start)
+            factor.append(self.scale)
+        for label, size in zip(labels, sizes, strict=True):
+            for name, sd in ((f"doubt of {label}", 1.0), ("scatter", self.system.scatter.get(label, 0.0))):
+                if size and sd and name in at:
+                    index += list(range(at[name].start, at[name].stop))
+                    factor += [abs(size) * sd] * (at[name].stop - at[name].start)
+        different = hypothesis.label == SOMETHING_ELSE
+        gram, logdet = (self.other_gram, self.other_logdet) if different else (self.gram, self.logdet)
+        kept = np.arange(len(gram)) if only is None else np.asarray(only)
+        f = np.array(factor)
+        A = np.eye(len(f)) + f[:, None] * gram[np.ix_(kept, index, index)] * f
+        b = f * gram[kept][:, index, 0]
+        covariance = np.linalg.inv(A)
+        best = np.einsum("nij,nj->ni", covariance, b)
+        quadratic = gram[kept, 0, 0] - np.einsum("ni,ni->n", b, best)
+        logs = -0.5 * (quadratic + logdet[kept] + np.linalg.slogdet(A)[1])
+        r, q = at["J"].stop - at["J"].start, len(labels)
+        own = slice(r, r + q)
+        logs = logs + _one_sided(members, best[:, own], covariance[:, own, own])
+        return self._summed(hypothesis, kept, logs, best, covariance, r, q)
+
+    def _summed(
+        self, hypothesis: Hypothesis, kept: Array, logs: Array, best: Array, covariance: Array, r: int, q: int
+    ) -> Evidence:
+        """The nodes together."""
+        total = float(logsumexp(logs)) - np.log(len(self.combinations))
         w = np.exp(logs - logsumexp(logs))
-        h, h_cov = _mixture(w, [one.h for one in nodes], [one.h_cov for one in nodes])
-        z, z_cov = _mixture(w, [one.z for one in nodes], [one.z_cov for one in nodes])
-        weights = np.zeros(len(self.errors))
-        weights[list(indices)] = w
+        own = slice(r, r + q)
+        h, h_cov = _mixture(w, self.scale * best[:, own], self.scale**2 * covariance[:, own, own])
+        z, z_cov = _mixture(w, best[:, :r], covariance[:, :r, :r])
+        weights = np.zeros(len(self.combinations))
+        weights[kept] = w
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         return Evidence(hypothesis, total, h, h_cov, z, z_cov, weights, mean)
 
-    def _node(self, hypothesis: Hypothesis, sizes: Array, index: int) -> Node:
-        system, members = self.system, hypothesis.members
-        labels = [one.label for one in members]
-        error = self.errors[index]
-        for label, size in zip(labels, sizes, strict=True):
-            if label in system.doubt and size:
-                error = error + size**2 * system.doubt[label]
-        if hypothesis.label == SOMETHING_ELSE:
-            error = error + sum(system.smooth.values())
-        columns = np.column_stack([system.J, *(self.scale * system.G[label] for label in labels)])
-        r = self.residual(labels)
-        factor = cho_factor(error, lower=True)
-        solved = cho_solve(factor, np.column_stack([r, columns]))
-        inner = np.eye(columns.shape[1]) + columns.T @ solved[:, 1:]
-        pull = columns.T @ solved[:, 0]
-        covariance = np.linalg.inv(inner)
-        best = covariance @ pull
-        logdet = 2.0 * float(np.log(np.diag(factor[0])).sum()) + float(np.linalg.slogdet(inner)[1])
-        log_evidence = -0.5 * (float(r @ solved[:, 0]) - float(pull @ best) + logdet)
-        k = system.J.shape[1]
-        log_evidence += _one_sided(members, best[k:], covariance[k:, k:])
-        h, h_cov = self.scale * best[k:], self.scale**2 * covariance[k:, k:]
-        return Node(log_evidence, h, h_cov, best[:k], covariance[:k, :k])
 
-
-def _one_sided(members: Sequence[object], best: Array, covariance: Array) -> float:
-    """log of 2 Phi(mean/sd) for each magnitude that cannot be negative."""
-    total = 0.0
+def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:
+    """(nodes,) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (nodes, q)."""
+    total = np.zeros(len(best))
     for i, one in enumerate(members):
-        if getattr(one, "one_sided", False):
-            total += float(np.log(2.0) + norm.logcdf(best[i] / np.sqrt(covariance[i, i])))
+        if one.one_sided:
+            total += np.log(2.0) + norm.logcdf(best[:, i] / np.sqrt(covariance[:, i, i]))
     return total
 
 
-def _mixture(weights: Array, means: Sequence[Array], covariances: Sequence[Array]) -> tuple[Array, Array]:
+def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
     """Mean and covariance of a mixture of Gaussians."""
-    mean = np.einsum("i,ij->j", weights, np.array(means))
-    spread = np.array(means) - mean
-    within = np.einsum("i,ijk->jk", weights, np.array(covariances))
+    mean = weights @ means
+    spread = means - mean
+    within = np.einsum("i,ijk->jk", weights, covariances)
     return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)
 
 

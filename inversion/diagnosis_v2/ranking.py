@@ -108,9 +108,8 @@ def _pairs(
         return {}
     judge = about.judge
     weights = about.evidence.weights
-    top = [int(weights.argmax())]
-    kept = [int(i) for i in np.flatnonzero(weights > NODES_KEPT * weights.max())]
-    quick = _quick_pairs(judge, pairs, top[0], singles)
+    kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
+    quick = _quick_pairs(judge, pairs, int(weights.argmax()), singles)
     reference = judge.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
     offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
     found: dict[str, Evidence] = {}
@@ -119,8 +118,7 @@ def _pairs(
         one = pairs[int(i)]
         if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
             full = judge.model(one, only=kept)
-            lost = np.log(len(judge.errors)) - np.log(len(kept)) if len(kept) < len(judge.errors) else 0.0
-            found[one.label] = _shifted(full, offset - lost)
+            found[one.label] = _shifted(full, offset)
         else:
             base = max(evidence[m.label].log_evidence for m in one.members)
             found[one.label] = _shifted(evidence[_better(one, evidence)], 0.0, base - 1.0, one)
@@ -129,12 +127,11 @@ def _pairs(
 
 def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int, singles: list[str]) -> Array:
     """(pairs,) log evidence at one node, without the doubt of signatures: rank-two updates of one decomposition."""
-    system = judge.system
-    error = judge.errors[node] + system.J @ system.J.T
-    r = judge.residual([])
-    G = judge.scale * np.column_stack([system.G[label] for label in singles])
-    solved = np.linalg.solve(error, np.column_stack([r, G]))
-    gram, pull = G.T @ solved[:, 1:], G.T @ solved[:, 0]
+    at, gram = judge.system.at, judge.gram[node]
+    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in singles])
+    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, [0, *own])])
+    reduced = gram[np.ix_([0, *own], [0, *own])] - gram[np.ix_([0, *own], J)] @ inner
+    gram, pull = judge.scale**2 * reduced[1:, 1:], judge.scale * reduced[1:, 0]
     index = {label: i for i, label in enumerate(singles)}
     found = np.empty(len(pairs))
     for j, pair in enumerate(pairs):

@@ -15,6 +15,8 @@ import numpy as np
 from data.histories import Array
 from inversion.diagnosis_v2.plan import ONE_SIDED, WIDEST, Known, Plan, level
 
+LEAST_SPREAD = 0.02  # share of a signature: two points cannot tell a smaller change from place to place
+INDEPENDENT = 10.0  # instants of a record whose scatter is independent (emulator's components with weight)
 LARGEST_WARP, LEAST_WARP = 2.5, 0.5  # of the ratio of secants at 1 and 3 sizes: beyond, it is scatter or another law
 
 
@@ -23,14 +25,14 @@ class Response:
     """One effect's response.
 
     signature: (grid,) SI for one plausible size (h = 1); warp: secant at 1 size over secant at 3 (1: linear); scatter:
-    (grid,) variance of the signature from the particles' scatter; spread: (channels,) share of the signature by which
+    variance of the signature from the particles' scatter, in units of a single run's; spread: (channels,) share of the signature by which
     it changes with parameters, other effects and mesh (1 standard deviation).
     """
 
     known: Known
     signature: Array
     warp: float
-    scatter: Array
+    scatter: float
     spread: Array
 
     def h(self, b: float) -> float:
@@ -63,13 +65,16 @@ class Response:
 
 
 def learn_responses(
-    plan: Plan, stacks: Mapping[str, Array], channels: int
+    plan: Plan, stacks: Mapping[str, Array], rough: Array
 ) -> tuple[dict[str, Response], dict[str, str]]:
-    """Every effect's response, and why the others have none. stacks: (grid,) curves by label."""
-    two, lost = _two_sided(plan, stacks, channels)
+    """Every effect's response, and why the others have none.
+
+    stacks: (grid,) curves by label; rough: (channels,) variance by which a run leaves what is smooth in its inputs.
+    """
+    two, lost = _two_sided(plan, stacks, rough)
     found = dict(two)
     for known in plan.one_sided:
-        response = _one_sided(plan, known, stacks, channels)
+        response = _one_sided(plan, known, stacks, rough)
         if response is None:
             lost[known.name] = "its simulations failed"
         else:
@@ -78,7 +83,7 @@ def learn_responses(
 
 
 def _two_sided(
-    plan: Plan, stacks: Mapping[str, Array], channels: int
+    plan: Plan, stacks: Mapping[str, Array], rough: Array
 ) -> tuple[dict[str, Response], dict[str, str]]:
     """Least squares of half differences (pairs, grid) on the design, its residual for what is not linear."""
     kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
@@ -90,25 +95,27 @@ def _two_sided(
     slopes = np.linalg.lstsq(x, half, rcond=None)[0]
     freedom = len(kept) - len(effects)
     residual = half - x @ slopes
-    variance = (residual**2).sum(axis=0) / freedom
-    spread = _relative(residual, x @ slopes, channels, freedom)
+    spread = _relative((residual**2).sum(axis=0) / freedom, ((x @ slopes) ** 2).mean(axis=0), 0.5 * rough)
     inverse = np.diag(np.linalg.inv(x.T @ x))
     found = {
-        known.name: Response(known, slope, 1.0, _smoothed(variance, channels) * own, spread)
+        known.name: Response(known, slope, 1.0, 0.5 * float(own), spread)
         for known, slope, own in zip(effects, slopes, inverse, strict=True)
     }
     return found, {}
 
 
-def _relative(residual: Array, fitted: Array, channels: int, freedom: int) -> Array:
-    """(channels,) RMS of what the linear model leaves over RMS of what it holds."""
-    left = [(part**2).sum() / freedom for part in np.split(residual, channels, axis=1)]
-    held = [(part**2).mean(axis=0).sum() for part in np.split(fitted, channels, axis=1)]
-    return np.sqrt(np.array(left) / np.maximum(held, 1e-300))
+def _relative(left: Array, held: Array, rough: Array) -> Array:
+    """(channels,) RMS of what the linear model leaves beyond the runs' own scatter, over RMS of what it holds.
+
+    left, held: (grid,) mean squares; rough: (channels,) variance of the scatter in what is left.
+    """
+    off = [max(float(part.mean()) - own, 0.0) for part, own in zip(np.split(left, len(rough)), rough, strict=True)]
+    size = [float(part.mean()) for part in np.split(held, len(rough))]
+    return np.sqrt(np.array(off) / np.maximum(size, 1e-300))
 
 
-def _one_sided(plan: Plan, known: Known, stacks: Mapping[str, Array], channels: int) -> Response | None:
-    """Through strikes at 1 and 3 sizes at one point, and at 3 sizes at another."""
+def _one_sided(plan: Plan, known: Known, stacks: Mapping[str, Array], rough: Array) -> Response | None:
+    """Through runs at 1 and 3 sizes at one point, and at 3 sizes at another."""
     changes = {
         (b, point): stacks[label] - stacks[base]
         for b, point in ONE_SIDED
@@ -119,25 +126,21 @@ def _one_sided(plan: Plan, known: Known, stacks: Mapping[str, Array], channels: 
     if not far:
         return None
     signature = np.mean(far, axis=0)
-    near = changes.get((1.0, 0))
-    reference = changes.get((3.0, 0))
-    warp = 1.0 if near is None or reference is None else _warp(near, reference / 3.0, channels)
-    off = (far[0] - far[-1]) / 2.0  # of two: half their difference is the standard error of their mean
-    spread = _relative(off[None], signature[None], channels, 1)
-    return Response(known, signature, warp, np.zeros_like(signature), np.maximum(spread, 0.02))
+    near, reference = changes.get((1.0, 0)), changes.get((3.0, 0))
+    warp = 1.0 if near is None or reference is None else _warp(near, reference / 3.0, rough)
+    scatter = 2.0 / 9.0 / len(far)  # of a difference of two runs over three sizes, averaged
+    off = 0.5 * (far[0] - far[-1])  # of two: the standard error of their mean
+    spread = np.maximum(_relative(off**2, signature**2, scatter * rough), LEAST_SPREAD)
+    return Response(known, signature, warp, scatter, spread)
 
 
-def _warp(near: Array, far: Array, channels: int) -> float:
-    """Ratio of the secants at 1 and 3 sizes, channels weighed alike."""
-    scale = np.repeat([np.abs(part).max() + 1e-300 for part in np.split(far, channels)], len(far) // channels)
-    ratio = float((near / scale) @ (far / scale) / ((far / scale) @ (far / scale)))
-    return float(np.clip(ratio, LEAST_WARP, LARGEST_WARP))
-
-
-def _smoothed(variance: Array, channels: int) -> Array:
-    """A channel's variance, averaged over a tenth of the record: four degrees of freedom tell no instant's own."""
-    parts = np.split(variance, channels)
-    width = max(len(parts[0]) // 10, 1)
-    kernel = np.ones(2 * width + 1)
-    smooth = [np.convolve(p, kernel, "same") / np.convolve(np.ones(len(p)), kernel, "same") for p in parts]
-    return np.concatenate(smooth)
+def _warp(near: Array, far: Array, rough: Array) -> float:
+    """Ratio of the secants at 1 and 3 sizes, channels weighed by their scatter, shrunk by what scatter makes of it."""
+    weight = 1.0 / np.repeat(np.maximum(rough, 1e-300), len(far) // len(rough))
+    power = float((weight * far) @ far)
+    if not power:
+        return 1.0
+    excess = float((weight * near) @ far) / power - 1.0
+    scatter = 2.0 * len(far) / power / INDEPENDENT
+    share = max(0.0, 1.0 - scatter / excess**2) if excess else 0.0  # James & Stein, Berkeley Symp. 4 (1961) 361
+    return float(np.clip(1.0 + share * excess, LEAST_WARP, LARGEST_WARP))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from scipy.fft import dct, idct
+from scipy.linalg import block_diag
 
 from data.dataset import Dataset
 from data.errors import RunFailed
@@ -18,6 +21,8 @@ from solver.case import case_hash
 from surrogate.emulator import Emulator, fit_emulator
 
 ERODED = 0.05  # share of the bird beyond which a run is not smooth in its parameters, as in a campaign's Dataset
+SLOW = 12  # cosines a channel that carry what is not known of a signature; the faster ones are filtered out of it
+NEIGHBOURS = 5  # cosines over which a spectrum is averaged
 STEP = 1e-3  # of the ranges: central differences of the emulator
 
 
@@ -39,6 +44,7 @@ class Setup:
     lows: Array
     highs: Array
     runs: Mapping[str, Histories]
+    scatter: Array
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -67,6 +73,12 @@ class Setup:
         """(n, channels * m) what the fine mesh differs from the coarse one by, at points of the campaign."""
         fine = [i for i in self.plan.fine_points() if f"fine {i}" in self.runs]
         return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
+
+    @property
+    def scatter_draws(self) -> Array:
+        """(c, channels * m) directions, one standard deviation each, of a single coarse run's scatter: its slow part."""
+        blocks = [idct(np.diag(np.sqrt(power[:SLOW]))[:, :], n=len(self.time), norm="ortho") for power in self.scatter]
+        return np.asarray(block_diag(*blocks))
 
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
@@ -111,13 +123,47 @@ def make_setup(
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
     parts = (plan, data.time, tuple(channels), emulator)
-    bare = Setup(*parts, MeshCorrection.none(len(lows), len(data.time) * len(channels)), {}, {}, lows, highs, runs)
+    none = MeshCorrection.none(len(data.time) * len(channels))
+    bare = Setup(*parts, none, {}, {}, lows, highs, runs, np.zeros((0, 0)))
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
-    mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z))
-    responses, lost = learn_responses(plan, stacks, len(channels))
-    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
+    mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
+    rough = np.array([emulator.channels[c].rough() for c in channels])
+    learnt, lost = learn_responses(plan, stacks, rough)
+    scatter = scatter_spectrum(bare, stacks, rough)
+    responses = {name: filtered(one, scatter) for name, one in learnt.items()}
+    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs, scatter)
+
+
+def scatter_spectrum(bare: Setup, stacks: Mapping[str, Array], rough: Array) -> Array:
+    """(channels, m) power of a coarse run's scatter by cosines: of what the campaign's runs leave of the emulator.
+
+    rough: (channels,) its variance; the residuals, in sample, are smaller and give the spectrum's form alone.
+    """
+    done = [i for i in range(len(bare.plan.unit)) if f"coarse {i}" in stacks]
+    off = np.array([stacks[f"coarse {i}"] for i in done]) - bare.coarse(bare.plan.unit[done])
+    found = []
+    for part, variance in zip(np.split(off, len(rough), axis=1), rough, strict=True):
+        power = averaged_spectrum((dct(part, norm="ortho", axis=1) ** 2).mean(axis=0))
+        found.append(power * variance * part.shape[1] / max(float(power.sum()), 1e-300))
+    return np.array(found)
+
+
+def averaged_spectrum(power: Array) -> Array:
+    """(m,) mean over neighbours."""
+    kernel = np.ones(NEIGHBOURS)
+    return np.convolve(power, kernel, "same") / np.convolve(np.ones(len(power)), kernel, "same")
+
+
+def filtered(response: Response, scatter: Array) -> Response:
+    """The response without what is scatter: every cosine shrunk by its share of noise (Wiener, 1949)."""
+    parts = []
+    for part, noise in zip(np.split(response.signature, len(scatter)), response.scatter * scatter, strict=True):
+        wave = dct(part, norm="ortho")
+        power = averaged_spectrum(wave**2)
+        parts.append(idct(wave * np.maximum(0.0, 1.0 - noise / np.maximum(power, 1e-300)), norm="ortho"))
+    return replace(response, signature=np.concatenate(parts))
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

@@ -1,7 +1,9 @@
-"""All shots as one linear-Gaussian system about given parameters, in the few directions that matter.
+"""All shots as one linear-Gaussian system about given parameters.
 
-residual = J dz + sum_j h_j G_j + error, error ~ N(0, noise + numerical + discrepancy). Whitened by the noise and
-projected on the directions in which anything but noise has weight; what is left is white noise for every model alike.
+residual = J dz + sum_j h_j (G_j + D_j) + error, error ~ N(0, F + a^2 U) for each kind of sensor: F noise, numerical error
+and each shot's own discrepancy, U the shared discrepancy of amplitude 1. Both are diagonal in the coordinates T with
+T F T^T = 1 and T U T^T = lambda (Golub & Van Loan, Matrix Computations, 4th ed., 8.7), so that any amplitude costs a
+weighted sum. Kinds of sensors are independent of each other but for parameters and effects.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, solve_triangular
+from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 
 from data.histories import Array
 from inversion.diagnosis_v2.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape, alike, started
@@ -18,8 +20,6 @@ from inversion.diagnosis_v2.hypotheses import Suspect
 from inversion.diagnosis_v2.shots import Shot
 
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
-INSIGNIFICANT = 0.05  # of the noise's variance: a direction with less can move no decision
-TEMPORAL = 0.1  # of the record: correlation time of what is not known of a response
 
 
 @dataclass(frozen=True)
@@ -31,33 +31,43 @@ class Places:
 
 
 @dataclass(frozen=True)
+class Block:
+    """One kind of sensor. rows: (p,) of the whole record; T: (p, p); lam: (p,); logdet: of F; F, U: (p, p), whitened."""
+
+    kind: str
+    rows: np.ndarray
+    T: Array
+    lam: Array
+    logdet: float
+    F: Array
+    U: Array
+
+    @classmethod
+    def of(cls, kind: str, rows: np.ndarray, F: Array, U: Array) -> Block:
+        """From the two covariances."""
+        L = cholesky(F, lower=True)
+        inner = solve_triangular(L, solve_triangular(L, U, lower=True).T, lower=True)
+        lam, V = eigh(0.5 * (inner + inner.T))
+        T = solve_triangular(L, V, lower=True, trans="T").T
+        return cls(kind, rows, T, np.maximum(lam, 0.0), 2.0 * float(np.log(np.diag(L)).sum()), F, U)
+
+
+@dataclass(frozen=True)
 class System:
-    """In p directions. y: (p,) residual at the places; J: (p, r) by one prior standard deviation of each parameter;
-    dz: (r,) how far the places lie from the prior's middle, in those; G: label -> (p,) for h = 1; fixed: (p, p) noise,
-    emulator and mesh; shared, own: kind -> (p, p) for an amplitude of 1; doubt: label -> (p, p) for h = 1; rest: chi
-    square of what was left out, with its degrees of freedom; basis: (n, p) whitened directions; noise: (n, n) Cholesky
-    factor; groups: the groups in the order of J's columns.
+    """blocks: by kind; other: the same with something else in F. columns: (n, m) whitened: the residual at the places,
+    J by one prior standard deviation of each parameter, G and D of each suspect, the runs' scatter; at: name -> their
+    indices; dz: (r,) how far the places lie from the prior's middle; scatter: label -> standard deviation in the
+    scatter's columns; groups: in the order of J; noise: Cholesky factor (n, n).
     """
 
-    y: Array
-    J: Array
+    blocks: tuple[Block, ...]
+    other: tuple[Block, ...]
+    columns: Array
+    at: Mapping[str, slice]
     dz: Array
-    G: Mapping[str, Array]
-    fixed: Array
-    shared: Mapping[str, Array]
-    own: Mapping[str, Array]
-    doubt: Mapping[str, Array]
-    rest: tuple[float, int]
-    basis: Array
-    noise: Array
+    scatter: Mapping[str, float]
     groups: tuple[str, ...]
-    smooth: Mapping[str, Array]
-
-    def covariance(self, shared: Mapping[str, float], own: Mapping[str, float]) -> Array:
-        """(p, p) of noise, numerical error and discrepancy of given amplitudes, parameters known."""
-        parts = [a**2 * self.shared[kind] for kind, a in shared.items()]
-        parts += [a**2 * self.own[kind] for kind, a in own.items() if a]
-        return self.fixed + sum(parts)
+    noise: Array
 
 
 @dataclass(frozen=True)
@@ -65,7 +75,6 @@ class Options:
     """Choices of the system that a sensitivity study changes."""
 
     parameter_length: float = PARAMETER_LENGTH
-    largest: float = 0.10
 
 
 def build(
@@ -84,41 +93,45 @@ def build(
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
     y = y - sum(h * signatures[label] for label, h in places.h.items())
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
-    white = _Whitener(chol)
-    jacobian = white(_jacobian(shots, places, groups)) * PRIOR_SD
-    stacked_signatures = white(np.array(list(signatures.values())).T)
-    factors = white(_numerical(shots, places, options))
+    white = Whitener(chol)
+    parts: dict[str, Array] = {"y": y[:, None], "J": _jacobian(shots, places, groups) * PRIOR_SD}
+    for one in found:
+        parts[one.label] = signatures[one.label][:, None]
+        if one.response:
+            parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label])
+    parts["scatter"] = _scatter(shots)
+    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
+    at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
-    shared = {k: white.both(_discrepancy(shots, k, places, shapes, peaks, options)) for k in known.nodes}
-    own = {k: white.both(_discrepancy(shots, k, places, shapes, peaks, None)) for k in known.nodes}
-    smooth = {k: white.both(_smooth(shots, k, signatures, found)) for k in known.nodes}
-    whole = sum(options.largest**2 * one for one in shared.values()) + sum(
-        max(known.own[k], 0.05) ** 2 * one for k, one in own.items()
-    )
-    whole = whole + factors @ factors.T + sum(smooth.values())
-    basis = _basis(whole, np.hstack([jacobian, stacked_signatures]))
-    short = basis.T
-    wy = white(y[:, None])[:, 0]
+    weights = sensitivity(shots, places)
+    numerical = white(_numerical(shots, places, weights, options))
+    blocks, other = [], []
+    for kind in known.nodes:
+        rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
+        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
+        own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
+        cut = np.ix_(rows, rows)
+        F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.own[kind] ** 2 * own[cut]
+        blocks.append(Block.of(kind, rows, F, shared[cut]))
+        smooth = white.both(_smooth(shots, kind, signatures, found))[cut]
+        other.append(Block.of(kind, rows, F + smooth, shared[cut]))
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
-    py = short @ wy
-    return System(
-        py,
-        short @ jacobian,
-        middle,
-        {label: column for label, column in zip(signatures, (short @ stacked_signatures).T, strict=True)},
-        np.eye(len(py)) + (short @ factors) @ (short @ factors).T,
-        {k: short @ one @ basis for k, one in shared.items()},
-        {k: short @ one @ basis for k, one in own.items()},
-        {one.label: _doubt(one, shots, signatures[one.label], white, basis) for one in found if one.response},
-        (float(wy @ wy - py @ py), len(wy) - len(py)),
-        basis,
-        chol,
-        groups,
-        {k: short @ one @ basis for k, one in smooth.items()},
-    )
+    scatter = {one.label: float(np.sqrt(one.response.scatter)) for one in found if one.response}
+    columns = white(np.hstack(list(parts.values())))
+    return System(tuple(blocks), tuple(other), columns, at, middle, scatter, groups, chol)
 
 
-class _Whitener:
+def sensitivity(shots: Sequence[Shot], places: Places) -> Array:
+    """(k,) by how much each parameter moves the curves over its range, the most sensitive one 1."""
+    size = np.zeros(len(shots[0].setup.lows))
+    for shot in shots:
+        jacobian = shot.sample(shot.setup.jacobian(places.z[shot.group]).T)
+        for i, trace in enumerate(shot.record.traces):
+            size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
+    return np.sqrt(size / max(float(size.max()), 1e-300))
+
+
+class Whitener:
     """Whitening by the noise's Cholesky factor."""
 
     def __init__(self, chol: Array) -> None:
@@ -133,16 +146,6 @@ class _Whitener:
     def both(self, matrix: Array) -> Array:
         """L^-1 M L^-T."""
         return self(self(matrix).T)
-
-
-def _basis(whole: Array, columns: Array) -> Array:
-    """(n, p) directions: of the covariance above the noise's insignificant share, and the columns themselves."""
-    values, vectors = np.linalg.eigh(whole)
-    kept = vectors[:, values > INSIGNIFICANT]
-    left = columns - kept @ (kept.T @ columns)
-    sizes = np.linalg.norm(left, axis=0)
-    u, s, _ = np.linalg.svd(left[:, sizes > INSIGNIFICANT], full_matrices=False)
-    return np.hstack([kept, u[:, s > INSIGNIFICANT]])
 
 
 def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array]) -> Array:
@@ -170,7 +173,7 @@ def _jacobian(shots: Sequence[Shot], places: Places, groups: Sequence[str]) -> A
     return np.vstack(rows)
 
 
-def _numerical(shots: Sequence[Shot], places: Places, options: Options) -> Array:
+def _numerical(shots: Sequence[Shot], places: Places, weights: Array, options: Options) -> Array:
     """(n, q) directions, one standard deviation each, of emulator and mesh correction.
 
     The mesh correction's leave-one-out errors are draws; half of their variance is given to a process of their size
@@ -180,12 +183,12 @@ def _numerical(shots: Sequence[Shot], places: Places, options: Options) -> Array
     factors = [_own_factors(shot, places.z[shot.group]) for shot in shots]
     z = [places.z[shot.group] for shot in shots]
     share = np.linalg.cholesky(
-        np.array([[alike(a, b, options.parameter_length) for b in z] for a in z]) + 1e-9 * np.eye(len(z))
+        np.array([[alike(a, b, weights, options.parameter_length) for b in z] for a in z]) + 1e-9 * np.eye(len(z))
     )
     columns = []
     for j in range(len(shots)):
         columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
-    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation[None])[0] for shot in shots])
+    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(places.z[shot.group])[None])[0] for shot in shots])
     return np.hstack([*columns, finer[:, None]])
 
 
@@ -230,6 +233,7 @@ def _discrepancy(
     places: Places,
     shapes: Mapping[str, Shape],
     peaks: Sequence[Array],
+    weights: Array,
     options: Options | None,
 ) -> Array:
     """(n, n) for an amplitude of 1 of one kind of sensor; options None: the part that each shot has for itself."""
@@ -239,7 +243,8 @@ def _discrepancy(
         for j, other in enumerate(shots):
             if options is None and i != j:
                 continue
-            share = 1.0 if options is None else alike(places.z[shot.group], places.z[other.group], options.parameter_length)
+            z, theirs = places.z[shot.group], places.z[other.group]
+            share = 1.0 if options is None else alike(z, theirs, weights, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
     return whole
@@ -266,7 +271,8 @@ def _block(
 
 def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect]) -> Array:
     """(n, n) of something else: smooth in time, as large as the library's signatures are, in the measured shots."""
-    size = np.sqrt(np.mean([signatures[one.label] ** 2 for one in found if one.response], axis=0))
+    own = [signatures[one.label] ** 2 for one in found if one.response]
+    size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in shots))
     blocks, first = [], 0
     for shot in shots:
         for i, trace in enumerate(shot.record.traces):
@@ -282,22 +288,25 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
     return np.asarray(block_diag(*blocks))
 
 
-def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, white: _Whitener, basis: Array) -> Array:
-    """(p, p) of what is not known of a signature, for h = 1."""
-    blocks, first = [], 0
+def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
+    """(n, q) what is not known of a signature for h = 1: its size and its trend in time, in each channel by itself."""
+    blocks: list[Array] = []
+    first = 0
     for shot in shots:
-        acts = not shot.baseline and shot.name in one.shots
-        response = shot.setup.responses[one.name]
-        scatter = np.sqrt(np.maximum(shot.sample(response.scatter[None])[0], 0.0))
-        share = shot.per_point(response.spread)
-        for i, trace in enumerate(shot.record.traces):
-            of = shot.record.channel == i
-            own = column[first : first + len(shot.record.values)][of]
-            t = trace.middle
-            r = (t[:, None] - t) / (TEMPORAL * float(shot.setup.time[-1]))
-            kernel = np.exp(-0.5 * r * r)
-            size = np.sqrt(0.5 * own**2 + 0.5 * np.mean(own**2)) * share[of]
-            blocks.append((np.outer(size, size) + np.outer(scatter[of], scatter[of])) * kernel * float(acts))
-        first += len(shot.record.values)
-    whole = white.both(np.asarray(block_diag(*blocks)))
-    return basis.T @ whole @ basis
+        n = len(shot.record.values)
+        share = shot.per_point(shot.setup.responses[one.name].spread)
+        own = column[first : first + n] * share
+        first += n
+        tilt = np.sqrt(3.0) * (2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0)
+        of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
+        if np.any(own):
+            blocks.append(np.sqrt(0.5) * np.hstack([own[:, None] * of, (own * tilt)[:, None] * of]))
+        else:
+            blocks.append(np.zeros((n, 0)))
+    return np.asarray(block_diag(*blocks))
+
+
+def _scatter(shots: Sequence[Shot]) -> Array:
+    """(n, q) directions of a single coarse run's scatter, in the measured shots."""
+    blocks = [shot.sample(shot.setup.scatter_draws).T * float(not shot.baseline) for shot in shots]
+    return np.vstack(blocks)
