@@ -17,8 +17,8 @@ from inversion.diagnosis_v2.evidence import Judge
 from inversion.diagnosis_v2.hypotheses import NONE, SOMETHING_ELSE
 from inversion.diagnosis_v2.ranking import Ranking
 
-DRAWS = 4000
-KEPT = 0.02  # posterior weight of an amplitude below which it cannot move the p-value
+DRAWS = 2000
+KEPT = 0.05  # posterior weight of an amplitude below which it cannot move the p-value
 ALPHA = 0.05
 
 

@@ -23,6 +23,9 @@ REMAINDER = {"displacement": 0.005, "strain": 0.01}
 OTHER_REMAINDER = 0.03
 """Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
 a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
+SPREAD_OWN = 2.0  # factor, one standard deviation, within which the independent part is known: marginalised
+SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record tells it to a factor; too large a one costs little
+FEWER = 7  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
 """Of a parameter's range: length over which the discrepancy changes with it; the weakest smooth assumption, that it is
 no rougher than the range itself (the emulator's lengths are of this order too)."""
@@ -88,14 +91,17 @@ def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:
 
 @dataclass(frozen=True)
 class Amplitudes:
-    """What is known of the amplitudes, by kind of sensor.
+    """What is known of the amplitudes, by kind of sensor, as shares of the peak.
 
-    nodes: kind -> amplitudes [share of the peak], equally likely; own: kind -> amplitude of each shot's independent
-    part; source: where they come from, for the user.
+    nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Without a
+    baseline the part that shots share is marginalised; with one it is fixed, because the shots' difference hardly holds
+    it, and each shot's own part is marginalised. source: where they come from, for the user.
     """
 
     nodes: Mapping[str, Array]
-    own: Mapping[str, float]
+    log_prior: Mapping[str, Array]
+    fixed: Mapping[str, float]
+    own_is_free: bool
     source: str
 
     def combinations(self) -> Array:
@@ -103,19 +109,45 @@ class Amplitudes:
         mesh = np.meshgrid(*self.nodes.values(), indexing="ij")
         return np.stack([one.ravel() for one in mesh], axis=1)
 
+    def log_weights(self) -> Array:
+        """(q,) prior of the combinations."""
+        mesh = np.meshgrid(*self.log_prior.values(), indexing="ij")
+        return np.sum([one.ravel() for one in mesh], axis=0)
 
-def amplitudes(
-    kinds: Sequence[str], stated: Mapping[str, float], baselines: int, scale: float = 1.0, nodes: int = NODES
+    def only(self, kinds: set[str]) -> Amplitudes:
+        """Of some kinds of sensors."""
+        nodes = {k: v for k, v in self.nodes.items() if k in kinds}
+        return Amplitudes(nodes, {k: self.log_prior[k] for k in nodes}, self.fixed, self.own_is_free, self.source)
+
+
+def unknown_or_stated(
+    kinds: Sequence[str], stated: Mapping[str, float], several: bool = False, nodes: int = NODES
 ) -> Amplitudes:
-    """stated: kind -> share of the peak; baselines: their number; scale: of the independent part (for sensitivity)."""
-    count = nodes if len(kinds) <= 2 else 7
+    """Without a baseline. stated: kind -> share of the peak; several: whether there is more than one shot."""
+    count = nodes if len(kinds) <= 2 else FEWER
     grid = np.geomspace(LEAST, MOST, count)
     found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
-    own = {kind: scale * REMAINDER.get(kind, OTHER_REMAINDER) if baselines else 0.0 for kind in kinds}
-    if baselines:
-        source = f"{baselines} baseline shot{'s' if baselines > 1 else ''}"
-    elif all(kind in stated for kind in kinds):
-        source = "stated in the case"
-    else:
-        source = f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
-    return Amplitudes(found, own, source)
+    flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
+    own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
+    known = all(kind in stated for kind in kinds)
+    source = "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
+    return Amplitudes(found, flat, own, False, source)
+
+
+def beside_baselines(
+    shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES
+) -> Amplitudes:
+    """With baselines. shared: kind -> amplitude that the baselines alone show; scale: for a sensitivity study."""
+    number = nodes if len(shared) <= 2 else FEWER
+    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, number)
+    weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
+    weights = weights - np.log(np.exp(weights).sum())
+    found = {kind: scale * remainder(kind) * factors for kind in shared}
+    fixed = {kind: SHARED_FACTOR * a for kind, a in shared.items()}
+    source = f"{count} baseline shot{'s' if count > 1 else ''}"
+    return Amplitudes(found, {kind: weights for kind in shared}, fixed, True, source)
+
+
+def remainder(kind: str) -> float:
+    """Default share of the peak of a shot's own part."""
+    return REMAINDER.get(kind, OTHER_REMAINDER)

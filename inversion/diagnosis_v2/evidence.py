@@ -53,10 +53,13 @@ class Judge:
         known: Amplitudes,
         places: Mapping[str, float] | None = None,
         scale: float = MAGNITUDE_SD,
+        combinations: Array | None = None,
     ) -> None:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
-        self.combinations = known.combinations()
+        self.combinations = known.combinations() if combinations is None else combinations
         self.kinds = tuple(known.nodes)
+        flat = np.full(len(self.combinations), -np.log(len(self.combinations)))
+        self.log_weights = known.log_weights() if combinations is None else flat
         columns = system.columns.copy()
         columns[:, 0] += columns[:, system.at["J"]] @ system.dz
         for label, h in self.places.items():
@@ -68,16 +71,14 @@ class Judge:
 
     def _grams(self, blocks: Sequence[Block], columns: Array) -> tuple[Array, Array]:
         """(nodes, m, m) X^T C^-1 X and (nodes,) log det C of the error, for every combination of amplitudes."""
-        parts, logs = [], []
-        for block, kind in zip(blocks, self.kinds, strict=True):
+        gram: Array | float = 0.0
+        logdet: Array | float = 0.0
+        for i, block in enumerate(blocks):
             x = block.T @ columns[block.rows]
-            weights = 1.0 / (1.0 + self.known.nodes[kind][:, None] ** 2 * block.lam)
-            parts.append(np.array([x.T @ (w[:, None] * x) for w in weights]))
-            logs.append(block.logdet - np.log(weights).sum(axis=1))
-        index = np.stack(np.meshgrid(*(np.arange(len(v)) for v in self.known.nodes.values()), indexing="ij"), -1)
-        index = index.reshape(-1, len(parts))
-        gram = sum(part[index[:, i]] for i, part in enumerate(parts))
-        logdet = sum(log[index[:, i]] for i, log in enumerate(logs))
+            values, index = np.unique(self.combinations[:, i], return_inverse=True)
+            weights = 1.0 / (1.0 + values[:, None] ** 2 * block.lam)
+            gram = gram + np.array([x.T @ (w[:, None] * x) for w in weights])[index]
+            logdet = logdet + (block.logdet - np.log(weights).sum(axis=1))[index]
         return np.asarray(gram), np.asarray(logdet)
 
     def model(
@@ -120,13 +121,13 @@ class Judge:
         r, q = at["J"].stop - at["J"].start, len(labels)
         own = slice(r, r + q)
         logs = logs + _one_sided(members, best[:, own], covariance[:, own, own])
-        return self._summed(hypothesis, kept, logs, best, covariance, r, q)
+        return self._summed(hypothesis, kept, logs + self.log_weights[kept], best, covariance, r, q)
 
     def _summed(
         self, hypothesis: Hypothesis, kept: Array, logs: Array, best: Array, covariance: Array, r: int, q: int
     ) -> Evidence:
         """The nodes together."""
-        total = float(logsumexp(logs)) - np.log(len(self.combinations))
+        total = float(logsumexp(logs))
         w = np.exp(logs - logsumexp(logs))
         own = slice(r, r + q)
         h, h_cov = _mixture(w, self.scale * best[:, own], self.scale**2 * covariance[:, own, own])

@@ -20,6 +20,7 @@ from inversion.diagnosis_v2.refit import Fit, Problem
 from inversion.diagnosis_v2.system import Places
 
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
+WORSE = 3.0  # nats that a refit may lose by bending before its start is taken instead
 MOST_REFITS = 8
 PAIRS_TRIED = 60  # by a bound without the doubt of signatures
 NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
@@ -50,21 +51,32 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     """All models of the library over the problem's shots."""
     models = {one.label: one for one in hypotheses(problem.found)}
     none = problem.refit(models[NONE])
-    progress(0.2)
-    evidence = {NONE: none.evidence}
+    other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
+    progress(0.3)
+    evidence = {NONE: none.evidence, SOMETHING_ELSE: other.evidence}
     singles = [label for label, one in models.items() if len(one.members) == 1]
+    systems = [none, other, *_as_baseline(problem, models[NONE], none)]
+    begins: dict[str, Fit] = {}
     for label in singles:
-        evidence[label] = none.judge.model(models[label])
+        tried = [(fit.judge.model(models[label]), fit) for fit in systems]
+        evidence[label], begins[label] = max(tried, key=lambda one: one[0].log_evidence)
     progress(0.5)
-    fits = {NONE: none}
-    _refit_best(problem, models, singles, evidence, fits, refits)
+    fits = {NONE: none, SOMETHING_ELSE: other}
+    _refit_best(problem, models, singles, evidence, fits, begins, refits)
     progress(0.8)
     best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    about = fits.get(best, none)
-    evidence[SOMETHING_ELSE] = none.judge.model(models[SOMETHING_ELSE])
-    evidence |= _pairs(about, models, singles, evidence)
+    evidence |= _pairs(fits.get(best, none), models, singles, evidence)
     progress(1.0)
     return Ranking(problem, models, fits, evidence, probabilities(evidence))
+
+
+def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
+    """The system where the shots' parameters are a baseline's: a fit without the missing effect is led away from it."""
+    baselines = [shot.group for shot in problem.shots if shot.baseline]
+    if not baselines:
+        return []
+    z = {shot.group: fit.places.z[shot.group if shot.baseline else baselines[0]] for shot in problem.shots}
+    return [problem.refit(none, Places(z, {}), steps=0)]
 
 
 def _refit_best(
@@ -73,6 +85,7 @@ def _refit_best(
     singles: list[str],
     evidence: dict[str, Evidence],
     fits: dict[str, Fit],
+    begins: Mapping[str, Fit],
     most: int,
 ) -> None:
     """Refit the singles within reach of the best, the likeliest first; what a refit finds takes its place."""
@@ -82,15 +95,17 @@ def _refit_best(
         found = max(score.values())
         if score[label] < found - MATTERS:
             break
-        fit = problem.refit(models[label], _start(fits[NONE], models[label], evidence[label]), steps=4)
-        fits[label] = fit
-        evidence[label] = fit.evidence
-        score[label] = fit.evidence.log_evidence + float(np.log(models[label].prior))
+        refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
+        if refitted.evidence.log_evidence < evidence[label].log_evidence - WORSE:
+            refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=0)
+        fits[label] = refitted
+        evidence[label] = refitted.evidence
+        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
 
 
-def _start(none: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
+def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     """Where the linear system puts the model."""
-    return Places(dict(none.places.z), {
+    return Places(dict(begin.places.z), {
         one.label: float(np.clip(h, *one.limits)) for one, h in zip(hypothesis.members, evidence.h, strict=True)
     })
 

@@ -1,7 +1,7 @@
 """All shots as one linear-Gaussian system about given parameters.
 
 residual = J dz + sum_j h_j (G_j + D_j) + error, error ~ N(0, F + a^2 U) for each kind of sensor: F noise, numerical error
-and each shot's own discrepancy, U the shared discrepancy of amplitude 1. Both are diagonal in the coordinates T with
+and the part of the discrepancy whose amplitude is fixed, U the other part for an amplitude of 1. Both are diagonal in the coordinates T with
 T F T^T = 1 and T U T^T = lambda (Golub & Van Loan, Matrix Computations, 4th ed., 8.7), so that any amplitude costs a
 weighted sum. Kinds of sensors are independent of each other but for parameters and effects.
 """
@@ -68,6 +68,11 @@ class System:
     scatter: Mapping[str, float]
     groups: tuple[str, ...]
     noise: Array
+    numerical: Mapping[str, Array]
+
+    def numerical_variance(self, shot: str) -> Array:
+        """(n,) variance, SI squared, of emulator and mesh correction at a shot's points."""
+        return self.numerical[shot]
 
 
 @dataclass(frozen=True)
@@ -104,21 +109,29 @@ def build(
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
     weights = sensitivity(shots, places)
-    numerical = white(_numerical(shots, places, weights, options))
+    directions = _numerical(shots, places, weights, options)
+    numerical = white(directions)
+    cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
+    variances = np.split((directions**2).sum(axis=1), cuts)
     blocks, other = [], []
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
         own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
         cut = np.ix_(rows, rows)
-        F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.own[kind] ** 2 * own[cut]
-        blocks.append(Block.of(kind, rows, F, shared[cut]))
+        free, held = (own, shared) if known.own_is_free else (shared, own)
+        F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
+        blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth = white.both(_smooth(shots, kind, signatures, found))[cut]
-        other.append(Block.of(kind, rows, F + smooth, shared[cut]))
+        other.append(Block.of(kind, rows, F + smooth, free[cut]))
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
     scatter = {one.label: float(np.sqrt(one.response.scatter)) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), tuple(other), columns, at, middle, scatter, groups, chol)
+    return System(tuple(blocks), tuple(other), columns, at, middle, scatter, groups, chol, _named(shots, variances))
+
+
+def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
+    return {shot.name: part for shot, part in zip(shots, parts, strict=True)}
 
 
 def sensitivity(shots: Sequence[Shot], places: Places) -> Array:
