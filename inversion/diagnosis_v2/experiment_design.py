@@ -17,6 +17,7 @@ from data.histories import Array
 from inversion.diagnosis_v2.candidate_sensors import described
 from inversion.diagnosis_v2.discrepancy import OTHER_REMAINDER, REMAINDER, shape_of, started
 from inversion.diagnosis_v2.hypotheses import NONE
+from inversion.diagnosis_v2.plan import level
 from inversion.diagnosis_v2.ranking import Ranking
 from inversion.diagnosis_v2.setup import stack
 from inversion.diagnosis_v2.shots import Shot
@@ -141,9 +142,10 @@ def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, cur
             return np.zeros(len(t))
         return (stack(runs[far], t, [name]) - stack(runs[base], t, [name])) / 3.0
     column = [k.name for k in plan.two_sided].index(one.name)
+    moved = level(plan.two_sided[column])
     pairs = [i for i in range(len(plan.signs)) if f"pair {i} +1" in runs and f"pair {i} -1" in runs]
     half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
-    return plan.signs[pairs, column] @ np.array(half) / (2.0 * len(pairs))
+    return plan.signs[pairs, column] @ np.array(half) / (moved * len(pairs))
 
 
 def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:

@@ -24,44 +24,92 @@ LARGEST_WARP, LEAST_WARP = 2.5, 0.5  # of the ratio of secants at 1 and 3 sizes:
 class Response:
     """One effect's response.
 
-    signature: (grid,) SI for one plausible size (h = 1); warp: secant at 1 size over secant at 3 (1: linear); scatter:
-    variance of the signature from the particles' scatter, in units of a single run's; spread: (channels,) share of the signature by which
-    it changes with parameters, other effects and mesh (1 standard deviation).
+    signature: (grid,) SI for h = 1; knots: magnitude in plausible sizes -> size h of the response, both increasing, linear
+    between; scatter: variance of the signature from the particles' scatter, in units of a single run's; spread:
+    (channels,) share of the signature by which it changes with parameters, other effects and mesh (1 standard deviation).
     """
 
     known: Known
     signature: Array
-    warp: float
+    knots: tuple[tuple[float, float], ...]
     scatter: float
     spread: Array
 
     def h(self, b: float) -> float:
-        """Size of the response over that of one linear size; h(3) = 3."""
-        if self.warp <= 1.0:
-            return b * (self.warp + (1.0 - self.warp) * b / 3.0)
-        b0 = (3.0 - self.warp) / (self.warp - 1.0)
-        return b * (1.0 + 3.0 / b0) / (1.0 + b / b0)
+        """Size of the response of a magnitude in plausible sizes."""
+        return _through(b, *zip(*self.knots, strict=True))
 
     def b(self, h: float) -> float:
-        """The magnitude in plausible sizes of a response of size h; infinite beyond what the effect can do."""
-        r = self.warp
-        if r == 1.0:
-            return h
-        if r < 1.0:
-            curvature = (1.0 - r) / 3.0
-            return float((np.sqrt(max(r * r + 4.0 * curvature * h, 0.0)) - r) / (2.0 * curvature))
-        b0 = (3.0 - r) / (r - 1.0)
-        left = 1.0 + 3.0 / b0 - h / b0
-        return float(h / left) if left > 0.0 else np.inf
+        """The magnitude in plausible sizes of a response of size h."""
+        magnitudes, sizes = zip(*self.knots, strict=True)
+        return _through(h, sizes, magnitudes)
 
     @property
     def limits(self) -> tuple[float, float]:
         """h of the smallest and the largest magnitude that are looked for."""
-        return (0.0 if self.known.one_sided else self.known.least), self.h(WIDEST)
+        return (0.0 if self.known.one_sided else self.h(self.known.least)), self.knots[-1][1]
 
-    def spread_more(self, share: Array) -> Response:
-        """With a further, independent spread (channels,)."""
-        return replace(self, spread=np.sqrt(self.spread**2 + share**2))
+
+def _through(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
+    """Piecewise linear through increasing knots, the last pieces continued."""
+    i = int(np.clip(np.searchsorted(xs, x) - 1, 0, len(xs) - 2))
+    return float(ys[i] + (x - xs[i]) * (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]))
+
+
+LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
+
+
+def bent(ratio: float) -> tuple[tuple[float, float], ...]:
+    """Knots of a one-sided response whose secant at 1 size is `ratio` times that at 3.
+
+    Saturating as b / (1 + b / b0) for a ratio above 1, as compliances do; quadratic below.
+    """
+    b = np.linspace(0.0, WIDEST, 11)
+    if ratio <= 1.0:
+        h = b * (ratio + (1.0 - ratio) * b / 3.0)
+    else:
+        b0 = (3.0 - ratio) / (ratio - 1.0)
+        h = b * (1.0 + 3.0 / b0) / (1.0 + b / b0)
+    return tuple(zip(map(float, b), map(float, h), strict=True))
+
+
+def updated(response: Response, b: float, change: Array, rough: Array, replicates: int) -> Response:
+    """The response after solver runs with and without b sizes of it at the place where it matters.
+
+    change: (grid,) mean difference of the runs; rough: (channels,) variance of a run's scatter. What the runs show is
+    followed by its share of certainty: doubt of the signature over doubt and the runs' scatter, channel by channel.
+    """
+    old = response.signature
+    power = float(old @ old)
+    if not power:
+        return response
+    h = float(change @ old) / power
+    if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
+        return response
+    parts, spread = [], response.spread.copy()
+    for i, (part, new) in enumerate(zip(np.split(old, len(rough)), np.split(change / h, len(rough)), strict=True)):
+        size = float((part**2).mean())
+        doubt = response.spread[i] ** 2 * size + response.scatter * rough[i] + float(((new - part) ** 2).mean())
+        noise = 2.0 * rough[i] / (h * h * replicates)
+        weight = float(np.clip(1.0 - noise / max(doubt, 1e-300), 0.0, 1.0))
+        parts.append(part + weight * (new - part))
+        spread[i] = max(np.sqrt(1.0 - weight) * response.spread[i], LEAST_SPREAD)
+    return replace(response, signature=np.concatenate(parts), knots=_with_knot(response, b, h), spread=spread)
+
+
+def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:
+    """The knots with what the runs showed at b: nearer ones are scaled to it, farther ones continue from there."""
+    expected = response.h(b)
+    ratio = h / expected if expected else 1.0
+    knots = {x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)}
+    far = {x: y + (h - expected) for x, y in response.knots if abs(x) > abs(b) and x * b > 0}
+    other = {x: y for x, y in response.knots if abs(x) >= abs(b) and x * b <= 0}
+    found = sorted({**knots, **far, **other, b: h}.items())
+    kept = [found[0]]
+    for x, y in found[1:]:
+        if y > kept[-1][1] + 1e-6 and x > kept[-1][0] + 1e-9:
+            kept.append((x, y))
+    return tuple(kept)
 
 
 def learn_responses(
@@ -98,7 +146,7 @@ def _two_sided(
     spread = _relative((residual**2).sum(axis=0) / freedom, ((x @ slopes) ** 2).mean(axis=0), 0.5 * rough)
     inverse = np.diag(np.linalg.inv(x.T @ x))
     found = {
-        known.name: Response(known, slope, 1.0, 0.5 * float(own), spread)
+        known.name: Response(known, slope, LINEAR, 0.5 * float(own), spread)
         for known, slope, own in zip(effects, slopes, inverse, strict=True)
     }
     return found, {}
@@ -129,9 +177,9 @@ def _one_sided(plan: Plan, known: Known, stacks: Mapping[str, Array], rough: Arr
     near, reference = changes.get((1.0, 0)), changes.get((3.0, 0))
     warp = 1.0 if near is None or reference is None else _warp(near, reference / 3.0, rough)
     scatter = 2.0 / 9.0 / len(far)  # of a difference of two runs over three sizes, averaged
-    off = 0.5 * (far[0] - far[-1])  # of two: the standard error of their mean
-    spread = np.maximum(_relative(off**2, signature**2, scatter * rough), LEAST_SPREAD)
-    return Response(known, signature, warp, scatter, spread)
+    off = np.var(far, axis=0, ddof=1) if len(far) > 1 else np.zeros_like(signature)  # at another place
+    spread = np.maximum(_relative(off, signature**2, 2.0 / 9.0 * rough), LEAST_SPREAD)
+    return Response(known, signature, bent(warp), scatter, spread)
 
 
 def _warp(near: Array, far: Array, rough: Array) -> float:

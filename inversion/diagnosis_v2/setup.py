@@ -80,6 +80,11 @@ class Setup:
         blocks = [idct(np.diag(np.sqrt(power[:SLOW]))[:, :], n=len(self.time), norm="ortho") for power in self.scatter]
         return np.asarray(block_diag(*blocks))
 
+    @property
+    def rough(self) -> Array:
+        """(channels,) variance by which a coarse run leaves what is smooth in its inputs."""
+        return np.array([self.emulator.channels[c].rough() for c in self.channels])
+
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
         u = self.emulator.inputs(self.plan.space.to_physical(z[None]))
