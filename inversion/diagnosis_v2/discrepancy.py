@@ -27,8 +27,7 @@ SPREAD_OWN = 2.0  # factor, one standard deviation, within which the independent
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record tells it to a factor; too large a one costs little
 FEWER = 7  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
-"""Of a parameter's range: length over which the discrepancy changes with it; the weakest smooth assumption, that it is
-no rougher than the range itself (the emulator's lengths are of this order too)."""
+"""Factor on the lengths over which the discrepancy changes with the parameters: those of the mesh correction."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
 FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
 
@@ -57,8 +56,8 @@ def started(t: Array, other: Array, contact: float, length: float) -> Array:
 def alike(z: Array, other: Array, weight: Array, length: float = PARAMETER_LENGTH) -> float:
     """Correlation of the discrepancy at two places (k,), fractions of the ranges.
 
-    weight: (k,) at most 1: a parameter counts by how much it moves the curves over its range; one that moves nothing
-    is not identified, and where it happens to lie says nothing of the discrepancy.
+    weight: (k,) inverse lengths in ranges. A parameter that moves nothing has next to none: it is not identified, and
+    where it happens to lie says nothing of the discrepancy.
     """
     return float(matern52(np.asarray(np.linalg.norm(weight * (z - other)) / length)))
 

@@ -63,6 +63,17 @@ class MeshCorrection:
             return np.tile(self.mean, (len(z), 1))
         return self.mean + np.stack([one.mean(z) for one in self.processes], axis=1) @ self.directions
 
+    @property
+    def lengths(self) -> Array | None:
+        """(k,) ranges over which its largest component changes with each parameter; None where none was predicted.
+
+        What a finer mesh changes is the one discrepancy that can be seen at many parameters.
+        """
+        if not self.processes:
+            return None
+        kernel = self.processes[0].kernel
+        return np.atleast_1d(np.asarray(kernel.k1.k2.length_scale))  # pyright: ignore[reportAttributeAccessIssue]
+
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
         return EXTRAPOLATED * self.at(z[None])[0]

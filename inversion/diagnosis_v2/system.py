@@ -108,7 +108,7 @@ def build(
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
-    weights = sensitivity(shots, places)
+    weights = roughness(shots, places)
     directions = _numerical(shots, places, weights, options)
     numerical = white(directions)
     cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
@@ -134,8 +134,15 @@ def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
     return {shot.name: part for shot, part in zip(shots, parts, strict=True)}
 
 
-def sensitivity(shots: Sequence[Shot], places: Places) -> Array:
-    """(k,) by how much each parameter moves the curves over its range, the most sensitive one 1."""
+def roughness(shots: Sequence[Shot], places: Places) -> Array:
+    """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters.
+
+    Those of the mesh correction. Where it is constant: one range for the most sensitive parameter, the others by how
+    much less they move the curves.
+    """
+    lengths = shots[0].setup.mesh.lengths
+    if lengths is not None and len(lengths) == len(shots[0].setup.lows):
+        return 1.0 / np.asarray(lengths)
     size = np.zeros(len(shots[0].setup.lows))
     for shot in shots:
         jacobian = shot.sample(shot.setup.jacobian(places.z[shot.group]).T)
