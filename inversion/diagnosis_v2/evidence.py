@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
@@ -41,6 +42,39 @@ class Evidence:
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
 
+@dataclass(frozen=True)
+class Grams:
+    """X^T C^-1 X of the columns at every combination of amplitudes, kept by kind. parts: (nodes, m, m) of each kind;
+    index: (combinations,) node of each kind; logdet: (combinations,) log det C.
+    """
+
+    parts: tuple[Array, ...]
+    index: tuple[np.ndarray, ...]
+    logdet: Array
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
+        """From the blocks' diagonal coordinates."""
+        parts, indices, logdet = [], [], np.zeros(len(combinations))
+        for i, block in enumerate(blocks):
+            x = block.T @ columns[block.rows]
+            values, index = np.unique(combinations[:, i], return_inverse=True)
+            weights = 1.0 / (1.0 + values[:, None] ** 2 * block.lam)
+            parts.append(np.array([x.T @ (w[:, None] * x) for w in weights]))
+            indices.append(index)
+            logdet += (block.logdet - np.log(weights).sum(axis=1))[index]
+        return cls(tuple(parts), tuple(indices), logdet)
+
+    def at(self, nodes: Array, columns: Sequence[int]) -> Array:
+        """(nodes, q, q) of some columns."""
+        chosen = np.asarray(columns)
+        return sum(part[:, chosen[:, None], chosen][i[nodes]] for part, i in zip(self.parts, self.index, strict=True))  # pyright: ignore[reportReturnType]
+
+    def node(self, number: int) -> Array:
+        """(m, m) of one combination."""
+        return sum(part[i[number]] for part, i in zip(self.parts, self.index, strict=True))  # pyright: ignore[reportReturnType]
+
+
 class Judge:
     """Evaluates models on one system.
 
@@ -65,21 +99,13 @@ class Judge:
         for label, h in self.places.items():
             columns[:, 0] += h * columns[:, system.at[label].start]
         self.columns = columns
-        self.gram, self.logdet = self._grams(system.blocks, columns)
-        few = columns[:, : system.at["J"].stop]
-        self.other_gram, self.other_logdet = self._grams(system.other, few)
+        self.grams = Grams.of(system.blocks, columns, self.combinations)
 
-    def _grams(self, blocks: Sequence[Block], columns: Array) -> tuple[Array, Array]:
-        """(nodes, m, m) X^T C^-1 X and (nodes,) log det C of the error, for every combination of amplitudes."""
-        gram: Array | float = 0.0
-        logdet: Array | float = 0.0
-        for i, block in enumerate(blocks):
-            x = block.T @ columns[block.rows]
-            values, index = np.unique(self.combinations[:, i], return_inverse=True)
-            weights = 1.0 / (1.0 + values[:, None] ** 2 * block.lam)
-            gram = gram + np.array([x.T @ (w[:, None] * x) for w in weights])[index]
-            logdet = logdet + (block.logdet - np.log(weights).sum(axis=1))[index]
-        return np.asarray(gram), np.asarray(logdet)
+    @cached_property
+    def other_grams(self) -> Grams:
+        """With something else in the error: of the residual and the parameters alone."""
+        few = self.columns[:, : self.system.at["J"].stop]
+        return Grams.of(self.system.other, few, self.combinations)
 
     def model(
         self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Array | None = None
@@ -109,15 +135,16 @@ class Judge:
                     index += list(range(at[name].start, at[name].stop))
                     factor += [abs(size) * sd] * (at[name].stop - at[name].start)
         different = hypothesis.label == SOMETHING_ELSE
-        gram, logdet = (self.other_gram, self.other_logdet) if different else (self.gram, self.logdet)
-        kept = np.arange(len(gram)) if only is None else np.asarray(only)
-        f = np.array(factor)
-        A = np.eye(len(f)) + f[:, None] * gram[np.ix_(kept, index, index)] * f
-        b = f * gram[kept][:, index, 0]
+        grams = self.other_grams if different else self.grams
+        kept = np.arange(len(self.combinations)) if only is None else np.asarray(only)
+        f = np.concatenate([[1.0], factor])
+        whole = f[:, None] * grams.at(kept, [0, *index]) * f
+        A = np.eye(len(factor)) + whole[:, 1:, 1:]
+        b = whole[:, 1:, 0]
         covariance = np.linalg.inv(A)
         best = np.einsum("nij,nj->ni", covariance, b)
-        quadratic = gram[kept, 0, 0] - np.einsum("ni,ni->n", b, best)
-        logs = -0.5 * (quadratic + logdet[kept] + np.linalg.slogdet(A)[1])
+        quadratic = whole[:, 0, 0] - np.einsum("ni,ni->n", b, best)
+        logs = -0.5 * (quadratic + grams.logdet[kept] + np.linalg.slogdet(A)[1])
         r, q = at["J"].stop - at["J"].start, len(labels)
         own = slice(r, r + q)
         logs = logs + _one_sided(members, best[:, own], covariance[:, own, own])

@@ -84,7 +84,7 @@ def record_information(ranking: Ranking, rivals: list[str]) -> tuple[Array, int]
     node = int(ranking.evidence[rivals[0]].weights.argmax())
     J = np.arange(at["J"].start, at["J"].stop)
     index = np.concatenate([J, [at[label].start for label in rivals]])
-    gram = fit.judge.gram[node][np.ix_(index, index)].copy()
+    gram = fit.judge.grams.node(node)[np.ix_(index, index)].copy()
     gram[: len(J), : len(J)] += np.eye(len(J))
     return gram, len(J)
 

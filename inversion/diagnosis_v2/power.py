@@ -19,7 +19,7 @@ SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided 
 def information(fit: Fit, labels: list[str], node: int | None = None) -> Array:
     """(labels,) information on each effect's h alone, parameters free, at the likeliest amplitudes."""
     judge, at = fit.judge, fit.system.at
-    gram = judge.gram[int(fit.evidence.weights.argmax()) if node is None else node]
+    gram = judge.grams.node(int(fit.evidence.weights.argmax()) if node is None else node)
     J = np.arange(at["J"].start, at["J"].stop)
     own = np.array([at[label].start for label in labels])
     inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
@@ -41,7 +41,7 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
     """Effect -> share of its signature that the parameters imitate."""
     fit = ranking.fits[NONE]
     labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
-    gram = fit.judge.gram[int(fit.evidence.weights.argmax())]
+    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
     whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
     left = information(fit, labels)
     shares = 1.0 - left / np.maximum(whole, 1e-300)
@@ -52,7 +52,7 @@ def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
     """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part."""
     fit = ranking.fits[NONE]
     labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
-    gram, at = fit.judge.gram[int(fit.evidence.weights.argmax())], fit.system.at
+    gram, at = fit.judge.grams.node(int(fit.evidence.weights.argmax())), fit.system.at
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
     inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
     left = gram[np.ix_(own, own)] - gram[np.ix_(own, J)] @ inner

@@ -17,10 +17,9 @@ from inversion.diagnosis_v2.hypotheses import (
     hypotheses,
 )
 from inversion.diagnosis_v2.refit import Fit, Problem
-from inversion.diagnosis_v2.system import Places
+from inversion.diagnosis_v2.system import PRIOR_SD, Places
 
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
-WORSE = 3.0  # nats that a refit may lose by bending before its start is taken instead
 MOST_REFITS = 8
 PAIRS_TRIED = 60  # by a bound without the doubt of signatures
 NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
@@ -59,7 +58,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     begins: dict[str, Fit] = {}
     for label in singles:
         tried = [(fit.judge.model(models[label]), fit) for fit in systems]
-        evidence[label], begins[label] = max(tried, key=lambda one: one[0].log_evidence)
+        evidence[label], begins[label] = min(tried, key=lambda one: _astray(*one))
     progress(0.5)
     fits = {NONE: none, SOMETHING_ELSE: other}
     _refit_best(problem, models, singles, evidence, fits, begins, refits)
@@ -68,6 +67,17 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     evidence |= _pairs(fits.get(best, none), models, singles, evidence)
     progress(1.0)
     return Ranking(problem, models, fits, evidence, probabilities(evidence))
+
+
+def _astray(evidence: Evidence, fit: Fit) -> float:
+    """How far the model's parameters lie from where the system was linearised, in ranges: its errors belong there."""
+    step = 0.0
+    for i, group in enumerate(fit.system.groups):
+        z = fit.places.z[group]
+        mean = 0.5 + PRIOR_SD * evidence.z[i * len(z) : (i + 1) * len(z)]
+        inside = np.clip(mean, 0.0, 1.0)
+        step = max(step, float(np.abs(fit.system.roughness * (inside - z)).max()))
+    return step
 
 
 def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
@@ -96,8 +106,6 @@ def _refit_best(
         if score[label] < found - MATTERS:
             break
         refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
-        if refitted.evidence.log_evidence < evidence[label].log_evidence - WORSE:
-            refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=0)
         fits[label] = refitted
         evidence[label] = refitted.evidence
         score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
@@ -142,7 +150,7 @@ def _pairs(
 
 def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int, singles: list[str]) -> Array:
     """(pairs,) log evidence at one node, without the doubt of signatures: rank-two updates of one decomposition."""
-    at, gram = judge.system.at, judge.gram[node]
+    at, gram = judge.system.at, judge.grams.node(node)
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in singles])
     inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, [0, *own])])
     reduced = gram[np.ix_([0, *own], [0, *own])] - gram[np.ix_([0, *own], J)] @ inner

@@ -79,19 +79,21 @@ def updated(response: Response, b: float, change: Array, rough: Array, replicate
     change: (grid,) mean difference of the runs; rough: (channels,) variance of a run's scatter. What the runs show is
     followed by its share of certainty: doubt of the signature over doubt and the runs' scatter, channel by channel.
     """
-    old = response.signature
-    power = float(old @ old)
+    old, channels = response.signature, len(rough)
+    weigh = 1.0 / np.repeat(np.maximum(rough, 1e-300), len(old) // channels)
+    power = float((weigh * old) @ old)
     if not power:
         return response
-    h = float(change @ old) / power
+    h = float((weigh * change) @ old) / power
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
     parts, spread = [], response.spread.copy()
-    for i, (part, new) in enumerate(zip(np.split(old, len(rough)), np.split(change / h, len(rough)), strict=True)):
-        size = float((part**2).mean())
-        doubt = response.spread[i] ** 2 * size + response.scatter * rough[i] + float(((new - part) ** 2).mean())
+    for i, (part, new) in enumerate(zip(np.split(old, channels), np.split(change / h, channels), strict=True)):
         noise = 2.0 * rough[i] / (h * h * replicates)
-        weight = float(np.clip(1.0 - noise / max(doubt, 1e-300), 0.0, 1.0))
+        known = response.spread[i] ** 2 * float((part**2).mean()) + response.scatter * rough[i]
+        seen = float(((new - part) ** 2).mean()) - noise
+        doubt = max(known, seen, 0.0)
+        weight = doubt / max(doubt + noise, 1e-300)
         parts.append(part + weight * (new - part))
         spread[i] = max(np.sqrt(1.0 - weight) * response.spread[i], LEAST_SPREAD)
     return replace(response, signature=np.concatenate(parts), knots=_with_knot(response, b, h), spread=spread)

@@ -85,6 +85,13 @@ class Setup:
         """(channels,) variance by which a coarse run leaves what is smooth in its inputs."""
         return np.array([self.emulator.channels[c].rough() for c in self.channels])
 
+    @property
+    def mesh_share(self) -> Array:
+        """(channels,) share by which a response may err on the coarse mesh: as the curve itself does in the middle."""
+        z = np.full((1, len(self.lows)), 0.5)
+        pairs = zip(*(np.split(one[0], len(self.channels)) for one in (self.mesh.at(z), self.coarse(z))), strict=True)
+        return np.array([np.sqrt((m**2).mean() / max(float((f**2).mean()), 1e-300)) for m, f in pairs])
+
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
         u = self.emulator.inputs(self.plan.space.to_physical(z[None]))
@@ -162,13 +169,19 @@ def averaged_spectrum(power: Array) -> Array:
 
 
 def filtered(response: Response, scatter: Array) -> Response:
-    """The response without what is scatter: every cosine shrunk by its share of noise (Wiener, 1949)."""
+    """The response without what is scatter."""
+    return replace(response, signature=smoothed(response.signature, response.scatter * scatter))
+
+
+def smoothed(curve: Array, noise: Array) -> Array:
+    """(grid,) a curve, every cosine shrunk by its share of noise (Wiener 1949); noise: (channels, m) power by cosines."""
     parts = []
-    for part, noise in zip(np.split(response.signature, len(scatter)), response.scatter * scatter, strict=True):
+    for part, own in zip(np.split(curve, len(noise)), noise, strict=True):
         wave = dct(part, norm="ortho")
         power = averaged_spectrum(wave**2)
-        parts.append(idct(wave * np.maximum(0.0, 1.0 - noise / np.maximum(power, 1e-300)), norm="ortho"))
-    return replace(response, signature=np.concatenate(parts))
+        parts.append(idct(wave * np.maximum(0.0, 1.0 - own / np.maximum(power, 1e-300)), norm="ortho"))
+    return np.concatenate(parts)
+
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

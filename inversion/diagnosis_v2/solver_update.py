@@ -16,7 +16,7 @@ from inversion.diagnosis_v2.hypotheses import NONE, Suspect, suspects
 from inversion.diagnosis_v2.ranking import Ranking
 from inversion.diagnosis_v2.refit import Problem
 from inversion.diagnosis_v2.responses import Response, updated
-from inversion.diagnosis_v2.setup import Setup, stack
+from inversion.diagnosis_v2.setup import Setup, smoothed, stack
 from inversion.diagnosis_v2.strikes import Strikes
 from solver.case import Case
 
@@ -55,7 +55,7 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
             if f"{one.suspect.name} there {i}" in runs and f"{one.suspect.name} without {i}" in runs
         ]
         if changes:
-            mean = np.mean(changes, axis=0)
+            mean = smoothed(np.mean(changes, axis=0), first.setup.scatter * 2.0 / len(changes))
             responses[one.suspect.name] = updated(response, one.b, mean, first.setup.rough, len(changes))
     return _with_responses(problem, first.setup, responses)
 

@@ -10,15 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
+
+from scipy.special import eval_legendre
 
 from data.histories import Array
 from inversion.diagnosis_v2.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape, alike, started
 from inversion.diagnosis_v2.hypotheses import Suspect
 from inversion.diagnosis_v2.shots import Shot
 
+TRENDS = 4  # Legendre polynomials in time by which a signature may be off: size, tilt, bow, and one more
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
@@ -54,14 +58,14 @@ class Block:
 
 @dataclass(frozen=True)
 class System:
-    """blocks: by kind; other: the same with something else in F. columns: (n, m) whitened: the residual at the places,
+    """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the residual at the places,
     J by one prior standard deviation of each parameter, G and D of each suspect, the runs' scatter; at: name -> their
     indices; dz: (r,) how far the places lie from the prior's middle; scatter: label -> standard deviation in the
     scatter's columns; groups: in the order of J; noise: Cholesky factor (n, n).
     """
 
     blocks: tuple[Block, ...]
-    other: tuple[Block, ...]
+    smooth: Mapping[str, Array]
     columns: Array
     at: Mapping[str, slice]
     dz: Array
@@ -69,6 +73,12 @@ class System:
     groups: tuple[str, ...]
     noise: Array
     numerical: Mapping[str, Array]
+    roughness: Array
+
+    @cached_property
+    def other(self) -> tuple[Block, ...]:
+        """The blocks with something else in F."""
+        return tuple(Block.of(one.kind, one.rows, one.F + self.smooth[one.kind], one.U) for one in self.blocks)
 
     def numerical_variance(self, shot: str) -> Array:
         """(n,) variance, SI squared, of emulator and mesh correction at a shot's points."""
@@ -113,7 +123,8 @@ def build(
     numerical = white(directions)
     cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
     variances = np.split((directions**2).sum(axis=1), cuts)
-    blocks, other = [], []
+    blocks: list[Block] = []
+    smooth: dict[str, Array] = {}
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
@@ -122,12 +133,11 @@ def build(
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
-        smooth = white.both(_smooth(shots, kind, signatures, found))[cut]
-        other.append(Block.of(kind, rows, F + smooth, free[cut]))
+        smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
     scatter = {one.label: float(np.sqrt(one.response.scatter)) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), tuple(other), columns, at, middle, scatter, groups, chol, _named(shots, variances))
+    return System(tuple(blocks), smooth, columns, at, middle, scatter, groups, chol, _named(shots, variances), weights)
 
 
 def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
@@ -309,20 +319,21 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
 
 
 def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
-    """(n, q) what is not known of a signature for h = 1: its size and its trend in time, in each channel by itself."""
+    """(n, q) what is not known of a signature for h = 1: its size and its trends in time, in each channel by itself."""
     blocks: list[Array] = []
     first = 0
     for shot in shots:
         n = len(shot.record.values)
-        share = shot.per_point(shot.setup.responses[one.name].spread)
-        own = column[first : first + n] * share
+        spread = np.hypot(shot.setup.responses[one.name].spread, shot.setup.mesh_share)
+        own = column[first : first + n] * shot.per_point(spread)
         first += n
-        tilt = np.sqrt(3.0) * (2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0)
-        of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
-        if np.any(own):
-            blocks.append(np.sqrt(0.5) * np.hstack([own[:, None] * of, (own * tilt)[:, None] * of]))
-        else:
+        if not np.any(own):
             blocks.append(np.zeros((n, 0)))
+            continue
+        x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
+        trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
+        of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
+        blocks.append(np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
     return np.asarray(block_diag(*blocks))
 
 
