@@ -20,10 +20,10 @@ from inversion.diagnosis_v2.setup import Setup, smoothed, stack
 from inversion.diagnosis_v2.strikes import Strikes
 from solver.case import Case
 
-MOST = 3  # effects updated
+MOST = 2  # effects updated, and one more from the likeliest pairs
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
-REPLICATES = 2  # pairs of runs, a fiftieth of a range apart: their scatter is independent
+REPLICATES = 4  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
 WITHIN = 12.0  # nats of the best single
 
@@ -98,7 +98,7 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
         b = max(b, 0.5 * one.response.known.least)
     cases: dict[str, Case] = {}
     for i in range(REPLICATES):
-        z = np.clip(fit.places.z[group] + APART * i, setup.lows, setup.highs)
+        z = np.clip(fit.places.z[group] + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
         base = setup.plan.coarse.with_values(setup.plan.values(np.round(z, 3)))
         cases[f"{one.name} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})

@@ -22,6 +22,8 @@ from inversion.diagnosis_v2.discrepancy import PARAMETER_LENGTH, Amplitudes, Sha
 from inversion.diagnosis_v2.hypotheses import Suspect
 from inversion.diagnosis_v2.shots import Shot
 
+PROCESS = 40  # directions a channel of a process of numerical error
+CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 4  # Legendre polynomials in time by which a signature may be off: size, tilt, bow, and one more
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
@@ -74,6 +76,7 @@ class System:
     noise: Array
     numerical: Mapping[str, Array]
     roughness: Array
+    moved: Mapping[str, float]
 
     @cached_property
     def other(self) -> tuple[Block, ...]:
@@ -115,6 +118,7 @@ def build(
         if one.response:
             parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label])
     parts["scatter"] = _scatter(shots)
+    parts["changed"] = _changed(shots, shapes, known, means)
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
@@ -136,8 +140,9 @@ def build(
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
     scatter = {one.label: float(np.sqrt(one.response.scatter)) for one in found if one.response}
+    moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), smooth, columns, at, middle, scatter, groups, chol, _named(shots, variances), weights)
+    return System(tuple(blocks), smooth, columns, at, middle, scatter, groups, chol, _named(shots, variances), weights, moved)
 
 
 def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
@@ -215,6 +220,8 @@ def _numerical(shots: Sequence[Shot], places: Places, weights: Array, options: O
     share = np.linalg.cholesky(
         np.array([[alike(a, b, weights, options.parameter_length) for b in z] for a in z]) + 1e-9 * np.eye(len(z))
     )
+    width = max(one.shape[1] for one in factors)
+    factors = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in factors]
     columns = []
     for j in range(len(shots)):
         columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
@@ -232,7 +239,10 @@ def _own_factors(shot: Shot, z: Array) -> Array:
 
 
 def _process(shot: Shot, size: Array) -> Array:
-    """(n, q) factor of a process of standard deviation `size` (n,), smoothed, independent from channel to channel."""
+    """(n, q) factor of a process of standard deviation `size` (n,), smoothed, independent from channel to channel.
+
+    The same number of directions a channel in every shot, the largest first, so that shots can share them.
+    """
     blocks = []
     for i, trace in enumerate(shot.record.traces):
         of = shot.record.channel == i
@@ -243,8 +253,8 @@ def _process(shot: Shot, size: Array) -> Array:
         power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(len(t)), kernel, "same")
         covariance = started(t, t, shot.setup.plan.case.first_contact, length)
         values, vectors = np.linalg.eigh(covariance)
-        kept = values > 1e-4 * values.max()
-        blocks.append(np.sqrt(power)[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+        kept = np.argsort(-values)[:PROCESS]
+        blocks.append(np.sqrt(power)[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
     return np.asarray(block_diag(*blocks))
 
 
@@ -335,6 +345,42 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
         blocks.append(np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
     return np.asarray(block_diag(*blocks))
+
+
+def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:
+    """(n, q) directions of the discrepancy that baselines share, in the measured shots: none without baselines.
+
+    A model-form error is a share of the response. An effect that changes the response by a share changes it by that
+    share of itself, in a way that the baseline cannot know.
+    """
+    peaks, blocks = _peaks(shots, means), []
+    for shot, own in zip(shots, peaks, strict=True):
+        for i, trace in enumerate(shot.record.traces):
+            n = len(trace.values)
+            if shot.baseline or not known.own_is_free:
+                blocks.append(np.zeros((n, 0)))
+                continue
+            shape = shapes[trace.name]
+            t = trace.middle
+            values, vectors = np.linalg.eigh(started(t, t, shot.setup.plan.case.first_contact, shape.length))
+            size = known.fixed[shot.kinds[i]] * own[i] * np.interp(t, shot.setup.time, shape.growth)
+            kept = np.argsort(-values)[:CHANGED]
+            blocks.append(size[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+    return np.asarray(block_diag(*blocks))
+
+
+def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]) -> float:
+    """RMS of a signature over that of the curves, the channels weighed alike, for h = 1."""
+    first, ratios = 0, []
+    for shot, mean in zip(shots, means, strict=True):
+        own = signature[first : first + len(mean)]
+        first += len(mean)
+        if shot.baseline:
+            continue
+        for i in range(len(shot.record.traces)):
+            of = shot.record.channel == i
+            ratios.append(float((own[of] ** 2).mean() / max(float((mean[of] ** 2).mean()), 1e-300)))
+    return float(np.sqrt(np.mean(ratios))) if ratios else 0.0
 
 
 def _scatter(shots: Sequence[Shot]) -> Array:

@@ -27,14 +27,14 @@ def tiny() -> Case:
             },
             "bird": {
                 "shape": "hemispherical_cylinder", "diameter": "80 mm", "length": "160 mm", "density": "938 kg/m^3",
-                "method": "sph", "particles": 120,
+                "method": "sph", "particles": 100,
                 "material": {
                     "model": "null", "pressure_cutoff": "-0.4 MPa", "viscosity": "400 Pa s",
                     "eos": {"kind": "grueneisen", "C": "1670 m/s", "S1": 2.48},
                 },
             },
             "impact": {"speed": "80 m/s", "angle": "45 deg", "standoff": "1 mm"},
-            "time": {"end": "1.2 ms", "output_interval": "10 us"},
+            "time": {"end": "0.9 ms", "output_interval": "10 us"},
             "sensors": {
                 "displacement_centre": {"kind": "displacement", "noise": "0.02 mm"},
                 "displacement_side": {"kind": "displacement", "at": ["100 mm", "0 mm"], "noise": "0.02 mm"},
@@ -47,7 +47,7 @@ def tiny() -> Case:
 
 def shot(folder: Path, name: str, seed: int, **changes: dict) -> Path:  # pyright: ignore[reportMissingTypeArgument]
     """A record by a mesh that the diagnosis does not have."""
-    case = tiny().with_mesh(1500, (16, 16)).overlaid({"bird": {"lattice": "bcc"}, **changes})
+    case = tiny().with_mesh(1200, (16, 16)).overlaid({"bird": {"jitter": 0.05}, **changes})
     found, rng = simulate(case), np.random.default_rng(seed)
     time = found.time[::2]
     channels = {k: v[::2] + NOISE * rng.standard_normal(len(time)) for k, v in found.channels.items()}
@@ -59,7 +59,7 @@ def shot(folder: Path, name: str, seed: int, **changes: dict) -> Path:  # pyrigh
 def answered(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
     folder = tmp_path_factory.mktemp("diagnosis")
     clean = shot(folder, "clean", 1)
-    thin = shot(folder, "thin", 2, plate={"thickness": "7.5 mm"})
+    thin = shot(folder, "thin", 2, plate={"thickness": "7 mm"})
     options = Options(workers=1, runs=9)
     found = diagnose(tiny(), thin, folder / "out", options=options, baseline=[clean])
     return folder, thin, clean, options, found
@@ -69,7 +69,7 @@ def test_a_thinner_plate_raises_the_alarm_and_is_in_the_credible_set(answered) -
     *_, found = answered
     assert found.alarm < 0.05
     assert any("plate_thickness" in name for name in found.confidence_set)
-    assert found.named("plate_thickness").magnitude == pytest.approx(-0.5e-3, rel=0.4)
+    assert found.named("plate_thickness").magnitude == pytest.approx(-1.0e-3, rel=0.4)
     assert found.after is not None
     assert found.after.weighted < found.before.weighted
 

@@ -35,7 +35,7 @@ def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
     at = {"y": slice(0, 1), "J": slice(1, 3)} | {f"e{i}": slice(3 + i, 4 + i) for i in range(EFFECTS)}
     block = Block.of("displacement", np.arange(POINTS), F, U)
     smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
-    return System((block,), smooth, columns, at, np.zeros(2), {}, ("shots",), np.eye(POINTS), {}, np.ones(2))
+    return System((block,), smooth, columns, at, np.zeros(2), {}, ("shots",), np.eye(POINTS), {}, np.ones(2), {})
 
 
 def known(nodes: np.ndarray) -> Amplitudes:
@@ -113,7 +113,7 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
     def gain(rows: np.ndarray) -> float:
         block = Block.of("displacement", np.arange(len(rows)), np.eye(len(rows)) + shared[np.ix_(rows, rows)], own[np.ix_(rows, rows)])
         columns = np.column_stack([y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])])[rows]
-        s = System((block,), {}, columns, at, np.zeros(1), {}, ("shots",), np.eye(len(rows)), {}, np.ones(1))
+        s = System((block,), {}, columns, at, np.zeros(1), {}, ("shots",), np.eye(len(rows)), {}, np.ones(1), {})
         judge = Judge(s, known(np.array([0.5])))
         return judge.model(models()["e0"]).log_evidence - judge.model(models()[NONE]).log_evidence
 
