@@ -44,35 +44,39 @@ NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that mov
 
 @dataclass(frozen=True)
 class Grams:
-    """X^T C^-1 X of the columns at every combination of amplitudes, kept by kind. parts: (nodes, m, m) of each kind;
-    index: (combinations,) node of each kind; logdet: (combinations,) log det C.
+    """X^T C^-1 X of any columns at any combination of amplitudes. x: (p, m) of each kind, in its diagonal coordinates;
+    weights: (nodes, p) of each kind; index: (combinations,) node of each kind; logdet: (combinations,) log det C.
     """
 
-    parts: tuple[Array, ...]
+    x: tuple[Array, ...]
+    weights: tuple[Array, ...]
     index: tuple[np.ndarray, ...]
     logdet: Array
 
     @classmethod
     def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
         """From the blocks' diagonal coordinates."""
-        parts, indices, logdet = [], [], np.zeros(len(combinations))
+        x, weights, indices, logdet = [], [], [], np.zeros(len(combinations))
         for i, block in enumerate(blocks):
-            x = block.T @ columns[block.rows]
             values, index = np.unique(combinations[:, i], return_inverse=True)
-            weights = 1.0 / (1.0 + values[:, None] ** 2 * block.lam)
-            parts.append(np.array([x.T @ (w[:, None] * x) for w in weights]))
+            x.append(block.T @ columns[block.rows])
+            weights.append(1.0 / (1.0 + values[:, None] ** 2 * block.lam))
             indices.append(index)
-            logdet += (block.logdet - np.log(weights).sum(axis=1))[index]
-        return cls(tuple(parts), tuple(indices), logdet)
+            logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
+        return cls(tuple(x), tuple(weights), tuple(indices), logdet)
 
     def at(self, nodes: Array, columns: Sequence[int]) -> Array:
         """(nodes, q, q) of some columns."""
-        chosen = np.asarray(columns)
-        return sum(part[:, chosen[:, None], chosen][i[nodes]] for part, i in zip(self.parts, self.index, strict=True))  # pyright: ignore[reportReturnType]
+        whole = np.zeros((len(nodes), len(columns), len(columns)))
+        for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
+            own = x[:, np.asarray(columns)]
+            used, back = np.unique(index[nodes], return_inverse=True)
+            whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
+        return whole
 
     def node(self, number: int) -> Array:
-        """(m, m) of one combination."""
-        return sum(part[i[number]] for part, i in zip(self.parts, self.index, strict=True))  # pyright: ignore[reportReturnType]
+        """(m, m) of one combination, all columns."""
+        return self.at(np.array([number]), range(self.x[0].shape[1]))[0]
 
 
 class Judge:

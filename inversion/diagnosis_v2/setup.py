@@ -179,7 +179,7 @@ def smoothed(curve: Array, noise: Array) -> Array:
     for part, own in zip(np.split(curve, len(noise)), noise, strict=True):
         wave = dct(part, norm="ortho")
         power = averaged_spectrum(wave**2)
-        parts.append(idct(wave * np.maximum(0.0, 1.0 - own / np.maximum(power, 1e-300)), norm="ortho"))
+        parts.append(idct(wave * np.maximum(0.0, 1.0 - np.minimum(own / np.maximum(power, 1e-30), 1.0)), norm="ortho"))
     return np.concatenate(parts)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inversion.diagnosis_v2.hypotheses import NONE, Suspect, suspects
+from inversion.diagnosis_v2.plan import ONE_SIDED, level
 from inversion.diagnosis_v2.ranking import Ranking
 from inversion.diagnosis_v2.refit import Problem
 from inversion.diagnosis_v2.responses import Response, updated
@@ -23,8 +24,10 @@ from solver.case import Case
 MOST = 2  # effects updated, and one more from the likeliest pairs
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
+OUTSIDE = 1.5  # times the magnitude that a response was learnt at
 REPLICATES = 4  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
+SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single
 
 
@@ -69,7 +72,7 @@ def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Respon
 
 def _labels(ranking: Ranking) -> list[str]:
     """The likeliest effects of the solver, members of the likeliest pairs included; each effect once."""
-    if ranking.shares[NONE] > 0.9:
+    if ranking.shares[NONE] > SURE:
         return []
     singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
     score = {label: ranking.evidence[label].log_evidence for label in singles}
@@ -79,9 +82,19 @@ def _labels(ranking: Ranking) -> list[str]:
     order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - WITHIN]
     found: list[str] = []
     for label in [*order[:MOST], *named]:
-        if singles[label].response and all(singles[label].name != singles[other].name for other in found):
+        if singles[label].response and _beyond(ranking, label) and all(singles[label].name != singles[other].name for other in found):
             found.append(label)
     return found[: MOST + 1]
+
+
+def _beyond(ranking: Ranking, label: str) -> bool:
+    """Whether the magnitude lies outside what the response was learnt from: inside, the design knows more than pairs."""
+    one = ranking.models[label].members[0]
+    if one.response is None:
+        return False
+    b = one.response.b(float(np.clip(ranking.evidence[label].h[0], *one.limits)))
+    learnt = ONE_SIDED[-1][0] if one.one_sided else level(one.response.known)
+    return abs(b) > OUTSIDE * learnt
 
 
 def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:

@@ -24,7 +24,7 @@ from inversion.diagnosis_v2.shots import Shot
 
 PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
-TRENDS = 4  # Legendre polynomials in time by which a signature may be off: size, tilt, bow, and one more
+TRENDS = 10  # Legendre polynomials in time by which a signature may be off: down to a tenth of the record, as it bends
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
