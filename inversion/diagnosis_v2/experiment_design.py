@@ -157,7 +157,7 @@ def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
     ])
     shape = shape_of(draws, curve, t)
     size = REMAINDER.get(sensor.kind, OTHER_REMAINDER) * peak * shape.growth
-    kernel = started(t, t, setup.plan.case.first_contact, shape.length)
+    kernel = started(t, t, shot.onset, shape.length)
     level = sensor.noise or NOISE * peak
     spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(shot.record.traces[0].times))), 1e-12)
     return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)

@@ -42,7 +42,7 @@ def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentE
     for name in INSTRUMENT:
         effect = effects()[name]
         common = tuple(channels) if name == "time_offset" else _own(case, channels)
-        able = _with_drift(case, channels) if name == "sensor_drift" else tuple(channels)
+        able = _able(name, case, channels)
         common = tuple(c for c in common if c in able)
         size = effect.size(case)
         if common:
@@ -55,9 +55,16 @@ def _own(case: Case, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(c for c in transducers(case) if c in channels)
 
 
-def _with_drift(case: Case, channels: Sequence[str]) -> tuple[str, ...]:
-    """The library states a drift in m/s: of displacement sensors."""
-    return tuple(c for c in channels if case.sensors[c].kind == "displacement")
+def _able(name: str, case: Case, channels: Sequence[str]) -> tuple[str, ...]:
+    """Channels that a fault may act on.
+
+    The library states a drift in m/s: of displacement sensors. No instrument reads the contact force, so that it has no
+    bandwidth; a low-pass would only imitate how the layers of a particle lattice arrive one after another.
+    """
+    kinds = {channel: case.sensors[channel].kind for channel in channels}
+    if name == "sensor_drift":
+        return tuple(c for c in channels if kinds[c] == "displacement")
+    return tuple(c for c in channels if name != "sensor_bandwidth" or kinds[c] != "contact_force")
 
 
 def signature(name: str, size: float, time: Array, curve: Array) -> Array:

@@ -35,6 +35,16 @@ class Shot:
         return tuple(self.setup.plan.case.sensors[trace.name].kind for trace in self.record.traces)
 
     @property
+    def onset(self) -> float:
+        """When the discrepancy may begin [s]: contact, less the time in which a layer of particles arrives.
+
+        The first contact of a bird of particles is smeared by one spacing, of a fine bird as of a coarse one.
+        """
+        case, fine = self.setup.plan.case, self.setup.plan.fine
+        spacing = (fine.bird.volume / fine.bird.particles) ** (1.0 / 3.0)
+        return case.first_contact - spacing / case.normal_speed
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """The record's channels in its order."""
         return tuple(trace.name for trace in self.record.traces)
