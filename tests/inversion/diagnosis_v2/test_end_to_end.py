@@ -1,4 +1,4 @@
-"""A tiny rig from nothing: a thinner plate is found beside a baseline; the second call pays for no simulation."""
+"""A tiny rig from nothing: edges that let go are found beside a baseline; the second call pays for no simulation."""
 
 from __future__ import annotations
 
@@ -59,19 +59,19 @@ def shot(folder: Path, name: str, seed: int, **changes: dict) -> Path:  # pyrigh
 def answered(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
     folder = tmp_path_factory.mktemp("diagnosis")
     clean = shot(folder, "clean", 1)
-    thin = shot(folder, "thin", 2, plate={"thickness": "7 mm"})
+    loose = shot(folder, "loose", 2, plate={"edges": "pinned"})
     options = Options(workers=1, runs=9)
-    found = diagnose(tiny(), thin, folder / "out", options=options, baseline=[clean])
-    return folder, thin, clean, options, found
+    found = diagnose(tiny(), loose, folder / "out", options=options, baseline=[clean])
+    return folder, loose, clean, options, found
 
 
-def test_a_thinner_plate_raises_the_alarm_and_is_in_the_credible_set(answered) -> None:  # noqa: ANN001
+def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(answered) -> None:  # noqa: ANN001
     *_, found = answered
     assert found.alarm < 0.05
-    assert any("plate_thickness" in name for name in found.confidence_set)
-    assert found.named("plate_thickness").magnitude == pytest.approx(-1.0e-3, rel=0.4)
-    assert found.after is not None
-    assert found.after.weighted < found.before.weighted
+    assert any("clamp_rotation" in name for name in found.confidence_set)
+    magnitude = found.named("clamp_rotation").magnitude
+    assert magnitude is not None
+    assert magnitude > 0.0
 
 
 def test_the_format_keeps_its_keys(answered) -> None:  # noqa: ANN001
@@ -92,17 +92,17 @@ def test_the_format_keeps_its_keys(answered) -> None:  # noqa: ANN001
 
 
 def test_the_second_call_simulates_nothing_and_says_the_same(answered) -> None:  # noqa: ANN001
-    folder, thin, clean, options, found = answered
-    again = diagnose(tiny(), thin, folder / "out", options=options, baseline=[clean])
+    folder, loose, clean, options, found = answered
+    again = diagnose(tiny(), loose, folder / "out", options=options, baseline=[clean])
     assert again.strikes["paid"] == 0
     assert again.confidence_set == found.confidence_set
 
 
 def test_a_baseline_that_cannot_serve_is_named_and_the_rest_goes_on(answered) -> None:  # noqa: ANN001
-    folder, thin, clean, options, _ = answered
+    folder, loose, clean, options, _ = answered
     text = clean.read_text().splitlines()
     (folder / "short.csv").write_text("\n".join(text[:25]) + "\n")
-    found = diagnose(tiny(), thin, folder / "out", options=options, baseline=[folder / "short.csv"])
+    found = diagnose(tiny(), loose, folder / "out", options=options, baseline=[folder / "short.csv"])
     assert any("short is left out: it ends at" in line for line in found.warnings)
 
 
