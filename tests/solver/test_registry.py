@@ -21,7 +21,7 @@ from birdstrike.solver.fields import Between
 from birdstrike.solver.registry import Kinds, Registry
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import Sensor
-from birdstrike.solver.sources import digest_files, digest_of_module
+from birdstrike.solver.sources import digest_files
 
 LIBRARY = {"one": 1.0}
 
@@ -131,7 +131,6 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.syspath_prepend(tmp_path)
     for name in ("engine", "facade"):
         monkeypatch.setitem(sys.modules, name, importlib.import_module(name))
-    digest_of_module.cache_clear()
     return digest_files(tmp_path, [tmp_path / "engine.py"])
 
 
