@@ -11,13 +11,15 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import h5py
 import numpy as np
 
 from birdstrike.data.files import plain, whole_file, write_json
 from birdstrike.data.histories import Histories, Snapshot
+
+T = TypeVar("T")
 
 SCHEMA_VERSION = 1
 NARROW = {"f": np.float32, "i": np.int32}
@@ -177,6 +179,10 @@ def run_key(canonical: Mapping[str, Any], solver_version: str, step_factor: floa
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
+def _left(path: Path, error: Exception) -> str:
+    return f"{path} is damaged ({error}); it is left as it is and not used"
+
+
 class RunStore:
     """Runs in a folder; two stores are merged by copying their files together."""
 
@@ -204,11 +210,11 @@ class RunStore:
 
     def load(self, key: str) -> Histories | None:
         """A finished run, or None; a file that is damaged is set aside as *.corrupt with a warning."""
-        return self._read(key, self._set_aside)
+        return self._read(key, self._set_aside, read_run)
 
     def look_up(self, key: str) -> Histories | None:
         """A finished run, or None; a file that is damaged stays as it is and counts as none, with a warning."""
-        return self._read(key, lambda path, error: f"{path} is damaged ({error}); it is left as it is and not used")
+        return self._read(key, _left, read_run)
 
     def curves(self, key: str) -> Histories:
         """Time and channels of a run that this process has written or loaded: its checksum is not asked again."""
@@ -216,16 +222,7 @@ class RunStore:
 
     def summary(self, key: str) -> dict[str, Any] | None:
         """Summary of a finished run, or None; of a damaged file None too, with a warning."""
-        path = self.path(key)
-        try:
-            return read_summary(path)
-        except FileNotFoundError:
-            return None
-        except DAMAGE as error:
-            if isinstance(error, OSError) and error.errno is not None:
-                raise  # the system refuses the file, which may be whole
-            warnings.warn(f"{path} is damaged ({error}); it is left as it is and not used", stacklevel=2)
-            return None
+        return self._read(key, _left, read_summary)
 
     def meta(self, key: str) -> dict[str, Any]:
         """What was saved beside a finished run."""
@@ -267,12 +264,12 @@ class RunStore:
         """Names of all runs of which a failure is on record."""
         return sorted(path.name.removesuffix(FAILED) for path in self.folder.glob(f"*{FAILED}"))
 
-    def _read(self, key: str, damaged: Callable[[Path, Exception], str]) -> Histories | None:
+    def _read(self, key: str, damaged: Callable[[Path, Exception], str], read: Callable[[Path], T]) -> T | None:
         path = self.path(key)
         if not path.exists():
             return None
         try:
-            return read_run(path)
+            return read(path)
         except FileNotFoundError:
             return None
         except DAMAGE as error:
