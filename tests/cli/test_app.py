@@ -129,3 +129,20 @@ def test_a_terminal_that_lacks_a_character_shows_another(tmp_path: Path) -> None
     assert ended.returncode == 1
     assert '"D?m?" is no case here' in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize("module", ["typer", "birdstrike.cli.diagnose", "birdstrike.solver.case.case", "numba"])
+def test_ctrl_c_while_modules_load_ends_without_a_traceback(module: str) -> None:
+    """The interrupt comes in the middle of an import, before a command has begun or in it."""
+    ended = in_python(
+        "import importlib.abc, os, runpy, signal\n"
+        "class Interrupted(importlib.abc.MetaPathFinder):\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Interrupted())\n"
+        "sys.argv = ['birdstrike', 'check', 'demo']\n"
+        "runpy.run_module('birdstrike', run_name='__main__', alter_sys=True)"
+    )
+    assert "Traceback" not in ended.stderr
+    assert ended.stderr.startswith("interrupted")
+    assert ended.returncode in (130, -2)  # numba answers the signal itself, too
