@@ -27,7 +27,7 @@ from birdstrike.stages import (
 if TYPE_CHECKING:
     from birdstrike.doe.campaign.runner import RunCounts
     from birdstrike.doe.designs.design import Design
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class LoopPlan:
 
 
 def close_the_loop(
-    case: str | Path | Case,
+    case: CaseSource,
     measured: str | Path,
     out: str | Path,
     *,
@@ -109,12 +109,12 @@ def close_the_loop(
     return conclude(plan)
 
 
-def checked(case: str | Path | Case, measured: str | Path) -> tuple[Case, Path]:
+def checked(case: CaseSource, measured: str | Path) -> tuple[Case, Path]:
     """The case and the record's file, which must fit each other; raises UserError before any simulation is paid for."""
     from birdstrike.data.curves import read_measured
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.case import as_case
 
-    loaded = load_case(case) if isinstance(case, str | Path) else case
+    loaded = as_case(case)
     record = resolve_measured(measured)
     read = read_measured(record)
     read.refuse_dead_sensors()

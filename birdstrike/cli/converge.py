@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from birdstrike.doe.attempt import Simulate
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 RATIO, MESHES = 1.3, 3
 
 
 def converge(
-    case: str | Path | Case,
+    case: CaseSource,
     out: str | Path,
     *,
     ratio: float = RATIO,
@@ -48,10 +48,10 @@ def converge(
     from birdstrike.doe.campaign.worker import worker_count
     from birdstrike.inversion.mesh_convergence.convergence import judge_meshes, run_meshes
     from birdstrike.inversion.mesh_convergence.meshes import choose_meshes
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.case import as_case
 
     at_a_time = worker_count(workers)
-    loaded = load_case(case) if isinstance(case, str | Path) else case
+    loaded = as_case(case)
     chosen = choose_meshes(loaded, ratio, meshes, place)
     announce(chosen)
     Path(out).mkdir(parents=True, exist_ok=True)

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from birdstrike.doe.campaign.runner import RunCounts
     from birdstrike.doe.designs.design import Design
     from birdstrike.doe.designs.quality import Quality
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 RUNS = 25
 
 
 def run_doe(
-    case: str | Path | Case,
+    case: CaseSource,
     out: str | Path,
     design: str | Path = "uniform",
     runs: int = RUNS,
@@ -48,9 +48,9 @@ def run_doe(
     from birdstrike.doe.campaign.planned import planned_design
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.doe.designs.space import ParameterSpace
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.case import as_case
 
-    loaded = load_case(case) if isinstance(case, str | Path) else case
+    loaded = as_case(case)
     planned = planned_design(design, ParameterSpace.of_case(loaded), runs, seed, out)
     return run_campaign(
         loaded,

@@ -17,11 +17,11 @@ from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.histories import Histories
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 
 def simulate(
-    case: str | Path | Case,
+    case: CaseSource,
     *,
     step_factor: float = 1.0,
     threads: int | None = None,
@@ -29,9 +29,9 @@ def simulate(
 ) -> Histories:
     """Simulate one shot of a case file, a shipped case's name or a loaded case (see solver.simulate)."""
     from birdstrike.doe.solvers import solver_for
-    from birdstrike.solver.case.case import load_case
+    from birdstrike.solver.case.case import as_case
 
-    loaded = load_case(case) if isinstance(case, str | Path) else case
+    loaded = as_case(case)
     return solver_for(loaded).simulate(loaded, step_factor=step_factor, threads=threads, progress=progress)
 
 

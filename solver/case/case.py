@@ -20,7 +20,7 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.load import override_table, read_case, with_table
+from birdstrike.solver.case.load import given_table, override_table, read_case, with_table
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
@@ -167,10 +167,25 @@ class Case(Section):
         )
 
 
-def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
-    """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
-    table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_deck(table, Path.cwd()), Path(path).stem)
+CaseSource = str | Path | Mapping[str, Any] | Case
+"""What a verb takes as a case: a file, a shipped case's name, a table as TOML gives it, or a loaded case."""
+
+
+def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Case:
+    """Case from a TOML file, a shipped case's name or a table; raises CaseError with all errors.
+
+    overrides: dotted key -> value, laid over it: texts as `--set` has them, numbers, lists.
+    """
+    if not isinstance(path, str | Path | Mapping):
+        raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
+    raw, name = (given_table(path), "case") if isinstance(path, Mapping) else (read_case(path), Path(path).stem)
+    table = with_table(overlay(raw, override_table(overrides or {})), Path.cwd())
+    return case_from_table(with_deck(table, Path.cwd()), name)
+
+
+def as_case(case: CaseSource) -> Case:
+    """A loaded case as it is, anything else as `load_case` reads it."""
+    return case if isinstance(case, Case) else load_case(case)
 
 
 def case_from_table(table: Raw, name: str = "case") -> Case:

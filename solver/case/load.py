@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from birdstrike.data.csv_table import read_table
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
@@ -16,11 +17,42 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.external import with_deck
 from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay
 
+DEEPEST = 20
+"""Levels of tables and lists in a case; the format itself needs 5."""
+TOO_DEEP = f"tables or lists are nested more than {DEEPEST} deep; no key of a case is: see docs/cases.md for the keys"
+LARGEST = 1_000_000
+"""Bytes of a case file; the longest shipped one has 4000."""
+
 
 def read_case(name: str | Path) -> Raw:
     """The table of a case file over those that it extends; raises CaseError (TOML with its line, a circle, no file)."""
     path = _find(name)
     return _read(path, (path,))
+
+
+def given_table(table: Mapping[Any, Any]) -> Raw:
+    """A table that a script gives in place of a file, over the case that it extends; paths are relative to the folder
+    that one is in. Raises CaseError."""
+    return _extended(toml_value(table), Path.cwd(), "the table", ())
+
+
+def toml_value(value: Any, depth: int = 0) -> Any:
+    """A value as TOML would give it: tuples and arrays as lists, numpy's numbers as plain ones, paths as texts.
+
+    Raises CaseError for tables and lists nested deeper than any case is.
+    """
+    if depth > DEEPEST:
+        raise CaseError(TOO_DEEP)
+    if isinstance(value, Mapping):
+        wrong = [key for key in value if not isinstance(key, str)]
+        if wrong:
+            raise CaseError(f"{key!r} is no key of a case; a key is a text" for key in wrong)
+        return {key: toml_value(entry, depth + 1) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [toml_value(entry, depth + 1) for entry in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> Path:
@@ -31,30 +63,51 @@ def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> P
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
-    raw = with_deck(with_table(_parse(path), path.parent), path.parent)
+    return _extended(_parse(path), path.parent, str(path), chain)
+
+
+def _extended(own: Raw, folder: Path, where: str, chain: tuple[Path, ...]) -> Raw:
+    """A case's own table over the case that it extends. folder: of its paths; where: what holds it, in words."""
+    raw = with_deck(with_table(own, folder), folder)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw
     if not isinstance(parent, str):
-        raise CaseError(f'{path}: extends = {parent} must be the name of one case, such as "reference_strike"')
-    source = _find(parent, path.parent, f"{path}: extends: ")
+        raise CaseError(f'{where}: extends = {parent} must be the name of one case, such as "reference_strike"')
+    source = _find(parent, folder, f"{where}: extends: ")
     if source in chain:
         circle = " -> ".join(step.name for step in (*chain, source))
-        raise CaseError(f'{path}: extends = "{parent}" closes a circle: {circle}; let one of them stand alone')
+        raise CaseError(f'{where}: extends = "{parent}" closes a circle: {circle}; let one of them stand alone')
     return overlay(_read(source, (*chain, source)), raw)
 
 
 def _parse(path: Path) -> Raw:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise CaseError(
+                f"{path} has {1e-6 * size:.3g} MB, more than the {1e-6 * LARGEST:g} MB of any case: the wrong file? A "
+                "long table of an equation of state stands in a CSV, bird.material.eos.file"
+            )
+        return toml_value(tomllib.loads(path.read_text(encoding="utf-8-sig")))
     except tomllib.TOMLDecodeError as error:
         raise CaseError(f"{path}: not TOML: {error}") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (RecursionError, CaseError) as error:
+        raise CaseError(f"{path}: {line}" for line in getattr(error, "errors", [TOO_DEEP])) from error
+    except (OSError, ValueError) as error:
         raise CaseError(f"{path} cannot be read: {error}") from error
 
 
-def override_table(overrides: Mapping[str, str]) -> Raw:
-    """Table of dotted keys and texts as `--set` gives them: {"plate.thickness": "8 mm"}; raises CaseError."""
+def override_table(overrides: Mapping[str, Any]) -> Raw:
+    """Table of dotted keys and values: texts as `--set` gives them, {"plate.thickness": "8 mm"}, numbers, lists.
+
+    Raises CaseError.
+    """
+    if not isinstance(overrides, Mapping):
+        raise CaseError(f'overrides are a table such as {{"plate.thickness": "8 mm"}}, not {overrides!r}')
+    wrong = [key for key in overrides if not isinstance(key, str)]
+    if wrong:
+        raise CaseError(f'{key!r} is not a dotted case key; write {{"plate.thickness": "8 mm"}}' for key in wrong)
     table: Raw = {}
     first = sorted(overrides, key=lambda key: not key.startswith(CHOOSING))  # they say what replaces what
     single = {key: _one_override(key, overrides[key]) for key in first}
@@ -66,15 +119,34 @@ def override_table(overrides: Mapping[str, str]) -> Raw:
     return table
 
 
-def _one_override(key: str, text: str) -> Raw:
-    """TOML's own reading of the text where it has one (numbers, lists, true), otherwise the text itself."""
-    lines = [f"{key} = {text}"] if "\n" not in text else []
-    for line in [*lines, f"{key} = {json.dumps(text, ensure_ascii=False)}"]:
-        try:
-            return tomllib.loads(line)
-        except tomllib.TOMLDecodeError:
-            continue
-    raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')
+def _one_override(key: str, value: Any) -> Raw:
+    """Of a text TOML's own reading where it has one (numbers, lists, true), else the text; other values as such."""
+    try:
+        place = tomllib.loads(f"{key} = 0")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        place = {}
+    if "\n" in key or not place:
+        raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')
+    content = _reading(value) if isinstance(value, str) else value
+    return toml_value(_at_leaf(toml_value(place), content))
+
+
+def _at_leaf(place: Any, content: Any) -> Any:
+    """The content in place of the one leaf of nested tables."""
+    return {key: _at_leaf(below, content) for key, below in place.items()} if isinstance(place, dict) else content
+
+
+def _reading(text: str) -> Any:
+    """TOML's reading of a value's text on one line, or the text itself."""
+    if "\n" in text:
+        return text
+    try:
+        read = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    except RecursionError as error:
+        raise CaseError(TOO_DEEP) from error
+    return read["value"]
 
 
 COLUMNS = 'its columns are "rho [kg/m^3],p [MPa]" or "mu,p [MPa]"'

@@ -6,6 +6,7 @@ import math
 import pickle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError
@@ -210,6 +211,30 @@ def test_overrides_read_text_numbers_lists_and_quoted_keys() -> None:
     assert case.parameters()[1].high == 20.0
     with pytest.raises(CaseError, match="dotted case key"):
         load_case("reference_strike", {"plate thickness": "8 mm"})
+
+
+def test_overrides_are_numbers_and_lists_too() -> None:
+    given = {"bird.particles": np.int64(300), "plate.elements": (25, 20), "bird.material.eos.S1": 2, "effects": {}}
+    case = load_case("reference_strike", given)
+    assert (case.bird.particles, case.plate.elements, case.bird.material.eos.S1) == (300, (25, 20), 2.0)
+    with pytest.raises(CaseError, match=r'plate\.thickness = 0\.008 has no unit; write "0\.008 mm"'):
+        load_case("reference_strike", {"plate.thickness": 0.008})
+    with pytest.raises(CaseError, match="5 is not a dotted case key"):
+        load_case("reference_strike", {5: "8 mm"})  # pyright: ignore[reportArgumentType]
+    with pytest.raises(CaseError, match="overrides are a table"):
+        load_case("reference_strike", ["plate.thickness=8 mm"])  # pyright: ignore[reportArgumentType]
+
+
+def test_a_table_is_a_case_as_a_file_is(tmp_path: Path) -> None:
+    table = {"extends": "reference_strike", "plate": {"thickness": "8 mm", "elements": (25, 20)}}
+    text = 'extends = "reference_strike"\n[plate]\nthickness = "8 mm"\nelements = [25, 20]\n'
+    assert case_hash(load_case(table)) == case_hash(load_case(extending(tmp_path, "thin", text)))
+    with pytest.raises(CaseError, match="plate is missing"):
+        load_case({"a": 1})
+    with pytest.raises(CaseError, match="3 is no key of a case"):
+        load_case({3: 1})  # pyright: ignore[reportArgumentType]
+    with pytest.raises(CaseError, match="a case is a file, a shipped case's name, a table or a loaded case, not 3"):
+        load_case(3)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_case_keeps_the_hash_under_which_its_campaigns_are_stored() -> None:
