@@ -49,7 +49,7 @@ def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: No
     runs, version = _planned(folder)
     found = Inventory(str(folder.read_summary().get("state", "unknown")), version)
     store, own = RunStore(folder.runs), {key for run in runs for key in run.keys.values()}
-    found.damaged.extend(sorted(file.name for file in folder.runs.glob("*.corrupt")))
+    found.damaged.extend(_set_aside(folder.runs, store))
     finished, failed = store.keys(), store.failed_keys()
     keys = [*((key, True) for key in finished), *((key, False) for key in failed)]
     for i, (key, whole) in enumerate(keys):
@@ -58,6 +58,13 @@ def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: No
     for run in runs:
         _count(found, run)
     return found
+
+
+def _set_aside(runs: Path, store: RunStore) -> list[str]:
+    """Names of the damaged files that were set aside and whose run has not been made again since."""
+    names = sorted(file.name for file in runs.glob("*.corrupt"))
+    keys = {name: name.partition(".")[0] for name in names}
+    return [name for name in names if not any(f(keys[name]).exists() for f in (store.path, store.failure_path))]
 
 
 def _planned(folder: CampaignFolder) -> tuple[list[PlannedRun], str]:

@@ -103,6 +103,9 @@ def test_a_curve_edited_in_place_is_found_set_aside_and_run_again(tmp_path: Path
     assert len(attempts(diary)) == 7
     assert (out / "curves.csv").read_bytes() == before
     assert (victim.parent / f"{victim.name}.corrupt").exists()
+    assert inventory(out).damaged == []  # the run has been made again
+    victim.unlink()
+    assert inventory(out).damaged == [f"{victim.name}.corrupt"]
 
 
 def test_a_damaged_record_of_a_failure_is_set_aside_and_the_run_tried_again(tmp_path: Path) -> None:
