@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import HEARD, Json, Settings, console, framed, overrides, progress_bar, say, warn
 
 if TYPE_CHECKING:
-    from birdstrike.solver.case.case import Case
+    from birdstrike.solver.case.case import Case, CaseSource
 
 SHOWN = 5
 
@@ -66,16 +66,16 @@ FACTS = {
 """Derived fact -> its label and SI unit, in the order in which they are printed."""
 
 
-def check(case: str | Path | Case) -> dict[str, Any]:
+def check(case: CaseSource) -> dict[str, Any]:
     """Derived facts of a case, SI; raises CaseError with all its errors.
 
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
     inactive (erosion limits that erode nothing at their values) and case_hash.
     """
-    from birdstrike.solver.case.case import case_hash, load_case
+    from birdstrike.solver.case.case import as_case, case_hash
     from birdstrike.solver.estimate import estimate
 
-    loaded = load_case(case) if isinstance(case, str | Path) else case
+    loaded = as_case(case)
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
     return {"density": loaded.bird.actual_density, **estimate(loaded), **named}
 
@@ -114,6 +114,7 @@ def command(
 def _check_external(given: str, case: Case) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
     from birdstrike.doe.external.deck import unsupported_by_deck
+    from birdstrike.doe.external.external import program_of
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import case_hash
     from birdstrike.solver.effects.registry import effects
@@ -128,8 +129,16 @@ def _check_external(given: str, case: Case) -> dict[str, Any]:
             say(f"Not {name}: {reason}.")
     if len(solver.step_factors) == 1:
         say("It holds no {{ step_factor }}: a run that fails gets no second attempt with half the time step.")
-    say(f"Next: birdstrike simulate {given} --out strike")
-    return {"solver_version": solver.version, "case_hash": case_hash(case), "step_factors": list(solver.step_factors)}
+    assert case.external is not None
+    program, missing = program_of(case.external), list[str]()
+    if program is None:
+        named = f'external.command: no program "{case.external.command[0]}" can be run on this machine'
+        missing = [f"{named}: simulate and run-doe fail here; correct the name, give its whole path, or install it"]
+    else:
+        say(f"Next: birdstrike simulate {given} --out strike")
+    warn(missing, HEARD)
+    facts = {"solver_version": solver.version, "case_hash": case_hash(case), "program": program}
+    return {**facts, "step_factors": list(solver.step_factors), "warnings": missing}
 
 
 def _table(case: Case, facts: dict[str, Any]) -> Table:

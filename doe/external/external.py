@@ -95,15 +95,19 @@ def _lay_out(folder: Path, external: External, deck: str) -> str:
     return name
 
 
+def program_of(external: External) -> str | None:
+    """Path of the program that the command names; None where none of that name can be run on this machine."""
+    found = shutil.which(external.command[0])
+    return None if found is None else str(Path(found).absolute())
+
+
 def _words(external: External, deck: str, threads: int | None) -> list[str]:
-    program, *words = (
-        word.replace("{input}", deck).replace("{threads}", str(threads or os.cpu_count() or 1))
-        for word in external.command
-    )
-    found = shutil.which(program)
-    if found is None:
-        raise FileNotFoundError(errno.ENOENT, "external.command names no program that can be run here", program)
-    return [str(Path(found).absolute()), *words]
+    program, words = program_of(external), external.command[1:]
+    if program is None:
+        name = external.command[0]
+        raise FileNotFoundError(errno.ENOENT, "external.command names no program that can be run here", name)
+    cores = str(threads or os.cpu_count() or 1)
+    return [program, *(word.replace("{input}", deck).replace("{threads}", cores) for word in words)]
 
 
 def _run(folder: Path, external: External, command: list[str]) -> None:

@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.cli.check import check, shown
+from birdstrike.data.errors import CaseError
+from tests.doe.external_case import written
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ["--set", "bird.particles=300", "--set", "plate.elements=[12, 10]"]
@@ -84,3 +86,24 @@ def test_a_bird_under_pressure_in_flight_is_told() -> None:
     law = 'bird.material.eos={kind="murnaghan", B="9.3 MPa", g=7.14, p0="0.1 MPa"}'
     result = CliRunner().invoke(app, ["check", "reference_strike", "--set", law, *SMALL])
     assert "set bird.material.eos.p0 to 0" in result.stdout
+
+
+def test_the_verb_takes_a_table_and_lists_its_errors() -> None:
+    table = {"extends": "reference_strike", "bird": {"particles": 300}, "plate": {"elements": [12, 10]}}
+    assert check(table)["shells"] == 120
+    with pytest.raises(CaseError, match="a is not a key of a case"):
+        check({"a": 1})
+
+
+def test_a_case_of_another_solver_is_told_that_its_program_is_not_here(tmp_path: Path) -> None:
+    case = written(tmp_path / "case")
+    command = ["check", str(case), "--json", "--set"]
+    missing = CliRunner().invoke(app, [*command, 'external.command=["no_such_solver", "{input}"]'])
+    assert missing.exit_code == 0, missing.output
+    told = json.loads(missing.stdout.splitlines()[-1])
+    assert told["program"] is None
+    assert 'no program "no_such_solver" can be run on this machine' in told["warnings"][0]
+    assert "Next: birdstrike simulate" not in missing.stdout
+    found = CliRunner().invoke(app, ["check", str(case), "--json"])
+    assert json.loads(found.stdout.splitlines()[-1])["warnings"] == []
+    assert "Next: birdstrike simulate" in found.stdout
