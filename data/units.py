@@ -53,6 +53,7 @@ PLURALS = {
 }
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\b(.*)")
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 
 
@@ -103,10 +104,20 @@ def scaled(number: str, unit: str) -> float:
 
 def parts(text: str) -> tuple[str, str]:
     """Number and unit of a quantity's text, both still text: parts("10 mm") is ("10", "mm")."""
-    match = _QUANTITY.fullmatch(text)
-    if match is None:
-        raise UnitError(f'"{text}" is not a number with a unit')
+    match, comma = _QUANTITY.fullmatch(text), decimal_comma(text)
+    if match is None or comma:
+        raise UnitError(f'"{text}" {comma or "is not a number with a unit"}')
     return match[1], match[2]
+
+
+def decimal_comma(text: str) -> str:
+    """What is wrong with a number written with a comma, and what to write; empty where there is none."""
+    match = _COMMA.fullmatch(text)
+    if match is None:
+        return ""
+    whole, after, rest = match.groups()
+    thousands = f' or, if the comma marks thousands, "{whole}{after}{rest}"' if len(after) == 3 else ""
+    return f'has a decimal comma; write "{whole}.{after}{rest}"{thousands}'
 
 
 def to_si(text: str, unit: str) -> float:

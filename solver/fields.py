@@ -12,7 +12,11 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
-from birdstrike.data.units import ACCEPTED, PLURALS, UnitError, from_si, parts, si_unit, to_si
+from birdstrike.data.units import ACCEPTED, PLURALS, UnitError, decimal_comma, from_si, parts, si_unit, to_si
+
+
+NEAR = 0.75
+"""Similarity (difflib's ratio) from which on an unknown word is taken for a misspelt one: "gelatine" is no "elastic"."""
 
 
 def complaint(message: str) -> PydanticCustomError:
@@ -83,7 +87,8 @@ class Between:
             except UnitError as error:
                 raise complaint(f"is not understood: {error}") from error
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise complaint("is dimensionless: write a bare number")
+            comma = decimal_comma(value).replace('"', "") if isinstance(value, str) else ""
+            raise complaint(comma or "is dimensionless: write a bare number")
         if not math.isfinite(value):
             raise complaint("is not a finite number")
         return float(value)
@@ -161,10 +166,14 @@ class Switch:
 
 @dataclass(frozen=True)
 class OneOf:
-    """A choice: what this version can do, and what later ones will (`planned`: refused, but by name)."""
+    """A choice: what this version can do, and what later ones will (`planned`: refused, but by name).
+
+    more: what an error adds to the list of what can be chosen.
+    """
 
     available: tuple[str, ...]
     planned: tuple[str, ...] = ()
+    more: str = ""
 
     @property
     def here(self) -> str:
@@ -177,8 +186,8 @@ class OneOf:
             return value
         if value in self.planned:
             raise complaint(f"is not available in this version; {self.here}")
-        close = difflib.get_close_matches(str(value), self.available, n=1)
-        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {self.here}")
+        close = difflib.get_close_matches(str(value), self.available, n=1, cutoff=NEAR)
+        raise complaint(f'is unknown; did you mean "{close[0]}"?' if close else f"is unknown; {self.here}{self.more}")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)

@@ -148,7 +148,7 @@ class Kinds(Registry[type[S]]):
 
     def unknown(self, value: Mapping[str, Any]) -> InitErrorDetails:
         """What is wrong with the kind that a table names, or does not name."""
-        choices = OneOf(tuple(self))
+        choices = OneOf(tuple(self), more=self._where_own_kinds_go)
         if self.key not in value:
             return InitErrorDetails(type=complaint(f"is missing; {choices.here}"), loc=(self.key,), input=dict(value))
         given = value[self.key]
@@ -157,6 +157,11 @@ class Kinds(Registry[type[S]]):
         except PydanticCustomError as error:
             return InitErrorDetails(type=error, loc=(self.key,), input=given)
         raise AssertionError(f"{given} is a known {self.what}")
+
+    @property
+    def _where_own_kinds_go(self) -> str:
+        """How a kind that the library has not is added; empty where none can be."""
+        return f"; one of your own: an installed package's entry point of the group {self.group}" if self.group else ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return checked(self.validate)

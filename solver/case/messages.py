@@ -18,6 +18,14 @@ from birdstrike.solver.registry import Kinds
 LONG = 4  # of a list: beyond it the message must say which entry it means
 Place = tuple[str | int, ...]
 
+INSTEAD = {
+    "plate.mesh": "no mesh file is read: plate.elements = [50, 40] divides length and width into shells; a mesh of your "
+    'own goes into the deck of another solver (solver = "external")',
+    "bird.mesh": "no mesh file is read: bird.method, bird.lattice and bird.particles make the bird's; a mesh of your own "
+    'goes into the deck of another solver (solver = "external")',
+}
+"""Keys that users look for and a case has not -> what can be had in their place."""
+
 
 def error_lines(
     case: type[BaseModel], errors: Sequence[ErrorDetails], broken: list[str], table: Mapping[str, Any]
@@ -39,6 +47,8 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     known, kinds = _place(case, loc[:-1], table)
     if kind == "extra_forbidden" and kinds is not None and (why := kinds.foreign(str(loc[-1]))):
         return f"{key} = {value}: {why}"
+    if kind == "extra_forbidden" and key in INSTEAD:
+        return f"{key} is not a key of a case; {INSTEAD[key]}"
     if kind == "extra_forbidden":
         return f"{key} is not a key of a case; {_did_you_mean(list(known), str(loc[-1]))}"
     if kind == "missing":

@@ -21,7 +21,7 @@ from birdstrike.solver.case.overlay import (
     law_gives_density,
 )
 from birdstrike.solver.case.plate import STRESS
-from birdstrike.solver.case.sections import quantity_at, quantity_in, si
+from birdstrike.solver.case.sections import quantity_at, quantity_in, said, si
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
@@ -160,7 +160,10 @@ def _times(raw: Raw) -> Iterator[str]:
     if end is None:
         return
     if interval is not None and interval > 0.5 * end:
-        yield f"time.output_interval = {at(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end"
+        yield (
+            f"time.output_interval = {said(raw, 'time.output_interval')} leaves fewer than 3 outputs before time.end = "
+            f"{at(raw, 'time.end')}; write at most half of time.end, such as {1e6 * end / 20.0:.3g} us"
+        )
     snapshots = at(raw, "time.snapshots")
     early: list[str] = []
     for text in snapshots if isinstance(snapshots, list) else []:

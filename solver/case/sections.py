@@ -134,6 +134,27 @@ def _quantities(section: type[Section], prefix: str, content: Any) -> Iterator[t
 
 
 def si(raw: Mapping[str, Any], key: str) -> float | None:
-    """SI value under a dotted key; None where it is absent or is itself an error, reported elsewhere."""
-    mark = quantity_at(key)
-    return None if mark is None else mark.valid(at(raw, key))
+    """SI value under a dotted key, its default where it is absent; None for one that is an error, reported elsewhere.
+
+    A key that has no default, or of which several models have one each, has None where it is absent.
+    """
+    mark, given = quantity_at(key), at(raw, key)
+    if mark is None:
+        return None
+    return _default(key) if given is None else mark.valid(given)
+
+
+@cache
+def _default(key: str) -> float | None:
+    """What a case that says nothing under a dotted key gets, SI; None where that is nothing or not one number."""
+    defaults = {field.get_default() for field in _fields(key) if not is_list(field)}
+    only = defaults.pop() if len(defaults) == 1 else None
+    return only if isinstance(only, float) else None
+
+
+def said(raw: Mapping[str, Any], key: str) -> str:
+    """What a case has under a dotted key as the user reads it: as written, or the default marked as such."""
+    given, mark, default = at(raw, key), quantity_at(key), si(raw, key)
+    if given is None and mark is not None and default is not None:
+        return f"{mark.display(default)} (the default)"
+    return str(given)

@@ -164,7 +164,23 @@ def test_a_missing_case_to_extend_is_named_with_the_file_that_asks_for_it(tmp_pa
 
 def test_too_few_outputs_are_named() -> None:
     (line,) = errors_with({"time.output_interval": "0.8 ms", "time.end": "1.5 ms", "time.snapshots": "[]"})
-    assert line == "time.output_interval = 0.8 ms leaves fewer than 3 outputs before time.end"
+    assert line.startswith("time.output_interval = 0.8 ms leaves fewer than 3 outputs before time.end = 1.5 ms; write")
+
+
+def test_a_default_is_judged_like_a_written_key() -> None:
+    case = written_reference(without="output_interval")
+    with pytest.raises(CaseError) as caught:
+        load_case(case, {"time.end": "0.008 ms", "time.snapshots": "[]"})
+    (line,) = caught.value.errors
+    assert line.startswith("time.output_interval = 5 us (the default) leaves fewer than 3 outputs before time.end")
+    assert load_case(case, {"time.end": "0.01 ms", "time.snapshots": "[]"}).time.instants == (0.0, 5e-6, 1e-5)
+
+
+def written_reference(without: str) -> dict[str, object]:
+    """The reference strike's table without a key of its section `time`."""
+    table = load_case("reference_strike").table
+    del table["time"][without]
+    return table
 
 
 def test_all_errors_come_at_once_also_those_between_fields() -> None:

@@ -41,6 +41,27 @@ MESSAGES = [
 ]
 
 
+WORDS = [
+    ("time.end", "1,5 ms", '~ = 1,5 ms is not understood: "1,5 ms" has a decimal comma; write "1.5 ms"; accepted'),
+    ("plate.length", "1,525 mm", 'write "1.525 mm" or, if the comma marks thousands, "1525 mm"'),
+    ("bird.material.eos.S1", "2,48", "~ = 2,48 has a decimal comma; write 2.48"),
+    (
+        "bird.material.model",
+        "gelatine",
+        "~ = gelatine is unknown; available: null, elastic, plastic_kinematic, hydrodynamic; one of your own: an "
+        "installed package's entry point of the group birdstrike.bird_materials",
+    ),
+    ("plate.mesh", "plate.msh", "~ is not a key of a case; no mesh file is read: plate.elements = [50, 40] divides"),
+    ("bird.mesh", "bird.k", "~ is not a key of a case; no mesh file is read: bird.method, bird.lattice"),
+]
+
+
+@pytest.mark.parametrize(("key", "text", "expected"), WORDS)
+def test_a_message_says_what_to_write_instead(key: str, text: str, expected: str) -> None:
+    lines = [line for line in errors_with({key: text}) if key in line]
+    assert expected.replace("~", key) in lines[0]
+
+
 @pytest.mark.parametrize(("law", "expected"), MESSAGES)
 def test_a_message_names_the_choices_and_the_row(law: str, expected: str) -> None:
     assert errors_with({"bird.material.eos": law}) == [expected]
@@ -76,3 +97,31 @@ end = "1 ms"
     with pytest.raises(CaseError) as caught:
         load_case(written(tmp_path, "twice", text))
     assert caught.value.errors == ["bird.length and bird.slenderness are both given; keep one, the other follows"]
+
+
+DEEP = 5000
+NESTED = [
+    "a = " + "[" * DEEP + "]" * DEEP,
+    "a = " + "{a = " * DEEP + "1" + "}" * DEEP,
+    "[" + ".".join("a" * DEEP) + "]\n",
+    "[plate]\nedges = " + "[" * 30 + "]" * 30,
+]
+
+
+@pytest.mark.parametrize("text", NESTED)
+def test_a_case_nested_without_end_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(CaseError, match="tables or lists are nested more than 20 deep"):
+        load_case(written(tmp_path, "deep", text))
+
+
+@pytest.mark.parametrize(("key", "text"), [(".".join("a" * DEEP), "1"), ("plate.edges", "[" * DEEP + "]" * DEEP)])
+def test_a_setting_nested_without_end_is_refused(key: str, text: str) -> None:
+    (line,) = errors_with({key: text})
+    assert "nested more than 20 deep" in line or "is not a dotted case key" in line
+
+
+def test_a_file_too_large_for_a_case_is_refused_unread(tmp_path: Path) -> None:
+    """It is not even TOML: what is said of it comes before the reading."""
+    path = written(tmp_path, "huge", "x" * 10_000_000)
+    with pytest.raises(CaseError, match="has 10 MB, more than the 1 MB of any case: the wrong file"):
+        load_case(path)
