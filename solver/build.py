@@ -105,14 +105,24 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
-    surface = turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), impact.angle)
-    start = np.array([*impact.offset, 0.0])
-    if impact.aim == "first_touch":
-        start[0] -= nose_meets(surface, impact.angle, half)
+    surface, start = ideal_surface(case), aimed_at(case)
     x = turned(points, impact.angle) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
     x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
     return x, np.tile(impact.speed * direction, (len(x), 1))
+
+
+def ideal_surface(case: Case) -> Array:
+    """Points (n, 3) [m] on the bird's ideal surface about its centre, turned into the direction of flight."""
+    return turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), case.impact.angle)
+
+
+def aimed_at(case: Case) -> Array:
+    """Where the bird's axis meets the plate's mid-plane, (3,) [m]: the point of aim, or such that the nose meets it."""
+    start = np.array([*case.impact.offset, 0.0])
+    if case.impact.aim == "first_touch":
+        start[0] -= nose_meets(ideal_surface(case), case.impact.angle, 0.5 * case.plate.thickness)
+    return start
 
 
 def build_hexahedra(case: Case) -> HexBird:

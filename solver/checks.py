@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.sensors.instrument import unrecorded_ends
 from birdstrike.solver.sensors.recording import remarks_on_sensors
+from birdstrike.solver.setup_warnings import setup_warnings
 
 BALANCE_LIMIT = 0.01  # of the normal kinetic energy, beyond it a run fails; shipped cases stay below 0.005
 LINEAR_LIMIT, ANGULAR_LIMIT = 1e-10, 0.01  # of the bird's momentum, and of that times half its length
@@ -47,7 +46,7 @@ def untouched(coupling: Coupling) -> str:
 def warnings_of(case: Case, coupling: Coupling) -> list[str]:
     """What the user should know about a run that nevertheless finished."""
     warnings = coupling.bird.warnings(coupling.balance.normal_energy)
-    warnings += remarks(case) + remarks_on_sensors(case.sensors, coupling) + unrecorded_ends(case.instrument)
+    warnings += setup_warnings(case) + remarks_on_sensors(case.sensors, coupling)
     if coupling.deepest == 0.0:
         warnings.append(untouched(coupling))
     if coupling.first_touch_off_plate:

@@ -14,9 +14,8 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
 from birdstrike.data.units import ACCEPTED, PLURALS, UnitError, decimal_comma, from_si, parts, si_unit, to_si
 
-
 NEAR = 0.75
-"""Similarity (difflib's ratio) from which on an unknown word is taken for a misspelt one: "gelatine" is no "elastic"."""
+"""Similarity (difflib's ratio) from which on an unknown word is taken for a misspelt one; gelatine is no elastic."""
 
 
 def complaint(message: str) -> PydanticCustomError:

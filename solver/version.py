@@ -19,6 +19,7 @@ WITHOUT_HISTORIES = (
     "case/rules.py",
     "case/write.py",
     "estimate.py",
+    "setup_warnings.py",
     "reference/",
 )
 """What computes no history: files that only read, check or word a case (whatever they make of it is in the case's own

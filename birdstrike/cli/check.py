@@ -96,6 +96,7 @@ def command(
         return check_campaign(Path(case))
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.effects import stated
+    from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = load_case(case, overrides(settings))
     for line in stated(loaded):
@@ -107,8 +108,10 @@ def command(
     console.print(_table(loaded, facts))
     for line in _remarks(loaded, facts):
         say(line)
+    doubts = setup_warnings(loaded)
+    warn(doubts, "birdstrike check --json")
     say(f"No errors. Next: birdstrike simulate {case} --out strike")
-    return facts
+    return {**facts, "warnings": doubts}
 
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:
@@ -166,13 +169,10 @@ def shown(value: float, unit: str) -> str:
 
 def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
     """What the user should know of a valid case."""
-    from birdstrike.solver.case.remarks import remarks as remarks_on
-
     remarks = [
         f"bird.material.{name} = {getattr(case.bird.material, name)} is inactive: no particle erodes by this limit"
         for name in facts["inactive"]
     ]
-    remarks += remarks_on(case)
     if case.first_contact >= case.time.end:
         remarks.append(
             "The bird does not reach the plate before time.end: shorten impact.standoff or lengthen time.end."

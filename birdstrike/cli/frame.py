@@ -38,7 +38,7 @@ GRAVITY = tuple(
     for words in (
         r"cannot|(?<!\.)failed|not confirmed|did not touch|flew past|no measurement|no parameter is identified",
         r"R-hat|not converged|diverging|oscillating|tore|squeezed|erosion took|was eroded|erodes|hourglass|"
-        r"shock viscosity|held by|nothing holds|not that mixture's|interpolates|force is zero",
+        r"shock viscosity|held by|nothing holds|not that mixture's|interpolates|force is zero|too coarse|fly past",
         r"outside|beyond|clipped|correlated|correlation|widened|half the time step|poorly|no noise is|told apart",
     )
 )

@@ -18,11 +18,10 @@ from birdstrike.solver.registry import Kinds
 LONG = 4  # of a list: beyond it the message must say which entry it means
 Place = tuple[str | int, ...]
 
+OWN_MESH = 'a mesh of your own goes into the deck of another solver (solver = "external")'
 INSTEAD = {
-    "plate.mesh": "no mesh file is read: plate.elements = [50, 40] divides length and width into shells; a mesh of your "
-    'own goes into the deck of another solver (solver = "external")',
-    "bird.mesh": "no mesh file is read: bird.method, bird.lattice and bird.particles make the bird's; a mesh of your own "
-    'goes into the deck of another solver (solver = "external")',
+    "plate.mesh": f"no mesh file is read: plate.elements = [50, 40] divides length and width into shells; {OWN_MESH}",
+    "bird.mesh": f"no mesh file is read: bird.method, lattice and particles make the bird's; {OWN_MESH}",
 }
 """Keys that users look for and a case has not -> what can be had in their place."""
 

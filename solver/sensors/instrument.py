@@ -98,11 +98,22 @@ def refuse_noiseless(sensors: Mapping[str, Sensor]) -> None:
         raise UserError('no sensor has noise; give one, such as sensors.displacement_centre.noise = "0.03 mm"')
 
 
-def unrecorded_ends(instruments: Mapping[str, Instrument]) -> list[str]:
-    """Warnings about instruments so early that their record would need what happens after time.end."""
-    return [
+def unrecorded(instruments: Mapping[str, Instrument], first_contact: float, end: float) -> list[str]:
+    """Warnings about instruments whose record would need what happens after the end [s] of the run, or is over
+
+    before first contact [s] reaches it.
+    """
+    early = [
         f"instrument.{name}.time_offset = {1e3 * own.time_offset:.3g} ms: the last {-1e3 * own.time_offset:.3g} ms of "
         "its record lie beyond time.end and repeat the last reading; lengthen time.end"
         for name, own in instruments.items()
         if own.time_offset < 0.0
     ]
+    late = [
+        f"instrument.{name}.time_offset = {1e3 * own.time_offset:.3g} ms: first contact, at {1e3 * first_contact:.3g} "
+        f"ms, reaches its record after time.end = {1e3 * end:.3g} ms; the record stands at its value at rest and is no "
+        "measurement of the impact: microseconds, or a later time.end?"
+        for name, own in instruments.items()
+        if own.time_offset > 0.0 and first_contact + own.time_offset >= end
+    ]
+    return early + late

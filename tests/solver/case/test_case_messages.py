@@ -52,7 +52,7 @@ WORDS = [
         "installed package's entry point of the group birdstrike.bird_materials",
     ),
     ("plate.mesh", "plate.msh", "~ is not a key of a case; no mesh file is read: plate.elements = [50, 40] divides"),
-    ("bird.mesh", "bird.k", "~ is not a key of a case; no mesh file is read: bird.method, bird.lattice"),
+    ("bird.mesh", "bird.k", "~ is not a key of a case; no mesh file is read: bird.method, lattice"),
 ]
 
 
