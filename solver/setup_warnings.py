@@ -1,4 +1,4 @@
-"""What makes the result of a valid case doubtful before it is run: a coarse mesh, a bird beside the plate, late sensors.
+"""What makes the result of a valid case doubtful before it is run: its mesh, a bird beside the plate, late sensors.
 
 `check` prints these sentences, and they stand among the warnings of every run.
 """
@@ -34,9 +34,10 @@ def bird_beside_plate(case: Case) -> list[str]:
     diameter, plate, offset = 1e3 * case.bird.diameter, case.plate, case.impact.offset
     aside = f", impact.offset = {1e3 * offset[0]:.4g} and {1e3 * offset[1]:.4g} mm" if any(offset) else ""
     return [
-        f"{share:.0%} of the bird's cross-section fly past the plate's edges (bird.diameter = {diameter:.4g} mm, plate of "
-        f"{1e3 * plate.length:.4g} x {1e3 * plate.width:.4g} mm{aside}): that part loads nothing, and the rest loads the "
-        "frame, which the model takes as ideal; enlarge the plate or correct impact.offset, unless that is meant"
+        f"{share:.0%} of the bird's cross-section fly past the plate's edges (bird.diameter = {diameter:.4g} mm, plate "
+        f"of {1e3 * plate.length:.4g} x {1e3 * plate.width:.4g} mm{aside}): that part loads nothing, and the rest "
+        "loads the frame, which the model takes as ideal; enlarge the plate or correct impact.offset, unless that is "
+        "meant"
     ]
 
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
 
 SHOWN = 5
+CHECKED = "birdstrike check --json"
+"""What holds all of this command's warnings."""
 
 
 def check_campaign(path: Path) -> dict[str, Any]:
@@ -33,7 +35,9 @@ def check_campaign(path: Path) -> dict[str, Any]:
         say(f"{len(found.elsewhere)} results belong to another case or design: {_some(found.elsewhere)}")
     if found.damaged:
         say(f"{len(found.damaged)} files are damaged and not used, their runs will be repeated: {_some(found.damaged)}")
+    warn(found.altered, CHECKED)
     return {
+        "warnings": found.altered,
         "state": found.state,
         "solver_version": found.version,
         "finished": found.finished,
@@ -109,7 +113,7 @@ def command(
     for line in _remarks(loaded, facts):
         say(line)
     doubts = setup_warnings(loaded)
-    warn(doubts, "birdstrike check --json")
+    warn(doubts, CHECKED)
     say(f"No errors. Next: birdstrike simulate {case} --out strike")
     return {**facts, "warnings": doubts}
 

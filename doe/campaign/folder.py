@@ -33,6 +33,12 @@ DAY = 86400.0
 _TEMPORARY = re.compile(r"\.[0-9a-f]{32}\.(h5|failed\.json)\.\d+-[0-9a-f]{8}\.tmp")
 """Names that data.files.whole_file gives to the files of data.store.RunStore while they are written."""
 
+_ALTERED = (
+    "has been edited since the campaign wrote it (its digest is not that in summary.json), so that parameters and "
+    "curves need not belong together; put the original back, or delete it and repeat the command that made the "
+    "campaign: what stands in runs/ is not simulated again"
+)
+
 
 @dataclass(frozen=True)
 class CampaignFolder:
@@ -77,6 +83,23 @@ class CampaignFolder:
     def read_summary(self) -> dict[str, Any]:
         """Content of summary.json, empty where there is none."""
         return read_json(self.summary)
+
+    def altered(self) -> list[str]:
+        """One line for each of design.csv and curves.csv that is no longer what summary.json vouches for by its digest.
+
+        Rows beyond those that the summary counts were planned by a call that was stopped; a summary of an older version
+        holds no digest of the curves.
+        """
+        summary = self.read_summary()
+        design, curves = summary.get("design", {}), summary.get("curves", {})
+        found = []
+        if "digest" in design and self.design.exists():
+            rows = self.design.read_text(encoding="utf-8").splitlines()[: design["runs"] + 1]
+            if rows_digest(rows) != design["digest"]:
+                found.append(f"{self.design} {_ALTERED}")
+        if "digest" in curves and self.curves.exists() and file_digest(self.curves) != curves["digest"]:
+            found.append(f"{self.curves} {_ALTERED}")
+        return found
 
     def other_sources(self, case: Case) -> str:
         """Which things of installed packages have other sources than the campaign in the folder had; empty for none."""
@@ -164,6 +187,12 @@ def design_rows(rows: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
 def rows_digest(rows: Sequence[str]) -> str:
     """What vouches for the rows of `design.csv`, its header the first: SHA-256 of their text."""
     return hashlib.sha256("\n".join(rows).encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def space_json(space: ParameterSpace) -> dict[str, list[Any]]:

@@ -27,7 +27,8 @@ class Inventory:
 
     damaged: runs that cannot be read, those set aside included; other_versions: solver version -> runs that are kept
     but not used; elsewhere: runs of the present version that belong to another case or design. own: key of each run of
-    this campaign -> why it failed, None where it finished.
+    this campaign -> why it failed, None where it finished. altered: a line for each of design.csv and curves.csv that
+    was edited.
     """
 
     state: str
@@ -39,6 +40,7 @@ class Inventory:
     other_versions: dict[str, list[str]] = field(default_factory=dict)
     elsewhere: list[str] = field(default_factory=list)
     own: dict[str, str | None] = field(default_factory=dict)
+    altered: list[str] = field(default_factory=list)
 
 
 def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: None) -> Inventory:
@@ -49,6 +51,7 @@ def inventory(path: str | Path, progress: Callable[[float], None] = lambda _: No
     runs, version = _planned(folder)
     found = Inventory(str(folder.read_summary().get("state", "unknown")), version)
     store, own = RunStore(folder.runs), {key for run in runs for key in run.keys.values()}
+    found.altered.extend(folder.altered())
     found.damaged.extend(_set_aside(folder.runs, store))
     finished, failed = store.keys(), store.failed_keys()
     keys = [*((key, True) for key in finished), *((key, False) for key in failed)]

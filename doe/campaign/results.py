@@ -17,7 +17,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Array, Histories
-from birdstrike.doe.campaign.folder import CampaignFolder, design_text, rows_digest, space_json
+from birdstrike.doe.campaign.folder import CampaignFolder, design_text, file_digest, rows_digest, space_json
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.designs.design import Design
 from birdstrike.solver.case.case import Case, case_hash
@@ -126,7 +126,8 @@ def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mappin
     """Write the summary of a campaign whose runs have all ended, one way or the other."""
     failed = [{"run": n, "reason": outcome.reason} for n, outcome in outcomes.items() if isinstance(outcome, Failed)]
     runs = [{"run": number, **_fate(outcome)} for number, outcome in outcomes.items()]
-    write_json(folder.summary, {**summary, "state": "finished", "runs": runs, "failed": failed})
+    curves = {"curves": {"digest": file_digest(folder.curves)}} if folder.curves.exists() else {}
+    write_json(folder.summary, {**summary, "state": "finished", **curves, "runs": runs, "failed": failed})
 
 
 def _fate(outcome: Finished | Failed) -> dict[str, Any]:
@@ -148,11 +149,13 @@ def is_smooth(figures: Mapping[str, Any]) -> bool:
 
 
 def load_dataset(out: str | Path) -> Dataset:
-    """The Dataset of a finished campaign's folder; raises UserError where there is none."""
+    """The Dataset of a finished campaign's folder; raises UserError where there is none, or where it was edited."""
     folder = CampaignFolder(Path(out))
     summary = folder.read_summary()
-    if summary.get("state") != "finished" or not folder.curves.exists():
+    if summary.get("state") != "finished" or not folder.curves.exists() or not folder.design.exists():
         raise UserError(f"{out} holds no finished campaign; {_remedy(summary)}")
+    if altered := folder.altered():
+        raise UserError(altered)
     numbers, time, curves, units = read_curves(folder.curves)
     smooth = {entry["run"]: entry.get("smooth", True) for entry in summary["runs"]}
     space = summary["space"]

@@ -33,7 +33,7 @@ def test_nothing_is_said_of_a_shipped_case(case: str) -> None:
 
 
 def test_a_bird_half_off_the_plate_is_half_of_its_cross_section() -> None:
-    """The axis meets the edge: half the disc is beyond it; beyond a chord at radius/2, acos(1/2)/pi - sqrt(3)/(4 pi)."""
+    """Where the axis meets the edge, half the disc; beyond a chord at radius/2, acos(1/2)/pi - sqrt(3)/(4 pi)."""
     edge = {"impact.offset": '["0 mm", "215 mm"]'}
     assert share_beside_plate(load_case("reference_strike", HEAD_ON | edge)) == pytest.approx(0.5, abs=0.005)
     inside = {"impact.offset": '["0 mm", "188.5 mm"]'}

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from birdstrike.cli.app import app
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.store import RunStore
@@ -309,3 +311,28 @@ def test_a_folder_without_a_finished_campaign_gives_no_dataset(tmp_path: Path) -
 def test_no_worker_at_all_is_the_user_s_error(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="--workers = 0 is below 1"):
         run_campaign(reference(), design(), tmp_path, workers=0, simulate=strike, solver_version=VERSION)
+
+
+@pytest.mark.parametrize("name", ["design.csv", "curves.csv"])
+def test_an_edited_campaign_is_refused_wherever_it_is_read(tmp_path: Path, name: str) -> None:
+    """Two rows of values swapped, as a spreadsheet's sorting leaves them; the folder is mended as the error says."""
+    out, record = tmp_path / "campaign", tmp_path / "record.csv"
+    first = campaign(out)
+    record.write_text("time [ms],displacement_centre [mm]\n0.0,0.0\n0.1,1.0\n0.2,2.0\n0.3,3.0\n")
+    before = (out / name).read_bytes()
+    lines = before.decode().splitlines()
+    swapped = [
+        f"{old.split(',', 1)[0]},{new.split(',', 1)[1]}" for old, new in ((lines[1], lines[2]), (lines[2], lines[1]))
+    ]
+    (out / name).write_text("\n".join([lines[0], *swapped, *lines[3:]]) + "\n", encoding="utf-8")
+    with pytest.raises(UserError, match=rf"{name} has been edited since the campaign wrote it"):
+        load_dataset(out)
+    command = ["train-and-invert", str(out), "--measured", str(record), "--out", str(tmp_path / "inversion")]
+    ended = CliRunner().invoke(app, command)
+    assert ended.exit_code == 1
+    assert f"{name} has been edited since the campaign wrote it" in ended.stderr
+    checked = CliRunner().invoke(app, ["check", str(out), "--json"])
+    assert f"{name} has been edited" in json.loads(checked.stdout.splitlines()[-1])["warnings"][0]
+    (out / name).unlink()
+    same(campaign(out), first)
+    assert (out / name).read_bytes() == before
