@@ -9,8 +9,9 @@ import re
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple, NoReturn
 
 import typer
@@ -157,7 +158,7 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
         as_json = bool(kwargs.get("json"))
         heard = list[str]()
         try:
-            with plain_warnings(heard):
+            with plain_warnings(heard), _own_folder(command, kwargs.get("out")):
                 outcome = command(*args, **kwargs)
         except EXPECTED as error:
             _fail(ending(error), as_json, heard)
@@ -165,6 +166,14 @@ def framed(command: Callable[..., Mapping[str, Any] | None]) -> Callable[..., No
             print_json(with_warnings(outcome or {}, heard))
 
     return run
+
+
+def _own_folder(command: Callable[..., Any], out: Any) -> AbstractContextManager[None]:
+    """Refuses an --out folder that another command made, of the commands that fill a folder."""
+    from birdstrike.data.out_folder import TELLTALES, reserved  # late, because --help has no use for numpy
+
+    name = command.__module__.rpartition(".")[2].replace("_", "-")
+    return reserved(Path(out), name) if out is not None and name in TELLTALES else nullcontext()
 
 
 def with_warnings(outcome: Mapping[str, Any], heard: list[str]) -> Mapping[str, Any]:

@@ -34,6 +34,8 @@ def import_curve(
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
 
+    if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
+        raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
     options = ImportOptions(sensors, time, units or {}, scales or {}, shift, node, simulated)
     record = import_record(path, options)
     write_measured(out, record)

@@ -1,0 +1,61 @@
+"""A folder of results says what it holds, so that the output of another command does not go into it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_json
+
+MARK = ".birdstrike.json"
+TELLTALES = {
+    "run-doe": ("case.json", "design.csv"),
+    "close-the-loop": ("close_the_loop.json",),
+    "train-and-invert": ("inversion.json",),
+    "compare-methods": ("comparison.json",),
+    "diagnose": ("diagnosis.json",),
+    "audit": ("audit.json",),
+    "converge": ("convergence.json",),
+    "simulate": ("histories.csv", "summary.json"),
+}
+"""Command that makes a folder -> files that only it writes there, by which a folder without a mark is known."""
+
+
+@contextmanager
+def reserved(folder: Path, command: str) -> Iterator[None]:
+    """While a command writes into a folder; afterwards the folder is marked as that command's.
+
+    Raises UserError, before anything is written, where the folder holds what another command made. A folder that was
+    there before is marked only if the command succeeds.
+    """
+    maker, was_there = maker_of(folder), folder.is_dir()
+    if maker not in (None, command):
+        raise UserError(
+            f"{folder} was made by birdstrike {maker}; the output of {command} does not go into it, because both write "
+            "files of the same names: choose another --out"
+        )
+    try:
+        yield
+    except BaseException:
+        if not was_there:
+            _mark(folder, command)
+        raise
+    _mark(folder, command)
+
+
+def maker_of(folder: Path) -> str | None:
+    """The command that made the results in a folder; None where there are none."""
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        return str(json.loads((folder / MARK).read_text(encoding="utf-8"))["command"])
+    found = (name for name, files in TELLTALES.items() if all((folder / file).is_file() for file in files))
+    return next(found, None)
+
+
+def _mark(folder: Path, command: str) -> None:
+    """Write the mark where the command has made the folder; a folder that cannot be written to stays unmarked."""
+    if folder.is_dir() and not (folder / MARK).exists():
+        with suppress(OSError):
+            write_json(folder / MARK, {"command": command})
