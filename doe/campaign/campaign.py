@@ -20,6 +20,7 @@ from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.designs.design import Design
 from birdstrike.doe.solvers import solver_for
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.setup_warnings import setup_warnings
 
 NAMED_FAILURES = 5
 """Failed runs that are named one by one; summary.json names all."""
@@ -62,7 +63,7 @@ def run_campaign(
     folder = CampaignFolder(Path(out))
     other_sources = folder.other_sources(case)
     folder.claim(case, design)
-    _announce(design, runs, folder, solver.version, other_sources, say)
+    _announce(case, design, runs, folder, solver.version, other_sources, say)
     summary = running(folder, case, design, runs, solver.version)
     claimed()
     runner = Runner(RunStore(folder.runs), runs, progress, retry)
@@ -89,6 +90,7 @@ def _run_on_cluster(runner: Runner, scheduler: str, solver: Solver, case: Case, 
 
 
 def _announce(
+    case: Case,
     design: Design,
     runs: Sequence[PlannedRun],
     folder: CampaignFolder,
@@ -100,7 +102,8 @@ def _announce(
     quality = design.quality()
     if quality.deficient:
         say(quality.sentence)
-    for line in (*design.warnings, *inactivity_sentences(design, runs)):
+    doubts = setup_warnings(case) if case.solver.name == "embedded" else []
+    for line in (*doubts, *design.warnings, *inactivity_sentences(design, runs)):
         say(line)
     held = folder.read_summary().get("solver_version", version)
     if held != version:

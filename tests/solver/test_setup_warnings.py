@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
+from birdstrike.cli.frame import gravity
 from birdstrike.data.paths import CASES
+from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.setup_warnings import setup_warnings, share_beside_plate
+from birdstrike.solver.setup_warnings import (
+    MESH_LIMIT,
+    coarse_mesh,
+    plate_mesh_error,
+    setup_warnings,
+    share_beside_plate,
+)
+from birdstrike.solver.simulate import simulate
+from tests.doe.stand_in import design, reference, strike
 
 HEAD_ON = {"impact.angle": "90 deg"}
 SMALL = {"bird.particles": "300", "plate.elements": "[12, 10]", "time.end": "0.4 ms", "time.snapshots": "[]"}
@@ -62,6 +73,65 @@ def test_a_bird_that_flies_past_the_plate_in_part_is_told(
 ) -> None:
     (line,) = [line for line in told(command, settings, tmp_path) if "fly past the plate's edges" in line]
     assert line.startswith(f"{share} of the bird's cross-section")
+
+
+COARSE = [
+    ({"plate.elements": "[2, 2]"}, "plate.elements = [2, 2] is too coarse: expect an error of about 85%", "[8, 8]"),
+    ({"plate.elements": "[3, 2]"}, "plate.elements = [3, 2] is too coarse: expect an error of about 85%", "[8, 8]"),
+    ({"plate.elements": "[4, 30]"}, "plate.elements = [4, 30] is too coarse: expect an error of about 30%", "[8, 30]"),
+    (
+        {"bird.diameter": "30 mm", "bird.length": "60 mm", "bird.particles": "400"},
+        "plate.elements = [12, 10] is too coarse: expect an error of about 11%",
+        "[18, 15]",
+    ),
+    ({"bird.particles": "100"}, "bird.particles = 100 is too coarse: expect an error of about 8%", "200"),
+]
+
+
+@pytest.mark.parametrize("command", ["check", "simulate"])
+@pytest.mark.parametrize(("settings", "start", "enough"), COARSE)
+def test_a_mesh_too_coarse_is_told_with_the_error_to_expect(
+    command: str, settings: dict[str, str], start: str, enough: str, tmp_path: Path
+) -> None:
+    (line,) = [line for line in told(command, settings, tmp_path) if "too coarse" in line]
+    assert line.startswith(start)
+    key = start.split(" ", 1)[0]
+    assert f"set {key} = {enough} or" in line
+    assert line.endswith("measure what is left with birdstrike converge")
+    finer = {**SMALL, **settings, key: enough}
+    assert coarse_mesh(load_case("reference_strike", finer)) == []
+
+
+def test_the_error_to_expect_is_that_of_a_simulation() -> None:
+    """Peaks of a short strike on four meshes against a finer one: within a factor of 2 where it is told, else small."""
+
+    def peak(*elements: int) -> tuple[float, float]:
+        settings = {"plate.elements": elements, "bird.particles": 300, "time.end": "2 ms"}
+        case = load_case("synthetic_strike", settings)
+        return float(simulate(case, threads=1).channels["displacement_centre"].max()), plate_mesh_error(case)
+
+    fine, _ = peak(24, 20)
+    for elements in ((2, 2), (3, 3), (20, 2)):
+        found, expected = peak(*elements)
+        assert 0.5 * expected < abs(found / fine - 1.0) < 2.0 * expected
+        assert expected > MESH_LIMIT
+    found, expected = peak(12, 10)
+    assert abs(found / fine - 1.0) < expected < MESH_LIMIT
+
+
+def test_a_campaign_on_a_coarse_mesh_says_so_before_its_runs(tmp_path: Path) -> None:
+    said = list[str]()
+    case = reference(plate__elements="[3, 2]")
+    with ThreadPoolExecutor(1) as executor:
+        run_campaign(
+            case, design(3), tmp_path, workers=1, simulate=strike, executor=executor, say=said.append
+        )  # fmt: skip
+    assert said[0].startswith("plate.elements = [3, 2] is too coarse")
+
+
+def test_a_coarse_mesh_is_graver_than_a_warning_about_intervals() -> None:
+    (coarse,) = coarse_mesh(load_case("reference_strike", {"plate.elements": "[2, 2]"}))
+    assert gravity(coarse) < gravity("the interval is widened")
 
 
 @pytest.mark.parametrize("command", ["check", "simulate"])
