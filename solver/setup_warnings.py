@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -60,20 +62,20 @@ def span_along(case: Case) -> float:
     return length if radius is None else 2.0 * radius * math.sin(0.5 * length / radius)
 
 
-MESH_LIMIT = 0.05
+MESH_LIMIT = 0.04
 """Expected error of the peak displacement from which on a mesh is called too coarse."""
-
-SHELLS_ACROSS = {2: 0.85, 3: 0.5, 4: 0.3, 5: 0.3, 6: 0.06, 8: 0.03, 12: 0.015}
+SHELLS_ACROSS = {2: 0.85, 3: 0.45, 4: 0.3, 5: 0.3, 6: 0.06, 8: 0.03, 12: 0.017}
 SHELL_OVER_RADIUS = {2.0: 0.02, 2.75: 0.09, 3.5: 0.25, 5.0: 0.35}
-ACROSS_BIRD = 1.2
-"""Expected relative error of the peak of a central displacement, measured.
+PARTICLES = {95: 0.046, 146: 0.043, 208: 0.023, 290: 0.012}
+FORCE_BY_PARTICLES = {95: 0.9, 146: 0.55, 208: 0.5, 290: 0.2, 500: 0.15}
+"""Expected relative error of a strike's peak central displacement, and of the peak of its reaction force, measured.
 
 By the smaller of the two numbers of shells across the plate; by the root of a shell's area over the bird's radius; and
-of the bird, ACROSS_BIRD over the square of its particles across the diameter. The first two are the root mean squares
-over nine strikes, each on 9 to 28 meshes, against one of 50 x 40 shells or as fine; the table is in docs/choosing.md.
-A strike: plates of 300 to 1500 mm, 3 to 10 mm thick, clamped, pinned, on springs, curved; birds of 40 to 106 mm in
-diameter at 80 to 120 m/s. Elongated shells (1 to 5) have the error of their longer side's number, no more. An error of
-6 shells was 0 to 17 %, one of 4 or 5 shells 2 to 90 %: a single mesh may be right by chance.
+by the bird's particles. Root mean squares over nine strikes on 9 to 27 meshes each (plates of 300 to 1500 mm, 3 to
+10 mm thick, clamped, pinned, on springs, one curved; birds of 40 to 106 mm in diameter at 80 to 120 m/s) against the
+finest, and of three with 85 to 9000 particles. docs/choosing.md has the tables, docs/mesh_error.py makes them. Shells
+five times as long as wide err like their smaller number, not more. Four or five shells erred by 2 to 90 %: such a mesh
+may be right by chance.
 """
 
 
@@ -89,45 +91,43 @@ def _coarse_plate(case: Case) -> list[str]:
     diameter = case.bird.diameter
     sides = (case.plate.length, case.plate.width)
     enough = [max(n, 8, math.ceil(side / diameter)) for n, side in zip(elements, sides, strict=True)]
+    size = f"{min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's radius"
     return [
         f"plate.elements = {list(elements)} is too coarse: expect an error of about {error:.0%} in the peak "
-        f"displacement ({min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's "
-        f"radius); set plate.elements = {enough} or finer, and measure what is left with birdstrike converge"
+        f"displacement ({size}); set plate.elements = {enough} or finer, and measure what is left with birdstrike "
+        "converge"
     ]
 
 
 def _coarse_bird(case: Case) -> list[str]:
-    error, bird = bird_mesh_error(case), case.bird
+    error, particles = bird_mesh_error(case), case.bird.particles
     if error <= MESH_LIMIT:
         return []
-    enough = math.ceil(bird.volume * (ACROSS_BIRD / MESH_LIMIT) ** 1.5 / bird.diameter**3 / 10.0) * 10
     return [
-        f"bird.particles = {bird.particles} is too coarse: expect an error of about {error:.0%} in the peak "
-        f"displacement and more in forces ({particles_across(case):.2g} across the bird's diameter); set "
-        f"bird.particles = {enough} or more, and measure what is left with birdstrike converge"
+        f"bird.particles = {particles} is too coarse: expect an error of about {error:.0%} in the peak displacement "
+        f"and of {interpolated(FORCE_BY_PARTICLES, particles):.0%} in the peak of a reaction force; set "
+        "bird.particles = 300 or more, and measure what is left with birdstrike converge"
     ]
 
 
 def plate_mesh_error(case: Case) -> float:
     """Expected error of the peak displacement by the plate's mesh, a share of the peak."""
-    by_count, by_size = (
-        math.exp(float(np.interp(math.log(at), np.log(list(table)), np.log(list(table.values())))))
-        for at, table in ((min(case.plate.elements), SHELLS_ACROSS), (shell_over_radius(case), SHELL_OVER_RADIUS))
-    )
-    return max(by_count, by_size)
+    by_count = interpolated(SHELLS_ACROSS, min(case.plate.elements))
+    return max(by_count, interpolated(SHELL_OVER_RADIUS, shell_over_radius(case)))
 
 
 def bird_mesh_error(case: Case) -> float:
     """Expected error of the peak displacement by the bird's particles or elements, a share of the peak."""
-    return ACROSS_BIRD / particles_across(case) ** 2
+    return interpolated(PARTICLES, case.bird.particles)
+
+
+def interpolated(table: Mapping[Any, float], at: float) -> float:
+    """Value of a table between its entries, a power law; beyond its ends the last one."""
+    known, values = np.array(list(table), dtype=float), np.array(list(table.values()))
+    return math.exp(float(np.interp(math.log(at), np.log(known), np.log(values))))
 
 
 def shell_over_radius(case: Case) -> float:
     """Root of a shell's area over the bird's radius."""
     plate, (along, across) = case.plate, case.plate.elements
     return math.sqrt(plate.length * plate.width / (along * across)) / (0.5 * case.bird.diameter)
-
-
-def particles_across(case: Case) -> float:
-    """Particles, or elements, across the bird's diameter."""
-    return case.bird.diameter / (case.bird.volume / case.bird.particles) ** (1.0 / 3.0)

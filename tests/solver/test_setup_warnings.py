@@ -84,7 +84,7 @@ COARSE = [
         "plate.elements = [12, 10] is too coarse: expect an error of about 11%",
         "[18, 15]",
     ),
-    ({"bird.particles": "100"}, "bird.particles = 100 is too coarse: expect an error of about 8%", "200"),
+    ({"bird.particles": "100"}, "bird.particles = 100 is too coarse: expect an error of about 5%", "300"),
 ]
 
 
