@@ -72,6 +72,8 @@ def _rows(lines: Sequence[str], start: int) -> Iterator[tuple[int, int, str]]:
 
 
 def _wanted(path: Path, nodes: list[int], node: int | None) -> int:
+    if not nodes:
+        raise MeasuredError(f"{path}: its block of displacements holds no node; a run that was cut short?")
     known = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
     if node is None and len(nodes) > 1:
         raise MeasuredError(f"{path} holds {len(nodes)} nodes; choose one: --node {nodes[0]} (there are {known})")

@@ -88,9 +88,13 @@ class Between:
         if isinstance(value, bool) or not isinstance(value, int | float):
             comma = decimal_comma(value).replace('"', "") if isinstance(value, str) else ""
             raise complaint(comma or "is dimensionless: write a bare number")
-        if not math.isfinite(value):
+        try:
+            number = float(value)
+        except OverflowError:  # of a whole number
+            number = math.inf
+        if not math.isfinite(number):
             raise complaint("is not a finite number")
-        return float(value)
+        return number
 
     def _bare(self, value: Any) -> str:
         accepted = f"accepted units: {ACCEPTED[self.unit]}"

@@ -74,14 +74,16 @@ def check(case: CaseSource) -> dict[str, Any]:
     """Derived facts of a case, SI; raises CaseError with all its errors.
 
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
-    inactive (erosion limits that erode nothing at their values) and case_hash.
+    inactive (erosion limits that erode nothing at their values), case_hash, and warnings (sentences about what spoils
+    the answer: a coarse mesh, a bird beside the plate, an instrument later than the run).
     """
     from birdstrike.solver.case.case import as_case, case_hash
     from birdstrike.solver.estimate import estimate
+    from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = as_case(case)
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
-    return {"density": loaded.bird.actual_density, **estimate(loaded), **named}
+    return {"density": loaded.bird.actual_density, **estimate(loaded), **named, "warnings": setup_warnings(loaded)}
 
 
 @framed
@@ -100,7 +102,6 @@ def command(
         return check_campaign(Path(case))
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.effects import stated
-    from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = load_case(case, overrides(settings))
     for line in stated(loaded):
@@ -112,10 +113,9 @@ def command(
     console.print(_table(loaded, facts))
     for line in _remarks(loaded, facts):
         say(line)
-    doubts = setup_warnings(loaded)
-    warn(doubts, CHECKED)
+    warn(facts["warnings"], CHECKED)
     say(f"No errors. Next: birdstrike simulate {case} --out strike")
-    return {**facts, "warnings": doubts}
+    return facts
 
 
 def _check_external(given: str, case: Case) -> dict[str, Any]:

@@ -19,6 +19,8 @@ from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay
 
 DEEPEST = 20
 """Levels of tables and lists in a case; the format itself needs 5."""
+HUGE = 10**1000
+"""Largest whole number that is looked at further: Python writes none of more than 4300 digits."""
 TOO_DEEP = f"tables or lists are nested more than {DEEPEST} deep; no key of a case is: see docs/cases.md for the keys"
 LARGEST = 1_000_000
 """Bytes of a case file; the longest shipped one has 4000."""
@@ -50,6 +52,8 @@ def toml_value(value: Any, depth: int = 0) -> Any:
         return {key: toml_value(entry, depth + 1) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
+    if isinstance(value, int) and abs(value) > HUGE:
+        raise CaseError(f"a whole number of {len(f'{value:x}')} hexadecimal digits is beyond the range of every key")
     if isinstance(value, list | tuple):
         return [toml_value(entry, depth + 1) for entry in value]
     return str(value) if isinstance(value, Path) else value
@@ -123,7 +127,7 @@ def _one_override(key: str, value: Any) -> Raw:
     """Of a text TOML's own reading where it has one (numbers, lists, true), else the text; other values as such."""
     try:
         place = tomllib.loads(f"{key} = 0")
-    except (tomllib.TOMLDecodeError, RecursionError):
+    except (ValueError, RecursionError):
         place = {}
     if "\n" in key or not place:
         raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')
@@ -142,7 +146,7 @@ def _reading(text: str) -> Any:
         return text
     try:
         read = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except ValueError:  # not TOML, or a number of too many digits
         return text
     except RecursionError as error:
         raise CaseError(TOO_DEEP) from error

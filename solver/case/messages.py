@@ -16,6 +16,8 @@ from birdstrike.solver.fields import Between, OneOf
 from birdstrike.solver.registry import Kinds
 
 LONG = 4  # of a list: beyond it the message must say which entry it means
+WIDE = 200
+"""Characters of a value that a line shows whole."""
 Place = tuple[str | int, ...]
 
 OWN_MESH = 'a mesh of your own goes into the deck of another solver (solver = "external")'
@@ -57,7 +59,12 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     if kind == "tuple_type":
         return f"{key} = {value} must be a list in brackets"
     shown = not isinstance(value, dict) and not (isinstance(value, list | tuple) and len(value) > LONG)
-    return f"{key} = {value} {message}" if shown else f"{key} {message}"
+    return f"{key} = {shortened(str(value))} {message}" if shown else f"{key} {message}"
+
+
+def shortened(text: str) -> str:
+    """A value as a line has room for it."""
+    return text if len(text) <= WIDE else f"{text[: WIDE // 2]} ... ({len(text)} characters)"
 
 
 def _did_you_mean(known: list[str], key: str) -> str:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.cli.frame import gravity
-from birdstrike.data.paths import CASES
+from birdstrike.data.paths import CASES, TEMPLATES
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.setup_warnings import (
@@ -38,8 +38,8 @@ def told(command: str, settings: dict[str, str], out: Path) -> list[str]:
     return json.loads(result.stdout.splitlines()[-1])["warnings"]
 
 
-@pytest.mark.parametrize("case", sorted(path.stem for path in CASES.glob("*.toml")))
-def test_nothing_is_said_of_a_shipped_case(case: str) -> None:
+@pytest.mark.parametrize("case", sorted([*CASES.glob("*.toml"), TEMPLATES / "case.toml"]), ids=lambda path: path.stem)
+def test_nothing_is_said_of_a_shipped_case_nor_of_the_one_to_start_from(case: Path) -> None:
     assert setup_warnings(load_case(case)) == []
 
 
@@ -124,7 +124,7 @@ def test_a_campaign_on_a_coarse_mesh_says_so_before_its_runs(tmp_path: Path) -> 
     case = reference(plate__elements="[3, 2]")
     with ThreadPoolExecutor(1) as executor:
         run_campaign(
-            case, design(3), tmp_path, workers=1, simulate=strike, executor=executor, say=said.append
+            case, design(8), tmp_path, workers=1, simulate=strike, executor=executor, say=said.append
         )  # fmt: skip
     assert said[0].startswith("plate.elements = [3, 2] is too coarse")
 

@@ -1,14 +1,12 @@
 """Random valid cases: each ends in histories with sound books, or in a sentence that says what to change.
 
-25 cases by default; BIRDSTRIKE_FUZZ=500 (`make fuzz`) draws 500.
+25 cases by default; `make fuzz` draws more.
 """
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
-from hypothesis import HealthCheck, event, given, settings
+from hypothesis import event, given
 
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
@@ -16,21 +14,15 @@ from birdstrike.solver.case.case import case_from_table
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.checks import BALANCE_LIMIT
 from birdstrike.solver.simulate import simulate
+from tests.fuzz import fuzzed
 from tests.solver.case.random_cases import tables
 from tests.solver.case.random_fields import Table
 
-EXAMPLES = int(os.environ.get("BIRDSTRIKE_FUZZ", "25"))
 SETTINGS = ("solver.courant", "bird.particles", "plate.elements", "time.end")
 
 
 @given(table=tables())
-@settings(
-    max_examples=EXAMPLES,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+@fuzzed
 def test_a_random_case_ends_in_sound_histories_or_in_a_remedy(table: Table) -> None:
     ended = struck(table)
     if isinstance(ended, str):
