@@ -17,7 +17,7 @@ help:
 	@echo "make docs    the documentation, into site/index.html"
 	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
-	@echo "make fuzz    500 random cases through the solver (make test runs 25)"
+	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 125)"
 	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (about 10 minutes on 2 cores)"
 	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
 
@@ -59,7 +59,8 @@ bench: install
 	$(BIN)/python -m pytest tests/benchmarks --override-ini addopts=--import-mode=importlib -s
 
 fuzz: install
-	BIRDSTRIKE_FUZZ=500 $(BIN)/python -m pytest tests/solver/case/test_random_cases.py --hypothesis-show-statistics
+	BIRDSTRIKE_FUZZ=600 $(BIN)/python -m pytest tests/solver/case/test_random_cases.py tests/solver/case/test_random_keys.py \
+	  tests/cli/test_random_commands.py tests/data/test_random_records.py --hypothesis-show-statistics
 
 verify: install
 	$(BIN)/birdstrike verify

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.bird.shape import volume
 from birdstrike.solver.case.case import Case, case_hash, load_case
+from tests.solver.case.wrong_cases import raised
 
 REFERENCE = load_case("reference_strike")
 
@@ -215,26 +217,33 @@ def test_overrides_read_text_numbers_lists_and_quoted_keys() -> None:
 
 def test_overrides_are_numbers_and_lists_too() -> None:
     given = {"bird.particles": np.int64(300), "plate.elements": (25, 20), "bird.material.eos.S1": 2, "effects": {}}
+    assert raised(lambda: load_case("reference_strike", given)) is None
     case = load_case("reference_strike", given)
     assert (case.bird.particles, case.plate.elements, case.bird.material.eos.S1) == (300, (25, 20), 2.0)
-    with pytest.raises(CaseError, match=r'plate\.thickness = 0\.008 has no unit; write "0\.008 mm"'):
-        load_case("reference_strike", {"plate.thickness": 0.008})
-    with pytest.raises(CaseError, match="5 is not a dotted case key"):
-        load_case("reference_strike", {5: "8 mm"})  # pyright: ignore[reportArgumentType]
-    with pytest.raises(CaseError, match="overrides are a table"):
-        load_case("reference_strike", ["plate.thickness=8 mm"])  # pyright: ignore[reportArgumentType]
+
+
+WRONG_IN_A_SCRIPT: list[tuple[Any, Any, str]] = [
+    ("reference_strike", {"plate.thickness": 0.008}, 'plate.thickness = 0.008 has no unit; write "0.008 mm"'),
+    ("reference_strike", {5: "8 mm"}, "5 is not a dotted case key"),
+    ("reference_strike", ["plate.thickness=8 mm"], "overrides are a table"),
+    ("reference_strike", {"plate.thickness": 10**5000}, "a whole number of 4153 hexadecimal digits"),
+    ({"a": 1}, {}, "plate is missing"),
+    ({3: 1}, {}, "3 is no key of a case"),
+    (3, {}, "a case is a file, a shipped case's name, a table or a loaded case, not 3"),
+]
+
+
+@pytest.mark.parametrize(("case", "overrides", "said"), WRONG_IN_A_SCRIPT, ids=lambda given: str(type(given)))
+def test_what_a_script_gives_wrongly_is_named(case: Any, overrides: Any, said: str) -> None:
+    error = raised(lambda: load_case(case, overrides))
+    assert isinstance(error, CaseError)
+    assert said in str(error)
 
 
 def test_a_table_is_a_case_as_a_file_is(tmp_path: Path) -> None:
     table = {"extends": "reference_strike", "plate": {"thickness": "8 mm", "elements": (25, 20)}}
     text = 'extends = "reference_strike"\n[plate]\nthickness = "8 mm"\nelements = [25, 20]\n'
     assert case_hash(load_case(table)) == case_hash(load_case(extending(tmp_path, "thin", text)))
-    with pytest.raises(CaseError, match="plate is missing"):
-        load_case({"a": 1})
-    with pytest.raises(CaseError, match="3 is no key of a case"):
-        load_case({3: 1})  # pyright: ignore[reportArgumentType]
-    with pytest.raises(CaseError, match="a case is a file, a shipped case's name, a table or a loaded case, not 3"):
-        load_case(3)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_case_keeps_the_hash_under_which_its_campaigns_are_stored() -> None:

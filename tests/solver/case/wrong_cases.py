@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,15 @@ def errors_with(settings: dict[str, str]) -> list[str]:
     with pytest.raises(CaseError) as caught:
         load_case("reference_strike", settings)
     return caught.value.errors
+
+
+def raised(action: Callable[[], object]) -> Exception | None:
+    """What an action ends with, if not well."""
+    try:
+        action()
+    except Exception as error:  # whatever it is: the test says what it should be
+        return error
+    return None
 
 
 def written(folder: Path, name: str, text: str) -> Path:
