@@ -13,6 +13,8 @@ from birdstrike.solver.kernels.smoothing import slope, slope_constant
 
 SHAPES = ("hemispherical_cylinder", "cylinder", "ellipsoid", "sphere")
 Size = tuple[float, float]
+ACROSS = 3.0
+"""Particles across the smaller of diameter and length that an error about a single row of them asks for."""
 ALONG, AROUND = 257, 64  # of the outline's points: from the middle to an end, and in a ring
 
 
@@ -136,7 +138,7 @@ def fill_bird(
     Lattices cut at spacings within 2 % of (volume/particles)^(1/3) are tried, and the nearest count wins. Where the
     cut falls is an accident that moves the bird's ends by up to half a layer, so the lattice is then stretched, along
     and across, until the particles, each a cube of its share of the volume, have the shape's second moments.
-    Raises UserError when not even 8 particles fit.
+    Raises UserError when not even 8 particles fit, or when they lie in one row or one layer.
     """
     half = 0.5 * np.array([length if shape != "sphere" else diameter, diameter, diameter])
     nominal = (volume / particles) ** (1.0 / 3.0)
@@ -153,6 +155,12 @@ def fill_bird(
     own = (volume / len(best)) ** (2.0 / 3.0) / 12.0
     along, across = (moment - own for moment in second_moments(shape, diameter, length))
     found = np.mean(best**2, axis=0)
+    if min(along, across, found[0], found[1] + found[2]) <= 0.0:
+        enough = math.ceil(volume / (min(length, diameter) / ACROSS) ** 3)
+        raise UserError(
+            f"bird.particles = {particles} makes a single row of particles in a bird of {1e3 * diameter:.4g} mm in "
+            f"diameter and {1e3 * length:.4g} mm in length; set bird.particles to {enough} or more"
+        )
     stretch = np.sqrt([along / found[0], *2 * [2.0 * across / (found[1] + found[2])]])
     return best * stretch, cut_at * float(np.prod(stretch)) ** (1.0 / 3.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,8 +20,6 @@ from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay
 
 DEEPEST = 20
 """Levels of tables and lists in a case; the format itself needs 5."""
-HUGE = 10**1000
-"""Largest whole number that is looked at further: Python writes none of more than 4300 digits."""
 TOO_DEEP = f"tables or lists are nested more than {DEEPEST} deep; no key of a case is: see docs/cases.md for the keys"
 LARGEST = 1_000_000
 """Bytes of a case file; the longest shipped one has 4000."""
@@ -38,24 +37,25 @@ def given_table(table: Mapping[Any, Any]) -> Raw:
     return _extended(toml_value(table), Path.cwd(), "the table", ())
 
 
-def toml_value(value: Any, depth: int = 0) -> Any:
+def toml_value(value: Any, place: tuple[str, ...] = ()) -> Any:
     """A value as TOML would give it: tuples and arrays as lists, numpy's numbers as plain ones, paths as texts.
 
-    Raises CaseError for tables and lists nested deeper than any case is.
+    place: where it stands, for the errors. Raises CaseError for tables and lists nested deeper than any case is, and
+    for a whole number that no floating-point number holds.
     """
-    if depth > DEEPEST:
+    if len(place) > DEEPEST:
         raise CaseError(TOO_DEEP)
     if isinstance(value, Mapping):
         wrong = [key for key in value if not isinstance(key, str)]
         if wrong:
             raise CaseError(f"{key!r} is no key of a case; a key is a text" for key in wrong)
-        return {key: toml_value(entry, depth + 1) for key, entry in value.items()}
+        return {key: toml_value(entry, (*place, key)) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
-    if isinstance(value, int) and abs(value) > HUGE:
-        raise CaseError(f"a whole number of {len(f'{value:x}')} hexadecimal digits is beyond the range of every key")
+    if isinstance(value, int) and abs(value) > sys.float_info.max:
+        raise CaseError(f"{'.'.join(place)} is a whole number of over 300 digits, beyond the range of every key")
     if isinstance(value, list | tuple):
-        return [toml_value(entry, depth + 1) for entry in value]
+        return [toml_value(entry, (*place, str(i))) for i, entry in enumerate(value)]
     return str(value) if isinstance(value, Path) else value
 
 

@@ -108,3 +108,11 @@ def test_a_case_of_another_solver_is_told_that_its_program_is_not_here(tmp_path:
     found = CliRunner().invoke(app, ["check", str(case), "--json"])
     assert json.loads(found.stdout.splitlines()[-1])["warnings"] == []
     assert "Next: birdstrike simulate" in found.stdout
+
+
+def test_a_bird_of_one_row_of_particles_is_the_user_s_error() -> None:
+    """Thin and long, of the fewest particles: it would have no width at all."""
+    thin = ("bird.length=3 m", "bird.diameter=60 mm", "bird.particles=100", "plate.elements=[12, 10]")
+    result = CliRunner().invoke(app, ["check", "reference_strike", *(w for text in thin for w in ("--set", text))])
+    assert result.exit_code == 1
+    assert "bird.particles = 100 makes a single row of particles in a bird of 60 mm in diameter" in result.stderr
