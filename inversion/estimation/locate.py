@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
@@ -89,16 +91,18 @@ def locate(
 
     The columns of known error are taken at a first fit without them.
     """
-    observations = observe(measured, dataset, choice.noise)
+    observations = observe(measured, dataset, choice.noise, choice.time_offset)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
-    calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    known = observations.baseline_columns
+    model = CurveModel(emulator, observations, known if known.size else None)
+    calibrator = Calibrator(model, coordinates, choice.time_offset)
     if columns is not None:
-        known = columns(observations, calibrator.fit(choice.seed)[0])
+        known = np.hstack([known, columns(observations, calibrator.fit(choice.seed)[0])])
         calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
     best_fit, modes, residual = calibrator.best_fits(choice.seed)
     origin, held = time_origin(calibrator, modes)
