@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +49,18 @@ class Measured:
                 [f'{self.path}: "{name}" is zero everywhere: a dead sensor? leave its column out' for name in dead]
             )
 
+    def only(self, channels: Sequence[str]) -> Measured:
+        """The record with these channels alone, all where none is named; raises MeasuredError for one it has not."""
+        if not channels:
+            return self
+        unknown = [name for name in channels if name not in self.channels]
+        if unknown:
+            known = f"its channels: {', '.join(self.channels)}"
+            raise MeasuredError([f'--channels: {self.path} has no channel "{name}"; {known}' for name in unknown])
+        kept = {name: values for name, values in self.channels.items() if name in channels}
+        sigma = {name: values for name, values in self.sigma.items() if name in channels}
+        return replace(self, channels=kept, sigma=sigma, units={name: self.units[name] for name in kept})
+
     def points(self, channel: str) -> tuple[Array, Array]:
         """Times [s] and values of one channel, gaps left out."""
         given = np.isfinite(self.channels[channel])
@@ -66,7 +78,10 @@ def read_measured(path: str | Path) -> Measured:
 
 def _is_foreign(error: str) -> bool:
     """Whether an error says that a file is in another format, not that a record has a fault."""
-    return any(sign in error for sign in ("needs a name and a unit", "one column only", "as UTF-8", "must be \"time", "holds no table"))
+    return any(
+        sign in error
+        for sign in ("needs a name and a unit", "one column only", "as UTF-8", 'must be "time', "holds no table")
+    )
 
 
 def _import_hint(path: Path) -> Iterable[str]:

@@ -127,7 +127,9 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     if name in options.per:
         return given or ""
     if own is not None and given is not None and scaled("1", own) != scaled("1", given):
-        raise UnitError(f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file")
+        raise UnitError(
+            f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file"
+        )
     return given or own or ""
 
 

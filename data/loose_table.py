@@ -135,7 +135,10 @@ def import_line(path: Path) -> str:
         return ""
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
     sensors = [head.text or head.name for head in heads[1:]]
-    shown = [f"SENSOR={shlex.quote(sensor)}" if i else f"displacement_centre={shlex.quote(sensor)}" for i, sensor in enumerate(sensors[:3])]
+    shown = [
+        f"SENSOR={shlex.quote(sensor)}" if i else f"displacement_centre={shlex.quote(sensor)}"
+        for i, sensor in enumerate(sensors[:3])
+    ]
     given = [] if heads[0].unit else ["--time-unit ms"]
     given += [] if all(head.unit for head in heads[1:4]) else ["--unit mm"]
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])

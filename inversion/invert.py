@@ -11,6 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.emulator_error import poor
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
     Located,
@@ -33,7 +34,7 @@ from birdstrike.inversion.observations.prior_predictive import (
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, TrainingFigures
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.surrogate.emulator import Emulator, ExtrapolationError
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
 from birdstrike.surrogate.holdout import describe, describe_times, input_times
 from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
 from birdstrike.surrogate.levenberg_marquardt import Settings
@@ -208,12 +209,26 @@ def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> 
 
 
 def _worst(located: Located, run: Histories) -> float:
-    """The largest of the channels' root mean square errors in units of the noise."""
+    """The largest of the channels' root mean square errors in units of the noise, of poor ones and of their own error.
+
+    The answer of an emulator that predicts a channel poorly cannot fit that channel better than it predicts it. Where
+    the fit is accepted only the poor channels are in doubt: the others have been tested by the fit.
+    """
     record = located.observations
     model, values, noise = (
         record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values, record.noise)
     )
-    return max(whitened(model[name], values[name], noise[name]) for name in values)
+    unit = {name: np.hypot(noise[name], _left_out_error(located.emulator.channels[name])) for name in values}
+    tested = [name for name in values if poor(located.emulator.channels[name])] if located.cloud.inside else []
+    return max(whitened(model[name], values[name], unit[name]) for name in tested or values)
+
+
+def _left_out_error(emulator: CurveEmulator) -> float:
+    """What may part a run from the record where a channel is predicted poorly, SI; else 0: it must fit the noise.
+
+    The error of left-out runs is mostly jitter, which both have, each its own.
+    """
+    return float(np.sqrt(2.0) * emulator.validation.rmse) if poor(emulator) else 0.0
 
 
 def _q2(emulator: Emulator) -> dict[str, float | None]:

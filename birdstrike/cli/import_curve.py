@@ -67,7 +67,9 @@ def import_curve(
 
 @framed
 def command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Text, CSV, nodout, TDMS, .mat, .xlsx, UFF58 or binout.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Text, CSV, nodout, TDMS, .mat, .xlsx, UFF58 or binout.")
+    ],
     sensor: Annotated[
         list[str], typer.Option(metavar="NAME[=COLUMN]", help="Sensor of the case, and its column; repeatable.")
     ],
@@ -92,9 +94,15 @@ def command(
         list[str],
         typer.Option(metavar="[NAME=]NOISE", help='1 sigma, such as "0.05 mm", or record for its own; repeatable.'),
     ] = [],  # noqa: B006
-    decimal: Annotated[str, typer.Option(metavar=", or .", help="Mark of decimals, where the file leaves it open.")] = "",
-    table: Annotated[str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")] = "",
-    picture: Annotated[Path | None, typer.Option(help="PNG or PDF: the record, what is cut, its zero and noise.")] = None,
+    decimal: Annotated[
+        str, typer.Option(metavar=", or .", help="Mark of decimals, where the file leaves it open.")
+    ] = "",
+    table: Annotated[
+        str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")
+    ] = "",
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG or PDF: the record, what is cut, its zero and noise.")
+    ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Convert a curve file of another program into measured-data CSV, with its provenance; errors name their line.

@@ -30,7 +30,9 @@ def table_of(path: Path, columns: Sequence[NamedColumn], notes: Iterable[str] = 
         raise MeasuredError(f"{path} holds no columns of two or more numbers")
     length = max(lengths, key=lambda n: (lengths[n], n))
     kept = [column for column in columns if len(column.values) == length]
-    kept.sort(key=lambda column: not column.name.lower().startswith(("time", "t ", "zeit")) and column.name.lower() != "t")
+    kept.sort(
+        key=lambda column: not column.name.lower().startswith(("time", "t ", "zeit")) and column.name.lower() != "t"
+    )
     heads = tuple(head_of(column.name, column.unit) for column in kept)
     texts = [[repr(float(v)) if np.isfinite(v) else "" for v in column.values] for column in kept]
     rows = tuple((i, cells) for i, cells in enumerate(zip(*texts, strict=True), 1))
@@ -47,5 +49,7 @@ def chosen(path: Path, tables: Sequence[str], table: str, noun: str) -> str:
     if table:
         raise MeasuredError(f'{path} has no {noun} "{table}"; it has {known}')
     if len(tables) != 1:
-        raise MeasuredError(f'{path} holds {len(tables)} {noun}s; choose one: --table "{tables[0]}" (there are {known})')
+        raise MeasuredError(
+            f'{path} holds {len(tables)} {noun}s; choose one: --table "{tables[0]}" (there are {known})'
+        )
     return tables[0]

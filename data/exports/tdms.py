@@ -24,7 +24,9 @@ def read(path: Path, table: str) -> LooseTable:
     for channel in group.channels():
         values = np.asarray(channel[:])
         if np.issubdtype(values.dtype, np.number):
-            columns.append(NamedColumn(channel.name, values.astype(float), channel.properties.get("unit_string") or None))
+            columns.append(
+                NamedColumn(channel.name, values.astype(float), channel.properties.get("unit_string") or None)
+            )
     first = group.channels()[0]
     named = any(column.name.lower().startswith(("time", "zeit")) for column in columns)
     if "wf_increment" in first.properties and not named:

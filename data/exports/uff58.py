@@ -21,7 +21,9 @@ def read(path: Path, table: str) -> LooseTable:  # noqa: ARG001 (formats share o
         found = pyuff.UFF(str(path)).read_sets()
     except Exception as error:  # the library lets Python's own errors through
         raise MeasuredError(f"{path} cannot be read as a universal file: {error}") from error
-    sets: list[dict[str, Any]] = [one for one in (found if isinstance(found, list) else [found]) if one.get("type") == 58]
+    sets: list[dict[str, Any]] = [
+        one for one in (found if isinstance(found, list) else [found]) if one.get("type") == 58
+    ]
     if not sets:
         raise MeasuredError(f"{path} holds no data set 58")
     clock = np.asarray(sets[0]["x"], dtype=float)

@@ -14,6 +14,7 @@ from birdstrike.doe.designs.quality import design_quality
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.emulator_error import error_columns
 from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.proposal import Calibration
@@ -22,6 +23,7 @@ from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
@@ -98,7 +100,7 @@ def locate(
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
-    known = observations.baseline_columns
+    known = np.hstack([observations.baseline_columns, error_columns(emulator, dataset, observations)])
     model = CurveModel(emulator, observations, known if known.size else None)
     calibrator = Calibrator(model, coordinates, choice.time_offset)
     if columns is not None:
@@ -115,7 +117,8 @@ def locate(
     first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
-    warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
+    odd = implausible(dataset, observations, choice.time_offset)
+    warnings = (*first, *odd, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
     calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(calibration, observations, origin, found, residual, warnings)
 
@@ -148,7 +151,10 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:
-            sentences.append(f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): add runs")
+            sentences.append(
+                f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): the channel carries the "
+                "error of these predictions and counts for less; add runs, or leave it out: --channels"
+            )
     return tuple(sentences)
 
 

@@ -27,8 +27,8 @@ ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
 SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
 LARGER = 1.2  # times what is stated: less is no contradiction
 GROWS = 1.3  # times the scatter before contact, from which neighbouring points tell of more noise in the response
-MOVES = 0.1  # of the peak, by which the means of eighths of a record before contact may differ
-EIGHTHS = 8
+RUNS_OFF = 0.3  # of the peak
+MOVES = 0.02  # of the peak, by which the end of a record before contact may leave the line through its beginning
 BEFORE, NEIGHBOURS = "record before contact", "scatter of neighbouring points"
 
 
@@ -94,16 +94,21 @@ class BeforeContact:
     moves: bool = False
 
     @classmethod
-    def of(cls, times: Array, values: Array, peak: float) -> BeforeContact:
-        """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes."""
+    def of(cls, times: Array, values: Array, peak: float, length: float = 0.0) -> BeforeContact:
+        """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes.
+
+        length: of the response [s]: a drift that would carry the record off by a third of its peak is none.
+        """
         if len(times) < FEWEST_FOR_LEVEL:
             return cls(times, values, 0.0, None)
         spiked = _spikes(times, values)
         times, values = times[~spiked], values[~spiked]
         hum = hum_of(times, values)
         rows = terms(times, 4 if hum else LINE, hum, float(times.mean()))
-        residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
-        if _moves(residual, peak):
+        found = np.linalg.lstsq(rows, values, rcond=None)[0]
+        residual = values - rows @ found
+        runs_off = len(times) >= FEWEST_FOR_TEST and abs(float(found[1])) * length > RUNS_OFF * peak
+        if runs_off or _moves(times, residual, peak):
             return cls(times, residual, 0.0, None, values, hum, True)
         noisy = float(np.std(residual)) > ROUNDING * peak
         level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
@@ -123,14 +128,22 @@ class BeforeContact:
         return rho if rho * np.sqrt(len(self.residual)) >= CORRELATED else 0.0
 
 
-def _moves(residual: Array, peak: float) -> bool:
-    """Whether the means of eighths differ by more than 10 % of the peak and than the scatter about them explains."""
+def _moves(times: Array, residual: Array, peak: float) -> bool:
+    """Whether the record leaves, in its last quarter before contact, the straight line through its first half.
+
+    By more than 2 % of the peak and than the scatter about that line explains: then it is the response that begins.
+    """
     if len(residual) < FEWEST_FOR_TEST:
         return False
-    parts = np.array_split(residual, EIGHTHS)
-    apart = float(np.ptp([part.mean() for part in parts]))
-    within = float(np.sqrt(np.mean([part.var() for part in parts]) * EIGHTHS / len(residual)))
-    return apart > max(MOVES * peak, SPIKE * within)
+    half, quarter = np.array_split(np.arange(len(times)), 2)[0], np.array_split(np.arange(len(times)), 4)[-1]
+    rows = terms(times, LINE, 0.0, float(times[half].mean()))
+    inverse = np.linalg.inv(rows[half].T @ rows[half])
+    found = inverse @ rows[half].T @ residual[half]
+    scatter = float(np.std(residual[half] - rows[half] @ found))
+    ahead = rows[quarter].mean(axis=0)
+    spread = scatter * np.sqrt(ahead @ inverse @ ahead + 1.0 / len(quarter))
+    apart = abs(float(residual[quarter].mean() - ahead @ found))
+    return apart > max(MOVES * peak, SPIKE * spread)
 
 
 def _spikes(times: Array, values: Array) -> NDArray[np.bool_]:

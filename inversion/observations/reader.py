@@ -239,7 +239,7 @@ def _channel(
     _refuse_few(measured, expected, name, fewest, kept, cuts)
     early = times < expected.quiet
     peak = float(np.abs(values[kept]).max())
-    before = BeforeContact.of(times[early], values[early], peak)
+    before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
     white = _white(expected, name, times[kept], values[kept])
     stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
     noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance, white)

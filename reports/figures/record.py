@@ -75,13 +75,17 @@ def _draw(axes: Axes, channel: DrawnChannel) -> None:
     cut = np.isin(channel.time, np.concatenate([np.zeros(0), *channel.cuts.values()]))
     kept = np.where(cut, np.nan, values)
     band = SIGMAS * shown(np.array([channel.noise]), channel.unit)[0][0]
-    axes.fill_between(at, kept - band, kept + band, color=SKY, alpha=0.45, lw=0, label=f"± {SIGMAS:g} sigma of the noise")
+    axes.fill_between(
+        at, kept - band, kept + band, color=SKY, alpha=0.45, lw=0, label=f"± {SIGMAS:g} sigma of the noise"
+    )
     axes.plot(at, values, color=GREY, lw=0.6)
     axes.plot(at, kept, color=BLACK, lw=0.9, marker="o" if len(at) < 60 else "", markersize=3, label="used")
     for reason, times in channel.cuts.items():
         which = np.isin(channel.time, times)
         label = f"{reason.split(' (')[0].rstrip(',')}: {len(times)}"
-        axes.plot(at[which], values[which], ls="none", marker="x", markersize=4, color=COLOURS.get(reason, GREY), label=label)
+        axes.plot(
+            at[which], values[which], ls="none", marker="x", markersize=4, color=COLOURS.get(reason, GREY), label=label
+        )
     if channel.rest is not None:
         axes.plot(at, shown(channel.rest, channel.unit)[0], color=BLUE, ls="--", lw=1.6, label="reading at rest")
     noise = quantity(channel.noise, channel.unit, 2)

@@ -144,7 +144,11 @@ def test_what_is_written_is_a_record_that_reads_back_bit_for_bit(tmp_path: Path)
 WRONG = [
     ("0 0\n1 1\n2 x\n3 3\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2 x" is not 2 numbers as in line 1'),
     ("0 0\n1 1\n2\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2" is not 2 numbers'),
-    ("0,0\n1,1\n2,n.b.\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2,n.b." is not 2 numbers .*; a gap is an empty'),
+    (
+        "0,0\n1,1\n2,n.b.\n",
+        ImportOptions(CENTRE, units=MM_MS),
+        r'line 3: "2,n.b." is not 2 numbers .*; a gap is an empty',
+    ),
     ("0 0\n1 1\n1 2\n", ImportOptions(CENTRE, units=MM_MS), r"line 3: the time 1 does not increase"),
     ("0,0\n,1\n2,2\n", ImportOptions(CENTRE, units=MM_MS), r"line 2: the time is missing"),
     ("0 0\n1 1\n", ImportOptions(CENTRE), r'column "1" has no unit; say which: --time-unit ms'),
@@ -169,7 +173,11 @@ def test_what_is_wrong_is_said_with_its_line_and_a_remedy(
 
 CELLS = {
     "NaN": ("t_ms,w_mm\n0,1\n1,NaN\n2,3\n", [1.0, np.nan, 3.0], '1 cell "NaN", the first in line 3, read as gaps'),
-    "overload": ("t_ms;w_mm\n0;1\n1;OVL\n2;OVL\n3;2\n", [1.0, np.nan, np.nan, 2.0], '2 cells "OVL", the first in line 3'),
+    "overload": (
+        "t_ms;w_mm\n0;1\n1;OVL\n2;OVL\n3;2\n",
+        [1.0, np.nan, np.nan, 2.0],
+        '2 cells "OVL", the first in line 3',
+    ),
     "a dash": ("t_ms\tw_mm\n0\t-\n1\t-2\n2\t3\n", [np.nan, -2.0, 3.0], '1 cell "-"'),
     "points for thousands": ("t_ms;w_mm\n0;0,5\n1;1.234,5\n2;1.234.567,25\n", [0.5, 1234.5, 1234567.25], ""),
     "commas for thousands": ("t_ms;w_mm\n0;0.5\n1;1,234.5\n2;1,234\n", [0.5, 1234.5, 1234.0], ""),
@@ -204,7 +212,10 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
 
 @pytest.mark.parametrize(
     "stamps",
-    [("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"), ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004")],
+    [
+        ("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"),
+        ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004"),
+    ],
     ids=["over midnight", "with a date"],
 )
 def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tuple[str, ...]) -> None:
