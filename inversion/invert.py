@@ -31,8 +31,9 @@ from birdstrike.inversion.observations.prior_predictive import (
     emulator_or_model,
     prior_predictive_warning,
 )
+from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord
 from birdstrike.inversion.results.estimates import Answer
-from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, TrainingFigures
+from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, RestFigures, TrainingFigures
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
 from birdstrike.surrogate.holdout import describe, describe_times, input_times
@@ -285,7 +286,24 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         points={c.name: len(c.times) for c in observations.channels},
         noise={c.name: float(np.sqrt(np.mean(c.noise**2))) for c in observations.channels},
         noise_source={c.name: c.noise_source for c in observations.channels},
+        cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
+        at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
     )
+
+
+def _cuts(record: ChannelRecord) -> dict[str, tuple[float, ...]]:
+    """Instants [s] of the simulated record that were left out, by reason."""
+    return {cut.reason: tuple(map(float, cut.times)) for cut in record.cuts if cut.reason != OUTSIDE}
+
+
+def _at_rest(record: ChannelRecord | None) -> RestFigures | None:
+    """What was subtracted from a channel."""
+    if record is None or not record.zeroed or record.baseline is None:
+        return None
+    own = record.baseline
+    value = float(own.at(np.array([own.middle]))[0])
+    terms = tuple(map(float, own.coefficients))
+    return RestFigures(own.kind, value, own.interval(own.middle), own.middle, own.frequency, terms)
 
 
 def _known(value: float) -> float | None:

@@ -9,7 +9,6 @@ from typing import Any
 import h5py
 import numpy as np
 from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
@@ -20,7 +19,7 @@ def read(path: Path, table: str) -> LooseTable:
     """Every vector, and every column of a matrix ("data 2"); table: the struct or array that holds them."""
     try:
         content = _content(path)
-    except (OSError, ValueError, NotImplementedError, MatReadError) as error:
+    except Exception as error:  # scipy lets a dozen of Python's own errors through for a file that is none
         raise MeasuredError(f"{path} cannot be read as a file of MATLAB: {error}") from error
     if table:
         if table not in content:

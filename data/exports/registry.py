@@ -17,11 +17,13 @@ Reader = Callable[[Path, str], LooseTable]
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: module of this folder that reads it, the package that it needs, and what it is called."""
+    """A file format: module of this folder that reads it, the package that it needs, what it is called, and the extra
+    that installs the package."""
 
     module: str
     package: str
     name: str
+    extra: str = "exports"
 
 
 EXPORTS: Mapping[str, Format] = MappingProxyType(
@@ -30,7 +32,7 @@ EXPORTS: Mapping[str, Format] = MappingProxyType(
         ".mat": Format("matlab", "scipy", "file of MATLAB"),
         **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel")),
         **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file")),
-        "binout": Format("binout", "lasso-python", "binout of LS-DYNA"),
+        "binout": Format("binout", "lasso-python", "binout of LS-DYNA", "binout"),
     }
 )
 """Ending of a file's name, or its beginning, -> format."""
@@ -46,6 +48,6 @@ def reader_of(path: str | Path) -> Reader | None:
         return import_module(f"birdstrike.data.exports.{form.module}").read
     except ModuleNotFoundError as error:
         raise MeasuredError(
-            f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[exports]"; or export the '
+            f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[{form.extra}]"; or export the '
             f"curve as text ({error})"
         ) from error

@@ -107,8 +107,7 @@ class BeforeContact:
         rows = terms(times, 4 if hum else LINE, hum, float(times.mean()))
         found = np.linalg.lstsq(rows, values, rcond=None)[0]
         residual = values - rows @ found
-        runs_off = len(times) >= FEWEST_FOR_TEST and abs(float(found[1])) * length > RUNS_OFF * peak
-        if runs_off or _moves(times, residual, peak):
+        if _runs_off(rows, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
             return cls(times, residual, 0.0, None, values, hum, True)
         noisy = float(np.std(residual)) > ROUNDING * peak
         level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
@@ -126,6 +125,14 @@ class BeforeContact:
             return 0.0
         rho = float(self.residual[1:] @ self.residual[:-1] / (self.residual @ self.residual))
         return rho if rho * np.sqrt(len(self.residual)) >= CORRELATED else 0.0
+
+
+def _runs_off(rows: Array, residual: Array, slope: float, length: float, peak: float) -> bool:
+    """Whether a clear drift would carry the record off by a third of its peak."""
+    if len(rows) < FEWEST_FOR_TEST or abs(slope) * length <= RUNS_OFF * peak:
+        return False
+    spread = float(np.sqrt(np.mean(residual**2) * np.linalg.inv(rows.T @ rows)[1, 1]))
+    return abs(slope) > SPIKE * spread
 
 
 def _moves(times: Array, residual: Array, peak: float) -> bool:

@@ -44,7 +44,9 @@ def both() -> tuple[Dataset, Emulator]:
 
 def shot(share: float):
     measured = stand_in_record(truth(share), TIMES, NOISE[CHANNEL], seed=int(100 * share))
-    values = np.interp(TIMES, TIME, strain(truth(share))) + NOISE[STRAIN] * np.random.default_rng(1).normal(size=len(TIMES))
+    values = np.interp(TIMES, TIME, strain(truth(share))) + NOISE[STRAIN] * np.random.default_rng(1).normal(
+        size=len(TIMES)
+    )
     return replace(measured, channels={**measured.channels, STRAIN: values}, units={CHANNEL: "m", STRAIN: ""})
 
 
