@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 class LoopPlan:
     """What the loop is asked to do.
 
-    say: takes what the user should know, one line at a time; channels: of the record, all where none is named; retry: failures stored before this time [s, Unix] are
-    tried again, by all stages (doe.campaign.run.retry_before).
+    say: takes what the user should know, one line at a time; retry: failures stored before this time [s, Unix] are
+    tried again, by all stages (doe.campaign.run.retry_before); channels: of the record, all where none is named.
     """
 
     case: Case

@@ -26,8 +26,8 @@ END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 
 GAPS = frozenset(
-    "nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over! overload "
-    "overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad".split()
+    """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
+    overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad""".split()  # noqa: SIM905
 )
 """What loggers and spreadsheets write where there is no reading, in small letters."""
 
@@ -102,7 +102,7 @@ def _plain(name: str) -> str:
 
 
 def text_lines(path: Path) -> list[str]:
-    """Lines of a text file, UTF-8, UTF-16 or the Latin-1 of older instruments; raises MeasuredError where there is none."""
+    """Lines of a text file in UTF-8, UTF-16 or the Latin-1 of older instruments; raises MeasuredError without text."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -285,7 +285,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _numbers(cells: Sequence[str], decimal: str) -> tuple[str, ...] | None:
-    """Cells as numbers' texts, times of day as they are, "" for a gap; None where any is something else, or all are gaps.
+    """Cells as numbers' texts, times of day as they are, "" for a gap; None where any is something else or all gaps.
 
     decimal: the mark of decimals, "" for either.
     """

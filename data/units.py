@@ -99,7 +99,7 @@ def factor(unit: str) -> Decimal:
 
 
 def ratio(unit: str, other: str) -> Decimal:
-    """Size of one `unit` in units of `other`, of any dimension; raises UnitError where the two measure different things."""
+    """Size of one `unit` in units of `other`, of any dimension; raises UnitError where these differ in kind."""
     (size, base), (other_size, other_base) = _base(unit), _base(other)
     if base != other_base:
         raise UnitError(f'"{unit}" and "{other}" measure different things')

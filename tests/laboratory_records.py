@@ -1,3 +1,4 @@
+# ruff: noqa: E501
 """Records as laboratories have them, from the logger's file to the parameters: the table of docs/records.md.
 
 Each record is made from a simulation at parameters of its own, written as some logger would write it, imported by the

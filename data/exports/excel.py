@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import datetime
+import datetime as dt
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -29,9 +29,9 @@ def read(path: Path, table: str) -> LooseTable:
 def _text(value: Any) -> str:
     if value is None:
         return ""
-    if isinstance(value, datetime.datetime):
+    if isinstance(value, dt.datetime):
         return value.time().isoformat()
-    if isinstance(value, datetime.time):
+    if isinstance(value, dt.time):
         return value.isoformat()
     if isinstance(value, float):
         return repr(value)

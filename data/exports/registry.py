@@ -48,6 +48,6 @@ def reader_of(path: str | Path) -> Reader | None:
         return import_module(f"birdstrike.data.exports.{form.module}").read
     except ModuleNotFoundError as error:
         raise MeasuredError(
-            f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[{form.extra}]"; or export the '
-            f"curve as text ({error})"
+            f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[{form.extra}]"; or export '
+            f"the curve as text ({error})"
         ) from error

@@ -152,8 +152,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:
             sentences.append(
-                f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): the channel carries the "
-                "error of these predictions and counts for less; add runs, or leave it out: --channels"
+                f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): the channel carries "
+                "the error of these predictions and counts for less; add runs, or leave it out: --channels"
             )
     return tuple(sentences)
 

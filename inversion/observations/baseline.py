@@ -7,15 +7,11 @@ the response; what is uncertain in it are columns of the model's error, as for a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
-
-if TYPE_CHECKING:
-    from birdstrike.inversion.observations.noise import BeforeContact
 
 CLEAR = 4.0  # standard deviations from which a term is there
 SEEN = 2.0  # standard deviations from which a bend counts as possible
@@ -65,11 +61,13 @@ class Baseline:
     def sentence(self, name: str, unit: str) -> str:
         """What the sensor reads at rest, what is made of it, and what to do."""
         low, high = self.interval(self.middle)
-        reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {quantity(low, unit, 4)} .. {quantity(high, unit, 4)})"
+        interval = f"{quantity(low, unit, 4)} .. {quantity(high, unit, 4)}"
+        reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {interval})"
         kind = "" if self.kind == SHIFTED else f" and has a {self.kind.removeprefix('offset and ')}"
         return (
-            f"{plain(name)} reads {reads}{kind} before contact, over {self.points} points: its zero is taken from there "
-            "and the uncertainty of this is carried by the fit; birdstrike import --zero takes it out of the record"
+            f"{plain(name)} reads {reads}{kind} before contact, over {self.points} points: its zero is taken "
+            "from there and the uncertainty of this is carried by the fit; birdstrike import --zero takes it out of "
+            "the record"
         )
 
     def _terms(self, times: Array) -> Array:
@@ -100,32 +98,30 @@ def _left(times: Array, values: Array, frequency: float) -> float:
     return float(residual @ residual)
 
 
-def baseline_of(before: BeforeContact, correlation: float) -> Baseline | None:
+def baseline_of(times: Array, values: Array, level: float, hum: float, correlation: float) -> Baseline | None:
     """The baseline of a record before contact, None where nothing but noise shows.
 
+    times, values: (n,) before contact; level: of the noise, SI; hum: frequency of the mains [Hz], 0 without;
     correlation: of neighbouring points' noise, which makes the points worth less.
     """
-    if not before.tests or before.level is None:
-        return None
-    times, values = before.times, before.values
-    worth = before.level**2 * (1.0 + correlation) / (1.0 - min(correlation, 0.99))
-    for count in (4, 2, 1) if before.hum else (2, 1):
+    worth = level**2 * (1.0 + correlation) / (1.0 - min(correlation, 0.99))
+    for count in (4, 2, 1) if hum else (2, 1):
         middle = float(times.mean())
-        rows = terms(times, count, before.hum if count == 4 else 0.0, middle)
+        rows = terms(times, count, hum if count == 4 else 0.0, middle)
         inverse = np.linalg.inv(rows.T @ rows)
         found = inverse @ rows.T @ values
         size = np.abs(found) / np.sqrt(worth * np.diag(inverse))
         bend, clear = _bend(times, values, worth) if count == 2 else (0.0, 0.0)
         if max(size[count // 2 :].max(), clear) > CLEAR:
-            kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {before.hum:g} Hz"}[count]
+            kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
             bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
-            frequency = before.hum if count == 4 else 0.0
+            frequency = hum if count == 4 else 0.0
             return Baseline(kind, middle, frequency, found, worth * inverse, bend, len(times))
     return None
 
 
 def _bend(times: Array, values: Array, worth: float) -> tuple[float, float]:
-    """Coefficient of (t - middle)^2 before contact where it can be seen, else 0, and its size in standard deviations."""
+    """Coefficient of (t - middle)^2 before contact where it is seen, else 0; its size in standard deviations."""
     apart = times - times.mean()
     rows = np.stack([np.ones(len(times)), apart, apart**2], axis=1) / np.array([1.0, np.ptp(times), np.ptp(times) ** 2])
     inverse = np.linalg.inv(rows.T @ rows)

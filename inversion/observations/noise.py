@@ -14,7 +14,7 @@ from scipy.stats import f as f_distribution
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.observations.baseline import hum_of, terms
+from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
 
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
@@ -117,6 +117,13 @@ class BeforeContact:
     def tests(self) -> bool:
         """Whether the points are enough to overrule a stated noise."""
         return self.level is not None and len(self.times) >= FEWEST_FOR_TEST
+
+    @property
+    def baseline(self) -> Baseline | None:
+        """The reading at rest, None where it is zero or the points are too few."""
+        if not self.tests or self.level is None:
+            return None
+        return baseline_of(self.times, self.values, self.level, self.hum, self.correlation)
 
     @property
     def correlation(self) -> float:
@@ -295,17 +302,18 @@ def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise) ->
     if own.source == BEFORE:
         found = f"is not that of the record before contact ({level} over {own.freedom + LINE:.0f} points)"
     return (
-        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used instead; "
-        f"correct what is stated (sensors.{name}.noise, or birdstrike import --sigma)"
+        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used "
+        f"instead; correct what is stated (sensors.{name}.noise, or birdstrike import --sigma)"
     )
 
 
 def _kept(name: str, unit: str, stated: float, noise: Noise, before: BeforeContact) -> str:
     """That the record is quieter than is stated, and that this stands."""
+    found = f"{quantity(before.level or 0.0, unit, 2)} over {len(before.times)} points"
     return (
-        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) is more than that of the record "
-        f"before contact ({quantity(before.level or 0.0, unit, 2)} over {len(before.times)} points) and is kept: the "
-        "intervals are wider than the record alone would make them; leave the noise out of the case to use the record's"
+        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) is more than that of the "
+        f"record before contact ({found}) and is kept: the intervals are wider than the record alone would make them; "
+        "leave the noise out of the case to use the record's"
     )
 
 

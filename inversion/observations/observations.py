@@ -56,7 +56,7 @@ class Observations:
 
     @property
     def baseline_columns(self) -> Array:
-        """(n, s) SI: what is uncertain in the sensors' readings at rest, a column for one standard deviation of each."""
+        """(n, s) SI: what is uncertain in the readings at rest, a column for one standard deviation of each."""
         blocks = [
             c.record.baseline.columns(c.times)
             if c.record is not None and c.record.zeroed and c.record.baseline is not None

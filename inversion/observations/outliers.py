@@ -1,4 +1,4 @@
-"""What an experimentalist takes out of a record before fitting: clipped and frozen stretches, single outliers, all named."""
+"""What an experimentalist takes out of a record before fitting: clipped and frozen stretches, single outliers."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _rounded(values: Array, begin: int, end: int) -> bool:
 def beside_clipped(values: Array, flat: NDArray[np.bool_], sigma: float) -> NDArray[np.bool_]:
     """(n,) True at readings beside a clipped stretch that only their own noise has kept below its end.
 
-    values: with NaN at gaps; flat: clipped, or lost in a gap at the record's extreme; sigma: of the noise. Such readings
+    values: with NaN at gaps; flat: clipped, or lost in a gap at the record's extreme; sigma: of the noise. The readings
     are low on average: a fit that took them would be biased. The band ends where the mean of the next five readings
     lies four standard deviations of the noise off the extreme.
     """
@@ -84,7 +84,7 @@ def lost_at_the_extreme(values: Array) -> NDArray[np.bool_]:
     if np.isfinite(values).sum() < FEWEST:
         return marked
     for begin, end in zip(*_stretches(np.isnan(values)), strict=True):
-        if 0 < begin and end < len(values):
+        if begin > 0 and end < len(values):
             level = _extreme(values, values[begin - 1])
             marked[begin:end] = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
     return marked

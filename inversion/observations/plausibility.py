@@ -25,14 +25,20 @@ MENDED = 0.5  # of the residual that a shift must leave at most
 NOISE = 3.0  # times the noise: a smaller residual needs no mending
 SILENT_SHARE = 20.0  # part of the smallest peak of a run that is no response
 SILENT = 5.0  # times the noise: a sensor that never reads more has not responded
-SLIPS = {1e3: "a thousand: mm for m, or kN for N?", 25.4: "25.4: inches for mm?", 10.0: "ten: mm for cm?",
-         100.0: "a hundred: per cent for a ratio?", 1e6: "a million: microstrain for strain?", 4.448: "4.45: pounds for newtons?",
-         6.895: "6.9: ksi for MPa?"}  # fmt: skip
+SLIPS = {
+    1e3: "a thousand: mm for m, or kN for N?",
+    25.4: "25.4: inches for mm?",
+    10.0: "ten: mm for cm?",
+    100.0: "a hundred: per cent for a ratio?",
+    1e6: "a million: microstrain for strain?",
+    4.448: "4.45: pounds for newtons?",
+    6.895: "6.9: ksi for MPa?",
+}
 SLIP = 1.6  # ratio to such a factor that still points to it
 
 
 def implausible(dataset: Dataset, observations: Observations, time_offset: float) -> tuple[str, ...]:
-    """One sentence a channel whose sign, size or clock no run has; time_offset: standard deviation of the origin [s]."""
+    """A sentence for each channel whose sign, size or clock no run has; time_offset: of the origin, 1 sigma [s]."""
     found = (_finding(_Beside.of(dataset, channel, time_offset)) for channel in observations.channels)
     return tuple(text for text in found if text)
 
@@ -88,8 +94,8 @@ def _finding(beside: _Beside) -> str:
     if not low / FAR <= peak <= FAR * high and np.abs(allowed).max() > ALIKE:
         factor = peak / float(np.median(beside.peaks))
         return (
-            f"{plain(name)} has the shape of the runs and another size: it peaks at {quantity(peak, channel.unit)} where "
-            f"they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
+            f"{plain(name)} has the shape of the runs and another size: it peaks at {quantity(peak, channel.unit)} "
+            f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
         )
     if peak < max(SILENT * noise, low / SILENT_SHARE) and peak < low / FAR:
         return (
@@ -103,9 +109,9 @@ def _finding(beside: _Beside) -> str:
     shift = float(beside.shifts[best])
     return (
         f"{plain(name)} lies beside the runs best when its clock is moved by {-1e3 * shift:+.2f} ms (nearest run at "
-        f"{quantity(float(beside.residual[best]), channel.unit)} RMS instead of {quantity(held, channel.unit)}), which the "
-        f'case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", or state '
-        f'how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
+        f"{quantity(float(beside.residual[best]), channel.unit)} instead of {quantity(held, channel.unit)}), which "
+        f'the case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", or '
+        f'state how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
     )
 
 

@@ -28,7 +28,7 @@ def read_raw(measured: Measured) -> tuple[ChannelRecord, ...]:
 
 
 def rest_until(measured: Measured) -> float:
-    """The instant until which no channel has left its rest [s], a tenth of the time spared; the first where none rests."""
+    """The instant until which no channel has left its rest [s], a tenth of it spared; the first where none rests."""
     return min(_leaves_rest(*measured.points(name)) for name in measured.channels)
 
 
@@ -52,7 +52,7 @@ def _leaves_rest(times: Array, values: Array) -> float:
 
 
 def zeroed(measured: Measured) -> tuple[Measured, dict[str, float]]:
-    """The record with every channel's mean before the response subtracted, and these means, SI; raises MeasuredError."""
+    """The record less every channel's mean before the response, and these means, SI; raises MeasuredError."""
     until = rest_until(measured)
     offsets = {name: _mean(measured, name, until) for name in measured.channels}
     notes = tuple(

@@ -18,7 +18,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
-from birdstrike.inversion.observations.baseline import Baseline, baseline_of
+from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise
 from birdstrike.inversion.observations.outliers import beside_clipped, clipped, frozen, lost_at_the_extreme, outliers
@@ -243,7 +243,7 @@ def _channel(
     white = _white(expected, name, times[kept], values[kept])
     stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
     noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance, white)
-    baseline = _worthwhile(baseline_of(before, before.correlation), times[kept], noise)
+    baseline = _worthwhile(before.baseline, times[kept], noise)
     beside = np.isin(kept, _beside(measured, name, window[flat], noise.level))
     odd = outliers(times[kept], values[kept], noise.sigma) & ~beside
     cuts |= {BESIDE: kept[beside], OUTLIER: kept[odd]}
@@ -324,8 +324,8 @@ def _moving(name: str, before: BeforeContact) -> tuple[str, ...]:
         return ()
     until = f"{before.times[-1] * 1e3:.3g} ms"
     text = (
-        f"{plain(name)} moves before contact (until {until} by the case's clock), so neither its zero nor its noise can "
-        "be taken from there: if its clock is ahead of the case's, import it with --shift, or raise "
+        f"{plain(name)} moves before contact (until {until} by the case's clock), so neither its zero nor its noise "
+        "can be taken from there: if its clock is ahead of the case's, import it with --shift, or raise "
         "inversion.nuisance.time_offset"
     )
     return (text,)

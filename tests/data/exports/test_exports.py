@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -62,20 +63,39 @@ def test_a_sheet_of_excel(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["import", str(tmp_path / "a.xlsx"), "--sensor", CENTRE, "--out", "o.csv"])
     assert found.exit_code == 1
     assert 'holds 2 sheets; choose one: --table "Sheet"' in found.output
-    with pytest.raises(MeasuredError, match="birdstrike import .*a.xlsx --sensor"):
+    with pytest.raises(MeasuredError, match=r"birdstrike import .*a\.xlsx --sensor"):
         read_measured(tmp_path / "a.xlsx")
 
 
 def test_universal_files_of_type_58(tmp_path: Path) -> None:
     pyuff: Any = pytest.importorskip("pyuff")
-    made = pyuff.prepare_58(
-        binary=0, func_type=1, rsp_node=7, rsp_dir=3, ref_node=0, ref_dir=0, data=1e3 * WAVE, x=TIME, id1="laser",
-        rsp_ent_name="NONE", ref_ent_name="NONE", abscissa_spacing=1, abscissa_spec_data_type=17,
-        ordinate_spec_data_type=8, ordinate_axis_units_lab="mm", abscissa_axis_units_lab="s", abscissa_inc=1e-5,
-        abscissa_min=0.0, ord_data_type=4, num_pts=200, z_axis_axis_units_lab="NONE", return_full_dict=True,
-    )  # fmt: skip
+    made = {
+        "type": 58, "binary": 0, "func_type": 1, "rsp_node": 7, "rsp_dir": 3, "ref_node": 0, "ref_dir": 0,
+        "data": 1e3 * WAVE, "x": TIME, "id1": "laser", "id4": "", "id5": "", "rsp_ent_name": "NONE",
+        "ref_ent_name": "NONE", "abscissa_spacing": 1, "abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8,
+        "orddenom_spec_data_type": 0, "ordinate_axis_units_lab": "mm", "abscissa_axis_units_lab": "s",
+    }  # fmt: skip
     pyuff.UFF(str(tmp_path / "a.uff")).write_sets([made], "overwrite")
     is_the_wave(imported(tmp_path / "a.uff", "--sensor", f"{CENTRE}=laser"))
+
+
+def test_a_node_of_a_binout(tmp_path: Path) -> None:
+    binout: Any = pytest.importorskip("lasso.dyna.binout")
+    assert binout.Binout
+    lsda = importlib.import_module("lasso.dyna.lsda_py3").Lsda
+    file = lsda(str(tmp_path / "binout0000"), "w")
+    file.cd("/nodout", 1)
+    file.cd("/nodout/metadata", 1)
+    file.write("ids", lsda.I4, [7, 1026])
+    for i, (t, w) in enumerate(zip(1e3 * TIME, 1e3 * WAVE, strict=True)):
+        file.cd(f"/nodout/d{i + 1:06d}", 1)
+        file.write("time", lsda.R8, [t])
+        file.write("z_displacement", lsda.R8, [0.0, -w])
+    file.close()
+    options = ("--sensor", f"{CENTRE}=z_displacement 1026", "--scale", "-1", "--unit", "mm", "--time-unit", "ms")
+    found = imported(tmp_path / "binout0000", *options)
+    is_the_wave(found)
+    assert found.simulated
 
 
 def test_a_binout_is_refused_with_what_reads_it_where_that_is_not_installed(
