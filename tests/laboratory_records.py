@@ -237,19 +237,21 @@ def ended(bench: Bench, kind: Kind, folder: Path, seed: int) -> Ending:
     truth = {name: low + (high - low) * rng.uniform(0.2, 0.8) for name, (low, high) in ranges.items()}
     source, out = folder / f"record_{seed}.txt", folder / f"record_{seed}.csv"
     source.write_text(kind.text(signal(bench.forward(truth), kind, rng)), encoding=kind.encoding)
+    here = f"{folder}/"
     shown = CliRunner().invoke(app, ["import", str(source), "--out", str(out), *kind.options], env={"COLUMNS": "400"})
     if shown.exit_code:
-        return Ending(kind, truth, None, shown.output, ())
+        return Ending(kind, truth, None, shown.output.replace(here, ""), ())
     try:
         estimates, warnings = inverted(bench, out, seed)
     except UserError as error:
-        return Ending(kind, truth, None, "\n".join([shown.output, str(error)]), ())
+        return Ending(kind, truth, None, "\n".join([shown.output, str(error)]).replace(here, ""), ())
     missed = tuple(
         name
         for name, one in estimates.items()
         if one.interval_95 is not None and not one.interval_95[0] <= truth[name] <= one.interval_95[1]
     )
-    return Ending(kind, truth, estimates[VISCOSITY], "\n".join([shown.output, *warnings]), missed)
+    words = "\n".join([shown.output, *warnings]).replace(here, "")
+    return Ending(kind, truth, estimates[VISCOSITY], words, missed)
 
 
 def signal(run: Histories, kind: Kind, rng: np.random.Generator) -> Signal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from lasso.dyna.binout import Binout
+from lasso.dyna.binout import Binout  # pyright: ignore[reportMissingImports] (an optional extra)
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, chosen, table_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from nptdms import TdmsFile
+from nptdms import TdmsFile  # pyright: ignore[reportMissingImports] (an optional extra)
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, chosen, table_of

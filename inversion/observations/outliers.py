@@ -66,7 +66,7 @@ def beside_clipped(values: Array, flat: NDArray[np.bool_], sigma: float) -> NDAr
             outward = outward[np.isfinite(values[outward])]
             if not len(outward):
                 continue
-            level = _extreme(values, inside[0] if len(inside) else values[outward[0]])
+            level = _extreme(values, float(inside[0] if len(inside) else values[outward[0]]))
             means = np.convolve(np.abs(level - values[outward]), np.full(BESIDE_MEAN, 1.0 / BESIDE_MEAN), "valid")
             clear = np.flatnonzero(means > GUARD * sigma)
             marked[outward[: clear[0] if len(clear) else len(outward)]] = True
@@ -85,7 +85,7 @@ def lost_at_the_extreme(values: Array) -> NDArray[np.bool_]:
         return marked
     for begin, end in zip(*_stretches(np.isnan(values)), strict=True):
         if begin > 0 and end < len(values):
-            level = _extreme(values, values[begin - 1])
+            level = _extreme(values, float(values[begin - 1]))
             marked[begin:end] = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
     return marked
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class RestFigures:
     frequency: float
     coefficients: tuple[float, ...]
 
-    def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, times: Array) -> Array:
         """(n,) the reading at rest at `times` [s]."""
         apart = times - self.middle
         phase = 2.0 * np.pi * self.frequency * apart

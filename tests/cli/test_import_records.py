@@ -88,8 +88,8 @@ def test_sigma_states_the_noise_in_the_record(tmp_path: Path, given: str, sigma:
 
 
 def test_a_spike_and_a_logger_that_stopped_are_said_at_once(tmp_path: Path) -> None:
-    stopped = {f"row_{i}": 2.5 for i in range(400, 430)}
-    source = export(tmp_path / "a.csv", row_200=9.0, **stopped)
+    changed = {"row_200": 9.0, **{f"row_{i}": 2.5 for i in range(400, 430)}}
+    source = export(tmp_path / "a.csv", 0.03, 0.0, "Disp Z (mm)", **changed)
     found = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "o.csv")
     assert found.exit_code == 0, found.output
     assert "1 point at 0.5 ms is far off its neighbours" in found.stdout

@@ -26,7 +26,7 @@ def strain(theta: Array) -> Array:
     """A smooth response of the pulse's peak, and a jitter that changes from one point to the next: chaos."""
     seed = int(abs(hash(tuple(np.round(theta / HIGHS, 9)))) % 2**32)
     slow = np.convolve(np.random.default_rng(seed).normal(size=len(TIME) + 40), np.ones(41) / np.sqrt(41.0), "valid")
-    return 0.2 * pulse(theta, TIME) + 2.5e-4 * slow
+    return 0.2 * pulse(theta, TIME) + 2.5e-4 * np.real(slow)
 
 
 def with_strain(theta: Mapping[str, float]) -> Histories:
