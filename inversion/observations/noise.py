@@ -235,7 +235,8 @@ def channel_noise(
     stated : Stated
         By the file or the case.
     tolerance : float or None
-        Share of the peak to take where nothing is known; None: 1 %, and the fit must give the level.
+        Share of the peak to take where nothing is stated nor known before contact; None: the scatter of neighbouring
+        points, or 1 %, and the fit must give the level.
     white : tuple, optional
         Scatter of neighbouring points in the response, SI, and its degrees of freedom; see `high_frequency`.
 
@@ -247,7 +248,7 @@ def channel_noise(
         sentence for each thing that the user should know.
     """
     noise, remarks = stated.noise, ()
-    own = _of_the_record(before, stated, white)
+    own = _of_the_record(before, stated, white if noise is not None or tolerance is None else None)
     if noise is None and own is None:
         share = ASSUMED if tolerance is None else tolerance
         assumed = stated.uniform(share * peak, f"tolerance of {100 * share:g} % of the peak")

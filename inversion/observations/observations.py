@@ -12,7 +12,6 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.observations.noise import ASSUMED
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
 
@@ -101,7 +100,7 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], ti
         For a channel no run has, another unit, or no point inside the record.
     """
     expected = Expected.of_campaign(dataset, noise, time_offset)
-    read = read_record(measured, expected, ASSUMED, test_stated=False, zero=True)
+    read = read_record(measured, expected, test_stated=False, zero=True)
     channels = tuple(
         Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed", c)
         for c in read

@@ -171,8 +171,8 @@ def read_record(
         Sensors with their units, the simulated record, and the noise that the case states:
         `Expected.of_case` or `Expected.of_campaign`.
     tolerance : float, optional
-        Standard deviation as a share of the channel's peak where no noise is known. Without it 1 % is taken and the
-        noise is marked as inferred.
+        Standard deviation as a share of the channel's peak where no noise is stated nor known before contact. Without
+        it the scatter of neighbouring points is taken, or 1 %, and the noise is marked as inferred.
     fewest : int
         Points that a channel must have inside the simulated record.
     test_stated : bool
