@@ -16,6 +16,7 @@ UNEVEN = 0.5  # of a step
 STEPS_BESIDE = 4  # part of a flat top's length on which its sides must be one step lower to be a smooth peak
 GUARD = 4.0  # standard deviations of the noise: one reading in 30 000 is farther off
 BESIDE_MEAN = 5  # readings
+MISSING = 1.5  # of a step between two readings: more is a gap
 LOST_SHARE = 0.8  # of the extreme
 FROZEN_RUN = 8  # equal readings in a row
 REPEATS = 0.05  # share of equal neighbours elsewhere, beyond which repeating is the digitiser's way
@@ -78,13 +79,19 @@ def _extreme(values: Array, near: float) -> float:
     return float(np.nanmax(values) if near > 0.0 else np.nanmin(values))
 
 
-def lost_at_the_extreme(values: Array) -> NDArray[np.bool_]:
-    """(n,) True in gaps of values (n,) whose neighbours on both sides are near the record's extreme: an overload."""
+def lost_at_the_extreme(times: Array, values: Array) -> NDArray[np.bool_]:
+    """(n,) True in gaps of values (n,) whose neighbours on both sides are near the record's extreme: an overload.
+
+    Only where readings are missing by the channel's own steps: a channel that shares its file's clock with others has
+    empty cells between its readings.
+    """
     marked = np.zeros(len(values), dtype=bool)
-    if np.isfinite(values).sum() < FEWEST:
+    given = np.isfinite(values)
+    if given.sum() < FEWEST:
         return marked
+    longest = MISSING * float(np.median(np.diff(times[given])))
     for begin, end in zip(*_stretches(np.isnan(values)), strict=True):
-        if begin > 0 and end < len(values):
+        if begin > 0 and end < len(values) and times[end] - times[begin - 1] > longest:
             level = _extreme(values, float(values[begin - 1]))
             marked[begin:end] = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
     return marked

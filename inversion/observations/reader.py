@@ -293,7 +293,7 @@ def _beside(measured: Measured, name: str, flat: np.ndarray, sigma: float) -> np
     """Places, among the points that are no gaps, of readings beside clipped ones or beside an overload's gap."""
     values = measured.channels[name]
     given = np.flatnonzero(np.isfinite(values))
-    lost = lost_at_the_extreme(values)
+    lost = lost_at_the_extreme(measured.time, values)
     lost[given[flat]] = True
     return np.flatnonzero(beside_clipped(values, lost, sigma)[given])
 

@@ -141,6 +141,15 @@ def test_an_overload_that_the_logger_left_empty_is_a_clipped_stretch_too() -> No
     assert any("beside a clipped stretch" in text for text in found.warnings)
 
 
+def test_empty_cells_between_a_channels_own_readings_are_no_overload() -> None:
+    """Two sensors on one clock: each has its gap at the other's instants, and loses nothing by it."""
+    clock = STEP / 2.0 * np.arange(600)
+    values = np.where(np.arange(600) % 2 == 0, pulse(truth(0.5), clock) + 1e-5 * np.cos(1e6 * clock), np.nan)
+    found = read(replace(shot(), time=clock, channels={CHANNEL: values}))
+    assert len(found.times) == 300
+    assert not found.cuts
+
+
 def test_a_smooth_peak_of_a_coarse_digitiser_is_not_clipped() -> None:
     measured = shot(noise=0.0, end=3e-3)
     step = 2e-5
