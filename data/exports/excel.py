@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
-from openpyxl import load_workbook
-from openpyxl.utils.exceptions import InvalidFileException
+from openpyxl import load_workbook  # pyright: ignore[reportMissingModuleSource] (an optional extra)
+from openpyxl.utils.exceptions import InvalidFileException  # pyright: ignore[reportMissingModuleSource]
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import chosen
