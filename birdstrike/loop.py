@@ -35,7 +35,7 @@ class LoopPlan:
     """What the loop is asked to do.
 
     say: takes what the user should know, one line at a time; retry: failures stored before this time [s, Unix] are
-    tried again, by all stages (doe.campaign.run.retry_before).
+    tried again, by all stages (doe.campaign.run.retry_before); channels: of the record, all where none is named.
     """
 
     case: Case
@@ -48,6 +48,7 @@ class LoopPlan:
     say: Callable[[str], None]
     diagnosed: bool = True
     retry: float = 0.0
+    channels: tuple[str, ...] = ()
 
     @property
     def doe(self) -> Path:
@@ -87,6 +88,7 @@ def close_the_loop(
     trainer: str = "lm",
     diagnosis: bool = True,
     retry_failed: bool = False,
+    channels: tuple[str, ...] = (),
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
@@ -101,22 +103,22 @@ def close_the_loop(
 
     retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
-        loaded, record = checked(case, measured)
+        loaded, record = checked(case, measured, channels)
         planned = planned_runs(loaded, design, runs, seed, progress)
-    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry)
+    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry, channels)
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
 
 
-def checked(case: CaseSource, measured: str | Path) -> tuple[Case, Path]:
+def checked(case: CaseSource, measured: str | Path, channels: tuple[str, ...] = ()) -> tuple[Case, Path]:
     """The case and the record's file, which must fit each other; raises UserError before any simulation is paid for."""
     from birdstrike.data.curves import read_measured
     from birdstrike.solver.case.case import as_case
 
     loaded = as_case(case)
     record = resolve_measured(measured)
-    read = read_measured(record)
+    read = read_measured(record).only(channels)
     read.refuse_dead_sensors()
     unknown = [name for name in read.channels if name not in loaded.sensors]
     if unknown:
@@ -250,6 +252,7 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
         "trainer": plan.trainer,
         "seed": plan.seed,
         "code": source_digest("surrogate", "inversion"),
+        **({"channels": plan.channels} if plan.channels else {}),
     }
 
 
@@ -263,17 +266,21 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         trainer=plan.trainer,
         seed=plan.seed,
         progress=progress,
-        extras=Extras(retry=plan.retry),
+        extras=Extras(retry=plan.retry, channels=plan.channels),
     )
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     inputs = _inversion_inputs(plan)
-    kept = {name: inputs[name] for name in ("solver", "sources", "campaign", "measured", "name", "seed", "code")}
+    chosen = ("channels",) if plan.channels else ()
+    kept = {
+        name: inputs[name] for name in (*chosen, "solver", "sources", "campaign", "measured", "name", "seed", "code")
+    }
     return {**kept, "effects": effects_digest()}
 
 
 def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
+    from birdstrike.data.curves import read_measured
     from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
 
     @contextmanager
@@ -281,7 +288,8 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
         yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
 
     wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
-    diagnose(plan.case, plan.measured, plan.diagnosis, plan.doe, wishes=wishes)
+    record = read_measured(plan.measured).only(plan.channels) if plan.channels else plan.measured
+    diagnose(plan.case, record, plan.diagnosis, plan.doe, wishes=wishes)
 
 
 def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from birdstrike.data.csv_table import Column, CsvTable, read_table
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, in_unit
 
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
@@ -46,6 +49,18 @@ class Measured:
                 [f'{self.path}: "{name}" is zero everywhere: a dead sensor? leave its column out' for name in dead]
             )
 
+    def only(self, channels: Sequence[str]) -> Measured:
+        """The record with these channels alone, all where none is named; raises MeasuredError for one it has not."""
+        if not channels:
+            return self
+        unknown = [name for name in channels if name not in self.channels]
+        if unknown:
+            known = f"its channels: {', '.join(self.channels)}"
+            raise MeasuredError([f'--channels: {self.path} has no channel "{name}"; {known}' for name in unknown])
+        kept = {name: values for name, values in self.channels.items() if name in channels}
+        sigma = {name: values for name, values in self.sigma.items() if name in channels}
+        return replace(self, channels=kept, sigma=sigma, units={name: self.units[name] for name in kept})
+
     def points(self, channel: str) -> tuple[Array, Array]:
         """Times [s] and values of one channel, gaps left out."""
         given = np.isfinite(self.channels[channel])
@@ -53,8 +68,29 @@ class Measured:
 
 
 def read_measured(path: str | Path) -> Measured:
-    """A measured-data CSV; raises MeasuredError with every error and its line number."""
-    return measured_from(read_table(Path(path)), path)
+    """A measured-data CSV; raises MeasuredError with every error and its line number, and how to import an export."""
+    try:
+        return measured_from(read_table(Path(path)), path)
+    except MeasuredError as error:
+        hint = _import_hint(Path(path)) if any(_is_foreign(text) for text in error.errors) else ()
+        raise MeasuredError([*error.errors, *hint], error.heading) from error
+
+
+def _is_foreign(error: str) -> bool:
+    """Whether an error says that a file is in another format, not that a record has a fault."""
+    return any(
+        sign in error
+        for sign in ("needs a name and a unit", "one column only", "as UTF-8", 'must be "time', "holds no table")
+    )
+
+
+def _import_hint(path: Path) -> Iterable[str]:
+    """How to make a record of a file that is none; nothing where it is no table at all."""
+    line = import_line(path)
+    if not line and path.exists() and path.suffix.lower() in EXPORTS:
+        line = f"birdstrike import {shlex.quote(str(path))} --sensor displacement_centre --out record.csv"
+    if line:
+        yield f"an export of an instrument or a solver? This makes a record of it: {line}"
 
 
 def measured_from(table: CsvTable, path: str | Path) -> Measured:

@@ -4,22 +4,40 @@ from __future__ import annotations
 
 import csv
 import re
+import shlex
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
-from birdstrike.data.units import si_unit
+from birdstrike.data.units import factor, is_ratio, si_unit
 
 DELIMITERS = (";", "\t", ",", " ")
 COMMENT = ("#", "$", "%")
 AS_SUFFIX = ("m", "mm", "um", "in", "s", "ms", "us", "N", "kN", "Pa", "kPa", "MPa", "GPa")
 """Units that may end a name: with any unit, strain_a would be in years and gauge_c in speeds of light."""
+RATIO = ("-", "1")
+"""What stands in the place of a ratio's unit."""
 END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
 
+GAPS = frozenset(
+    """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
+    overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad""".split()  # noqa: SIM905
+)
+"""What loggers and spreadsheets write where there is no reading, in small letters."""
+
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
+_CLOCK = re.compile(r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)")
+"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it."""
+
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
+"""A number that is a thousand or a thousandth: 1,234."""
+
 _UNIT = (
     re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
@@ -29,21 +47,27 @@ _UNIT = (
 
 @dataclass(frozen=True)
 class Head:
-    """What stands above a column: its name, and its unit where one is given."""
+    """What stands above a column: its name, and its unit where one is given.
+
+    text: the cell as it stands in the file; foreign: a unit that measures nothing used here, such as V.
+    """
 
     name: str
     unit: str | None = None
+    text: str = ""
+    foreign: str = ""
 
 
 @dataclass(frozen=True)
 class LooseTable:
     """heads: of the columns, () where the file names none; rows: (line, numbers as text, "" for a gap); notes: the
-    lines above the table."""
+    lines above the table; remarks: sentences on what was read in a way of its own."""
 
     path: Path
     heads: tuple[Head, ...]
     rows: tuple[tuple[int, tuple[str, ...]], ...]
     notes: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def width(self) -> int:
@@ -56,10 +80,18 @@ class LooseTable:
         return tuple(head.name for head in self.heads) or tuple(str(i + 1) for i in range(self.width))
 
     def index(self, column: str) -> int:
-        """Place of a column given by name (case and blanks do not matter) or by number from 1; raises MeasuredError."""
-        names = [_plain(name) for name in self.names]
-        if _plain(column) in names:
-            return names.index(_plain(column))
+        """Place of a column given by name, with or without its unit, as it stands in the file, or by number from 1.
+
+        Case and blanks do not matter; raises MeasuredError.
+        """
+        asked = _plain(column)
+        for spelt in ([_plain(head.text) for head in self.heads], [_plain(name) for name in self.names]):
+            found = [i for i, name in enumerate(spelt) if name == asked]
+            if len(found) == 1:
+                return found[0]
+            if found:
+                same = ", ".join(f"{i + 1} ({self.heads[i].text})" for i in found)
+                raise MeasuredError(f'{self.path} has several columns "{column}": give a number, of {same}')
         if column.isdigit() and 1 <= int(column) <= self.width:
             return int(column) - 1
         raise MeasuredError(f'{self.path} has no column "{column}"; its columns: {", ".join(self.names)}')
@@ -70,43 +102,169 @@ def _plain(name: str) -> str:
 
 
 def text_lines(path: Path) -> list[str]:
-    """Lines of a text file, UTF-8 or the Latin-1 of older instruments; raises MeasuredError where there is none."""
+    """Lines of a text file in UTF-8, UTF-16 or the Latin-1 of older instruments; raises MeasuredError without text."""
     try:
         content = path.read_bytes()
     except OSError as error:
         raise MeasuredError(f"{path} cannot be read: {error.strerror}") from error
-    if b"\0" in content:
-        raise MeasuredError(f"{path} is no text file; export the curve as text first")
+    for encoding in (_utf_16(content), "utf-8-sig", "latin-1"):
+        try:
+            text = content.decode(encoding) if encoding else "\0"
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text.splitlines()
+    raise MeasuredError(f"{path} is no text file; export the curve as text first")
+
+
+def _utf_16(content: bytes) -> str:
+    """The kind of UTF-16 by its mark, or by every second byte of the beginning being 0; empty for another encoding."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    start = content[:200]
+    if len(start) < 4 or len(start) % 2:
+        return ""
+    return {(True, False): "utf-16-be", (False, True): "utf-16-le"}.get((not any(start[::2]), not any(start[1::2])), "")
+
+
+def import_line(path: Path) -> str:
+    """The `birdstrike import` line that makes a record of a foreign table; empty where the file holds none."""
     try:
-        return content.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return content.decode("latin-1").splitlines()
+        table = read_loose_table(path)
+    except MeasuredError:
+        return ""
+    heads = table.heads or tuple(Head(name, None, name) for name in table.names)
+    sensors = [head.text or head.name for head in heads[1:]]
+    shown = [
+        f"SENSOR={shlex.quote(sensor)}" if i else f"displacement_centre={shlex.quote(sensor)}"
+        for i, sensor in enumerate(sensors[:3])
+    ]
+    given = [] if heads[0].unit else ["--time-unit ms"]
+    given += [] if all(head.unit for head in heads[1:4]) else ["--unit mm"]
+    options = " ".join([*(f"--sensor {text}" for text in shown), *given])
+    return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
 
 
-def read_loose_table(path: str | Path) -> LooseTable:
+def read_loose_table(path: str | Path, decimal: str = "") -> LooseTable:
     """The table in a text file; raises MeasuredError with the line of everything that is no number.
 
     The table begins with the first two lines in a row that hold equally many numbers, at least two; the delimiter is
-    the first of ; tab , and blank by which they do. The lines above it may name the columns and their units.
+    the first of ; tab , and blank by which they do. The lines above it may name the columns and their units. What a
+    logger writes where it has no reading (NaN, OVL, -) is a gap. decimal: "," or "." where the numbers leave it open.
     """
-    lines = text_lines(Path(path))
-    start, delimiter = _begin(Path(path), lines)
-    width = len(_numbers(lines[start], delimiter) or ())
-    rows, errors = [], []
-    for i, line in enumerate(lines[start:], start + 1):
-        if not line.strip() or line.lstrip().startswith(COMMENT):
+    return table_of_lines(Path(path), text_lines(Path(path)), decimal)
+
+
+def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "") -> LooseTable:
+    """The table in the lines of a file; see `read_loose_table`."""
+    start, delimiter = _begin(path, lines)
+    width = len(_cells(lines[start], delimiter))
+    body = [
+        (i, _cells(line, delimiter))
+        for i, line in enumerate(lines[start : _end(lines, start)], start + 1)
+        if line.strip() and not line.lstrip().startswith(COMMENT)
+    ]
+    decimal = decimal or _decimal(path, body)
+    rows, errors, gaps = [], [], Counter[str]()
+    first: dict[str, int] = {}
+    for i, cells in body:
+        found = _numbers(cells, decimal)
+        if found is None or len(found) != width:
+            shown = lines[i - 1].strip()[:40]
+            errors.append(
+                f'{path}, line {i}: "{shown}" is not {width} numbers as in line {start + 1}; a gap is an empty cell, '
+                "NaN, OVL or -"
+            )
             continue
-        if line.strip().lower() in END:
-            break
-        cells = _numbers(line, delimiter)
-        if cells is None or len(cells) != width:
-            errors.append(f'{path}, line {i}: "{line.strip()[:40]}" is not {width} numbers as in line {start + 1}')
-        else:
-            rows.append((i, cells))
+        for cell in (cell for cell in cells if cell.lower() in GAPS):
+            gaps[cell] += 1
+            first.setdefault(cell, i)
+        rows.append((i, found))
     if errors:
         raise MeasuredError(errors[:20])
     heads, notes = _heads(lines[:start], delimiter, width)
-    return LooseTable(Path(path), heads, tuple(rows), notes)
+    remarks = tuple(
+        f'{count} cell{"s" if count > 1 else ""} "{cell}", the first in line {first[cell]}, read as gaps'
+        for cell, count in gaps.items()
+    )
+    return _with_clocks(LooseTable(path, heads, tuple(rows), notes, remarks))
+
+
+def _end(lines: Sequence[str], start: int) -> int:
+    """First line behind the table."""
+    return next((i for i, line in enumerate(lines) if i > start and line.strip().lower() in END), len(lines))
+
+
+def _with_clocks(table: LooseTable) -> LooseTable:
+    """The table with columns of clock readings (hh:mm:ss.ffffff) as seconds from their first row."""
+    clocks = [j for j in range(table.width) if any(":" in cells[j] for _, cells in table.rows)]
+    rows = [list(cells) for _, cells in table.rows]
+    heads = list(table.heads) or [Head(str(j + 1)) for j in range(table.width)]
+    remarks = list(table.remarks)
+    for j in clocks:
+        begin = next(cells[j] for cells in rows if cells[j])
+        days, last, zero = 0, Decimal(0), _seconds(begin)
+        for (line, _), cells in zip(table.rows, rows, strict=True):
+            if not cells[j]:
+                continue
+            if ":" not in cells[j]:
+                raise MeasuredError(f'{table.path}, line {line}: "{cells[j]}" is no time of day such as "{begin}"')
+            now = _seconds(cells[j])
+            days += now < last - HALF_A_DAY
+            last = now
+            cells[j] = str(now + 2 * HALF_A_DAY * days - zero)
+        heads[j] = replace(heads[j], unit="s")
+        remarks.append(f"column {heads[j].name}: times of day were read, and count from the first row, {begin}")
+    lines = (line for line, _ in table.rows)
+    return replace(
+        table,
+        heads=tuple(heads) if clocks else table.heads,
+        rows=tuple((line, tuple(cells)) for line, cells in zip(lines, rows, strict=True)),
+        remarks=tuple(remarks),
+    )
+
+
+HALF_A_DAY = Decimal(43200)
+"""[s] A clock that goes back by more has passed midnight."""
+
+
+def _seconds(cell: str) -> Decimal:
+    """Seconds of a time of day."""
+    match = _CLOCK.fullmatch(cell)
+    assert match is not None, cell
+    minutes = 60 * int(match["hours"] or 0) + int(match["minutes"])
+    return 60 * minutes + Decimal(match["seconds"].replace(",", "."))
+
+
+def _decimal(path: Path, body: Sequence[tuple[int, list[str]]]) -> str:
+    """What marks decimals: a comma or a point; raises MeasuredError where every comma may as well part thousands."""
+    open_cells = [(i, cell) for i, cells in body for cell in map(_bare, cells) if "," in cell]
+    if not open_cells:
+        return "."
+    sure = {mark for _, cell in open_cells if (mark := _decimal_of(cell))}
+    if sure:
+        return "," if "," in sure else "."
+    if any("." in cell for _, cells in body for cell in cells if ":" not in cell):
+        return "."
+    line, cell = open_cells[0]
+    raise MeasuredError(
+        f'{path}, line {line}: "{cell}" is {cell.replace(",", "")} or {cell.replace(",", ".")}; say which mark the '
+        'decimals have: --decimal "." or --decimal ","'
+    )
+
+
+def _decimal_of(cell: str) -> str:
+    """The decimal mark of a number with a comma in it, empty where it leaves that open."""
+    if "." in cell:
+        return "," if cell.rfind(",") > cell.rindex(".") else "."
+    if cell.count(",") > 1:
+        return "."
+    return "" if _GROUPED.fullmatch(cell) or ":" in cell else ","
+
+
+def _bare(cell: str) -> str:
+    """A cell without the blanks and apostrophes that part thousands."""
+    return re.sub(r"(?<=\d)[ '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", cell)
 
 
 def _begin(path: Path, lines: Sequence[str]) -> tuple[int, str]:
@@ -114,7 +272,7 @@ def _begin(path: Path, lines: Sequence[str]) -> tuple[int, str]:
     full = [i for i, line in enumerate(lines) if line.strip()]
     for first, second in pairwise(full):
         for delimiter in DELIMITERS:
-            one, two = _numbers(lines[first], delimiter), _numbers(lines[second], delimiter)
+            one, two = (_numbers(_cells(lines[i], delimiter), "") for i in (first, second))
             if one and two and len(one) == len(two) >= 2:
                 return first, delimiter
     raise MeasuredError(f"{path} holds no table: no two lines in a row of two or more numbers each")
@@ -126,14 +284,30 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 
-def _numbers(line: str, delimiter: str) -> tuple[str, ...] | None:
-    """Cells as numbers' texts, "" for a gap; None where any is something else. A lone decimal comma becomes a point."""
-    cells = _cells(line, delimiter)
-    if delimiter != ",":
-        cells = [cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell for cell in cells]
-    if not any(cells) or any(cell and not _NUMBER.fullmatch(cell) for cell in cells):
-        return None
-    return tuple(map(number_text, cells))
+def _numbers(cells: Sequence[str], decimal: str) -> tuple[str, ...] | None:
+    """Cells as numbers' texts, times of day as they are, "" for a gap; None where any is something else or all gaps.
+
+    decimal: the mark of decimals, "" for either.
+    """
+    found = tuple(map(partial(_number, decimal=decimal), cells))
+    return None if None in found or not any(found) else found  # pyright: ignore[reportReturnType]
+
+
+def _number(cell: str, decimal: str) -> str | None:
+    """A cell as a number's text, a time of day as it is, "" for a gap; None where it is something else."""
+    if not cell or cell.lower() in GAPS:
+        return ""
+    if ":" in cell:
+        return cell if _CLOCK.fullmatch(cell) else None
+    bare = _bare(cell)
+    mark = decimal or _decimal_of(bare) or "."
+    if "," in bare or mark == ",":
+        other = "." if mark == "," else ","
+        whole, _, part = bare.rpartition(mark) if mark in bare else (bare, "", "")
+        if other in whole and not re.fullmatch(rf"[+-]?\d{{1,3}}(?:\{other}\d{{3}})+", whole):
+            return number_text(bare) if mark not in bare and _NUMBER.fullmatch(bare) else None
+        bare = whole.replace(other, "") + (f".{part}" if mark in bare else "")
+    return number_text(bare) if _NUMBER.fullmatch(bare) else None
 
 
 def number_text(cell: str) -> str:
@@ -147,25 +321,54 @@ def _heads(lines: Sequence[str], delimiter: str, width: int) -> tuple[tuple[Head
     nearest = [cells for note in reversed(notes) if len(cells := _cells(note, delimiter)) == width]
     units: list[str | None] = [None] * width
     if len(nearest) > 1 and any(nearest[0]) and all(map(_is_unit, nearest[0])):
-        units = [cell.strip("[]()") or None for cell in nearest.pop(0)]
+        units = [_ratio(cell.strip("[]()")) if cell else None for cell in nearest.pop(0)]
     named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
     heads = (_head(cell, unit) for cell, unit in zip(nearest[0], units, strict=True)) if named else ()
     return tuple(heads), notes
 
 
 def _is_unit(cell: str) -> bool:
+    """Whether a header's cell is a unit of what sensors give; "-" and "1" stand for a ratio."""
+    text = cell.strip("[]()")
+    if not text or text in RATIO:
+        return not cell or text in RATIO
     try:
-        return bool(si_unit(cell.strip("[]()")) or not cell)
+        return bool(si_unit(text)) or is_ratio(text) or "/" in text
     except UnitError:
         return False
+
+
+def head_of(name: str, unit: str | None) -> Head:
+    """A column's head by its name, and its unit where the format gives one."""
+    if unit is None:
+        return _head(name, None)
+    if _is_unit(unit):
+        return Head(name, _ratio(unit), name)
+    return Head(name, None, name, unit if _measures_something(unit) else "")
 
 
 def _head(cell: str, unit: str | None) -> Head:
     """Name and unit of a header's cell, in one of the usual spellings."""
     for match in _matches(cell):
         if unit is None and _is_unit(match["unit"]):
-            return Head(match["name"].strip(), match["unit"].strip())
-    return Head(cell, unit)
+            return Head(match["name"].strip(), _ratio(match["unit"].strip()), cell)
+    bracket = _UNIT[0].fullmatch(cell.strip())
+    if unit is None and bracket is not None and _measures_something(bracket["unit"]):
+        return Head(bracket["name"].strip(), None, cell, bracket["unit"].strip())
+    return Head(cell, unit, cell)
+
+
+def _ratio(unit: str) -> str:
+    """The unit itself; none for a ratio."""
+    return "" if unit in RATIO else unit
+
+
+def _measures_something(unit: str) -> bool:
+    """Whether a text is a unit of any dimension, such as V."""
+    try:
+        return bool(unit.strip()) and factor(unit) > 0
+    except UnitError:
+        return False
 
 
 def _matches(cell: str) -> Iterator[re.Match[str]]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 ACCEPTED = {
     "m": "m, cm, mm, um, in",
     "s": "s, ms, us",
-    "Pa": "Pa, kPa, MPa, GPa, N/mm^2, psi",
+    "Pa": "Pa, kPa, MPa, GPa, N/mm^2, psi, ksi, Msi",
     "N": "N, kN",
     "Pa s": "Pa s, MPa ms, N*ms/mm^2",
     "kg": "kg, g, t, lb",
@@ -35,7 +35,7 @@ ACCEPTED = {
     "J": "J, kJ",
     "rad/N": "rad/N, mrad/kN",
     "m^2/N": "m^2/N, mm^2/kN",
-    "": "a bare number (in a record also um/m or microstrain)",
+    "": "a bare number, or %, um/m, microstrain",
 }
 """SI units the project uses -> what a user may write instead."""
 
@@ -52,6 +52,13 @@ PLURALS = {
     "g": "grams",
 }
 
+_STRAIN = {
+    **dict.fromkeys(("microstrain", "ustrain", "ustr", "ue", "u\u03b5"), "um/m"),
+    **dict.fromkeys(("millistrain", "mstrain"), "mm/m"),
+    **dict.fromkeys(("%", "percent", "% strain"), "cm/m"),
+}
+"""Strain gauges' ways to write a ratio."""
+
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\b(.*)")
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
@@ -65,11 +72,21 @@ def _registry() -> UnitRegistry:
     return UnitRegistry(non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
 
 
+def is_ratio(unit: str) -> bool:
+    """Whether a unit is one of strain gauges' ways to write a ratio: microstrain, %."""
+    return _plain_strain(unit) in _STRAIN
+
+
+def _plain_strain(unit: str) -> str:
+    return unit.replace("\u03bc", "µ").replace("µ", "u").strip()
+
+
 @cache
 def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
     """Factor to SI and the base units of a unit's text; "kg/m3" and "N.ms/mm2" are read as engineers mean them."""
-    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", unit.replace("microstrain", "um/m"))
-    text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u")
+    text = _STRAIN.get(_plain_strain(unit), unit)
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", re.sub(r"\bMsi\b", "Mpsi", text))
+    text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     try:
         quantity = _registry().Quantity(Decimal(1), text or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
@@ -80,6 +97,14 @@ def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
 def factor(unit: str) -> Decimal:
     """Size of one `unit` in SI; raises UnitError when `unit` is not a unit."""
     return _base(unit)[0]
+
+
+def ratio(unit: str, other: str) -> Decimal:
+    """Size of one `unit` in units of `other`, of any dimension; raises UnitError where these differ in kind."""
+    (size, base), (other_size, other_base) = _base(unit), _base(other)
+    if base != other_base:
+        raise UnitError(f'"{unit}" and "{other}" measure different things')
+    return size / other_size
 
 
 @cache

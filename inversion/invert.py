@@ -11,6 +11,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.emulator_error import poor
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
     Located,
@@ -30,10 +31,11 @@ from birdstrike.inversion.observations.prior_predictive import (
     emulator_or_model,
     prior_predictive_warning,
 )
+from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord
 from birdstrike.inversion.results.estimates import Answer
-from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, TrainingFigures
+from birdstrike.inversion.results.ingredients import EmulatorFigures, MeasuredFigures, RestFigures, TrainingFigures
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.surrogate.emulator import Emulator, ExtrapolationError
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
 from birdstrike.surrogate.holdout import describe, describe_times, input_times
 from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
 from birdstrike.surrogate.levenberg_marquardt import Settings
@@ -208,12 +210,26 @@ def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> 
 
 
 def _worst(located: Located, run: Histories) -> float:
-    """The largest of the channels' root mean square errors in units of the noise."""
+    """The largest of the channels' root mean square errors in units of the noise, of poor ones and of their own error.
+
+    The answer of an emulator that predicts a channel poorly cannot fit that channel better than it predicts it. Where
+    the fit is accepted only the poor channels are in doubt: the others have been tested by the fit.
+    """
     record = located.observations
     model, values, noise = (
         record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values, record.noise)
     )
-    return max(whitened(model[name], values[name], noise[name]) for name in values)
+    unit = {name: np.hypot(noise[name], _left_out_error(located.emulator.channels[name])) for name in values}
+    tested = [name for name in values if poor(located.emulator.channels[name])] if located.cloud.inside else []
+    return max(whitened(model[name], values[name], unit[name]) for name in tested or values)
+
+
+def _left_out_error(emulator: CurveEmulator) -> float:
+    """What may part a run from the record where a channel is predicted poorly, SI; else 0: it must fit the noise.
+
+    The error of left-out runs is mostly jitter, which both have, each its own.
+    """
+    return float(np.sqrt(2.0) * emulator.validation.rmse) if poor(emulator) else 0.0
 
 
 def _q2(emulator: Emulator) -> dict[str, float | None]:
@@ -270,7 +286,24 @@ def measured_figures(measured: Measured, observations: Observations) -> Measured
         points={c.name: len(c.times) for c in observations.channels},
         noise={c.name: float(np.sqrt(np.mean(c.noise**2))) for c in observations.channels},
         noise_source={c.name: c.noise_source for c in observations.channels},
+        cuts={c.name: _cuts(c.record) for c in observations.channels if c.record is not None and _cuts(c.record)},
+        at_rest={c.name: rest for c in observations.channels if (rest := _at_rest(c.record)) is not None},
     )
+
+
+def _cuts(record: ChannelRecord) -> dict[str, tuple[float, ...]]:
+    """Instants [s] of the simulated record that were left out, by reason."""
+    return {cut.reason: tuple(map(float, cut.times)) for cut in record.cuts if cut.reason != OUTSIDE}
+
+
+def _at_rest(record: ChannelRecord | None) -> RestFigures | None:
+    """What was subtracted from a channel."""
+    if record is None or not record.zeroed or record.baseline is None:
+        return None
+    own = record.baseline
+    value = float(own.at(np.array([own.middle]))[0])
+    terms = tuple(map(float, own.coefficients))
+    return RestFigures(own.kind, value, own.interval(own.middle), own.middle, own.frequency, terms)
 
 
 def _known(value: float) -> float | None:

@@ -57,7 +57,8 @@ class Extras:
     of a mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
-    retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it.
+    retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
+    channels: of the record that are used, all where none is named.
     """
 
     refine: int = 0
@@ -69,6 +70,7 @@ class Extras:
     posterior: bool = True
     retry_failed: bool = False
     retry: float = 0.0
+    channels: tuple[str, ...] = ()
 
 
 def train_and_invert(
@@ -263,6 +265,7 @@ def _shot(
     """A record with the campaign of its case."""
     dataset, base, campaign = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
+    read = read.only(more.channels)
     stores = tuple(RunStore(folder / "runs") for folder in folders)
     solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores, retry=retry)
     if more.filter:

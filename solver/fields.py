@@ -51,6 +51,14 @@ def checked(check: Callable[[Any], Any]) -> core_schema.CoreSchema:
     return core_schema.no_info_plain_validator_function(check)
 
 
+def _has_unit(text: str) -> bool:
+    """Whether a text is a number with a unit behind it."""
+    try:
+        return bool(parts(text)[1])
+    except UnitError:
+        return False
+
+
 @dataclass(frozen=True)
 class Between:
     """A physical quantity in low .. high, written with its unit ("0.1 mm"); numbers mean a dimensionless one.
@@ -83,6 +91,11 @@ class Between:
                 raise complaint(self._bare(value))
             try:
                 return to_si(value, self.unit)
+            except UnitError as error:
+                raise complaint(f"is not understood: {error}") from error
+        if isinstance(value, str) and _has_unit(value):
+            try:
+                return to_si(value, "")
             except UnitError as error:
                 raise complaint(f"is not understood: {error}") from error
         if isinstance(value, bool) or not isinstance(value, int | float):

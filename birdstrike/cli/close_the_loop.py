@@ -10,7 +10,18 @@ from typing import Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, RetryFailed, Settings, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    Channels,
+    Json,
+    RetryFailed,
+    Settings,
+    framed,
+    names_of,
+    overrides,
+    progress_bar,
+    say,
+    warn,
+)
 from birdstrike.data.errors import RunFailed
 
 
@@ -34,6 +45,7 @@ def command(
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
     trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
+    channels: Channels = "",
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -56,6 +68,7 @@ def command(
         trainer=trainer.value,
         diagnosis=diagnosis,
         retry_failed=retry_failed,
+        channels=names_of(channels),
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )

@@ -52,9 +52,17 @@ Json = Annotated[bool, typer.Option("--json", help="End with one machine-readabl
 RetryFailed = Annotated[
     bool, typer.Option("--retry-failed", help="Run again what is on record as failed; each failed run once.")
 ]
+Channels = Annotated[
+    str, typer.Option("--channels", metavar="NAME,...", help="Channels of the record that are used; all by default.")
+]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]
+
+
+def names_of(text: str) -> tuple[str, ...]:
+    """The names in a list with commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def say(text: str = "") -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+import re
+import shlex
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from birdstrike.cli.frame import Json, framed, say
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import MeasuredError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
@@ -26,25 +29,49 @@ def import_curve(
     shift: str = "",
     node: int | None = None,
     simulated: bool = False,
+    per: Mapping[str, str] | None = None,
+    decimal: str = "",
+    table: str = "",
+    zero: bool = False,
+    sigma: Mapping[str, str] | None = None,
+    picture: str | Path | None = None,
 ) -> Measured:
-    """Write a nodout, a two-column text or a CSV with other headers as a measured-data CSV, and return the record.
+    """Write a file of another program as a measured-data CSV, and return the record.
 
-    sensors: name in the case -> column ("" to find it); the others as in data.import_curve. Raises UserError.
+    sensors: name in the case -> column ("" to find it); zero: the mean before the response is subtracted; sigma: sensor
+    -> its noise with a unit, or "record" for the record's own; picture: a PNG or PDF of the record and how it is read;
+    the others as in data.import_curve. Raises UserError.
     """
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
+    from birdstrike.data.units import to_si
+    from birdstrike.inversion.observations.raw import with_sigma, zeroed
 
     if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
         raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
-    options = ImportOptions(sensors, time, units or {}, scales or {}, shift, node, simulated)
+    options = ImportOptions(
+        sensors, time, units or {}, scales or {}, shift, node, simulated, decimal=decimal, table=table, per=per or {}
+    )
     record = import_record(path, options)
+    if zero:
+        record, _ = zeroed(record)
+    if sigma:
+        stated = {n: None if text == "record" else to_si(text, record.units[n]) for n, text in sigma.items()}
+        record = with_sigma(record, stated)
     write_measured(out, record)
+    if picture is not None:
+        from birdstrike.inversion.observations.raw import read_raw
+        from birdstrike.reports.figures.record import draw_record
+
+        draw_record(record, read_raw(record), Path(picture))
     return record
 
 
 @framed
 def command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="nodout, two columns of text, or CSV.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Text, CSV, nodout, TDMS, .mat, .xlsx, UFF58 or binout.")
+    ],
     sensor: Annotated[
         list[str], typer.Option(metavar="NAME[=COLUMN]", help="Sensor of the case, and its column; repeatable.")
     ],
@@ -56,28 +83,84 @@ def command(
     time_unit: Annotated[str, typer.Option(metavar="UNIT", help="Its unit, where its head gives none.")] = "",
     node: Annotated[int | None, typer.Option(help="The node, of a nodout with several.")] = None,
     scale: Annotated[
-        list[str], typer.Option(metavar="[NAME=]FACTOR", help="-1 for a curve that points the other way; repeatable.")
+        list[str],
+        typer.Option(
+            metavar="[NAME=]FACTOR",
+            help='-1 for a curve that points the other way, "2.5 mm/V" for a voltage; repeatable.',
+        ),
     ] = [],  # noqa: B006
     shift: Annotated[str, typer.Option(metavar="TIME", help='Added to the clock, such as "-0.2 ms".')] = "",
     simulated: Annotated[bool, typer.Option("--simulated", help="No instrument took this curve.")] = False,
+    zero: Annotated[bool, typer.Option("--zero", help="Subtract what a sensor reads before the response.")] = False,
+    sigma: Annotated[
+        list[str],
+        typer.Option(metavar="[NAME=]NOISE", help='1 sigma, such as "0.05 mm", or record for its own; repeatable.'),
+    ] = [],  # noqa: B006
+    decimal: Annotated[
+        str, typer.Option(metavar=", or .", help="Mark of decimals, where the file leaves it open.")
+    ] = "",
+    table: Annotated[
+        str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")
+    ] = "",
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG or PDF: the record, what is cut, its zero and noise.")
+    ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Convert a curve file of another program into measured-data CSV, with its provenance; errors name their line.
 
     Example: birdstrike import shot.txt --sensor displacement_centre --unit mm --time-unit ms --out shot.csv
     """
+    if decimal not in ("", ",", "."):
+        raise UserError(f'--decimal {decimal} is no mark of decimals; write --decimal "," or --decimal "."')
     columns = dict(_pair(text) for text in sensor)
-    units = _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
-    scales = {name: _factor(text) for name, text in _of_sensors("--scale", scale, columns).items()}
+    factors = {name: _factor(text) for name, text in _of_sensors("--scale", scale, columns).items()}
+    units = {name: unit for name, (_, unit, _) in factors.items() if unit}
+    units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
     record = import_curve(
-        file, out, columns, time=time, units=units, scales=scales, shift=shift, node=node, simulated=simulated
+        file,
+        out,
+        columns,
+        time=time,
+        units=units,
+        scales={name: number for name, (number, _, _) in factors.items()},
+        shift=shift,
+        node=node,
+        simulated=simulated,
+        per={name: per for name, (_, _, per) in factors.items() if per},
+        decimal=decimal,
+        table=table,
+        zero=zero,
+        sigma=_of_sensors("--sigma", sigma, columns),
+        picture=picture,
     )
     for name in record.channels:
         say(_seen(record, name))
+    for line in _remarks(record):
+        say(line)
     if not record.simulated:
         say("Taken as measured; a simulated curve wants --simulated.")
-    say(f"Written to {out}. Next: birdstrike close-the-loop CASE --measured {out} --out loop")
+    shown = shlex.quote(str(out))
+    say(f"Written to {out}. Next: birdstrike close-the-loop CASE --measured {shown} --out loop")
     return {"out": str(out), "points": len(record.time), "channels": list(record.channels)}
+
+
+def _remarks(record: Measured) -> Iterator[str]:
+    """What was read in a way of its own, and what is odd in the record, before any simulation is paid for."""
+    from birdstrike.inversion.formatting import quantity
+    from birdstrike.inversion.observations.raw import read_raw
+
+    yield from (line for line in record.provenance if "read as gaps" in line or "times of day" in line)
+    yield from (line for line in record.provenance if line.endswith("was subtracted."))
+    try:
+        channels = read_raw(record)
+    except MeasuredError as error:
+        yield from (f"look at the record: {text}" for text in error.errors)
+        return
+    for channel in channels:
+        if channel.noise.known:
+            yield f"{channel.name}: noise {quantity(channel.noise.level, channel.unit, 2)} ({channel.noise.source})"
+        yield from (f"look at {text}" for text in channel.warnings)
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -96,11 +179,18 @@ def _of_sensors(option: str, texts: Iterable[str], sensors: Mapping[str, str]) -
     return found
 
 
-def _factor(text: str) -> float:
+def _factor(text: str) -> tuple[float, str, str]:
+    """A factor, and where it has a unit such as mm/V the unit it gives and the one it takes."""
+    match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(?:(\S.*?)\s*/\s*([^/]+?))?\s*", text)
     try:
-        return float(text)
+        number = float(match[1]) if match else float("nan")
     except ValueError:
-        raise UserError(f"--scale {text} is not a number; write --scale -1 to turn a curve round") from None
+        number = float("nan")
+    if match is None or not math.isfinite(number):
+        raise UserError(f'--scale {text} is not a number; write --scale -1 to turn a curve round, or "2.5 mm/V"')
+    if number == 0.0:
+        raise UserError(f"--scale {text} leaves nothing of the curve; give the factor by which it is multiplied")
+    return number, match[2] or "", match[3] or ""
 
 
 def _seen(record: Measured, name: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say, warn
+from birdstrike.cli.frame import Channels, Json, RetryFailed, console, framed, names_of, progress_bar, say, warn
 
 if TYPE_CHECKING:
     from birdstrike.inversion.results.estimates import Answer, ChannelScore, Estimate
@@ -69,6 +69,7 @@ def command(
     allow_rank_deficient: Annotated[
         bool, typer.Option("--allow-rank-deficient", help="Give the combination that such a design carries.")
     ] = False,
+    channels: Channels = "",
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -78,7 +79,17 @@ def command(
     """
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
-    extras = Extras(refine, _neurons(hidden), copies, discrepancy, mesh, filter, posterior, retry_failed)
+    extras = Extras(
+        refine,
+        _neurons(hidden),
+        copies,
+        discrepancy,
+        mesh,
+        filter,
+        posterior,
+        retry_failed,
+        channels=names_of(channels),
+    )
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
             doe,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
@@ -12,6 +14,7 @@ from birdstrike.doe.designs.quality import design_quality
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.emulator_error import error_columns
 from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.proposal import Calibration
@@ -20,6 +23,7 @@ from birdstrike.inversion.estimation.time_origin import time_origin
 from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.plausibility import implausible
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_predictive, prior_predictive_warning
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
@@ -89,16 +93,18 @@ def locate(
 
     The columns of known error are taken at a first fit without them.
     """
-    observations = observe(measured, dataset, choice.noise)
+    observations = observe(measured, dataset, choice.noise, choice.time_offset)
     design = design_figures(dataset)
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
-    calibrator = Calibrator(CurveModel(emulator, observations), coordinates, choice.time_offset)
+    known = np.hstack([observations.baseline_columns, error_columns(emulator, dataset, observations)])
+    model = CurveModel(emulator, observations, known if known.size else None)
+    calibrator = Calibrator(model, coordinates, choice.time_offset)
     if columns is not None:
-        known = columns(observations, calibrator.fit(choice.seed)[0])
+        known = np.hstack([known, columns(observations, calibrator.fit(choice.seed)[0])])
         calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
     best_fit, modes, residual = calibrator.best_fits(choice.seed)
     origin, held = time_origin(calibrator, modes)
@@ -111,7 +117,8 @@ def locate(
     first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
-    warnings = (*first, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
+    odd = implausible(dataset, observations, choice.time_offset)
+    warnings = (*first, *odd, *observations.warnings, *held, *emulator_warnings(emulator, dataset))
     calibration = Calibration(dataset, design, calibrator, modes, found.inside, posterior)
     return Located(calibration, observations, origin, found, residual, warnings)
 
@@ -144,7 +151,10 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:
-            sentences.append(f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): add runs")
+            sentences.append(
+                f"the emulator predicts left-out runs of {plain(channel)} poorly (Q2 {q2:.2f}): the channel carries "
+                "the error of these predictions and counts for less; add runs, or leave it out: --channels"
+            )
     return tuple(sentences)
 
 

@@ -92,11 +92,15 @@ def overall(scores: Mapping[str, ChannelScore]) -> float | None:
 def write_verification(
     path: Path, measured: Measured, observations: Observations, verified: Mapping[str, VerificationRun], t0: float
 ) -> None:
-    """CSV: time_s of the record, then for each channel measured_..., and one column a method, on the record's clock."""
+    """CSV: time_s of the record, then for each channel measured_..., and one column a method, on the record's clock.
+
+    Measured: less the sensor's reading at rest, where the fit has subtracted it.
+    """
     table = {"time_s": measured.time}
     for c in observations.channels:
         label = f"{c.name}_{c.unit}".rstrip("_")
-        table[f"measured_{label}"] = measured.channels[c.name]
+        rest = c.record.baseline if c.record is not None and c.record.zeroed else None
+        table[f"measured_{label}"] = measured.channels[c.name] - (0.0 if rest is None else rest.at(measured.time))
         for method, verification in verified.items():
             table[f"{method}_{label}"] = verification.at(c.name, measured.time - t0)
     write_atomically(path, pd.DataFrame(table).to_csv(index=False, lineterminator="\n"))

@@ -1,15 +1,20 @@
-"""Noise of a measured channel: standard deviation and correlation, from the file, the case, or before contact."""
+"""Noise of a measured channel: standard deviation and correlation.
+
+From the file, the case, the record before contact, or the scatter of neighbouring points.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, median_abs_deviation
+from scipy.stats import f as f_distribution
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
 
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
@@ -19,6 +24,12 @@ SPIKE = 8.0  # robust standard deviations about the straight line before contact
 ROUNDING = 1e-12  # of the largest value: less is the rounding of the line, not noise
 CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not white (0.5 % of white records)
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
+SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
+LARGER = 1.2  # times what is stated: less is no contradiction
+GROWS = 1.3  # times the scatter before contact, from which neighbouring points tell of more noise in the response
+RUNS_OFF = 0.3  # of the peak
+MOVES = 0.02  # of the peak, by which the end of a record before contact may leave the line through its beginning
+BEFORE, NEIGHBOURS = "record before contact", "scatter of neighbouring points"
 
 
 @dataclass(frozen=True)
@@ -67,34 +78,86 @@ class Noise:
 
 @dataclass(frozen=True)
 class BeforeContact:
-    """The record while the plate is at rest: times [s], residual about its straight line, offset and level, SI.
+    """The record while the plate is at rest: times [s], residual about its straight line and hum, offset and level, SI.
 
     offset: mean reading, which should be 0; level: standard deviation about the line, None where the points are too few
-    or all on the line.
+    or all on the line; values: the readings without single spikes; hum: frequency of the mains in them [Hz], 0 without;
+    moves: True where the record is not at rest, so that its clock is ahead of the case's: then it tells no noise.
     """
 
     times: Array
     residual: Array
     offset: float
     level: float | None
+    values: Array = field(default_factory=lambda: np.zeros(0))
+    hum: float = 0.0
+    moves: bool = False
 
     @classmethod
-    def of(cls, times: Array, values: Array, peak: float) -> BeforeContact:
-        """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes."""
+    def of(cls, times: Array, values: Array, peak: float, length: float = 0.0) -> BeforeContact:
+        """From the points before contact; offset and drift of a sensor are no noise, nor are single spikes.
+
+        length: of the response [s]: a drift that would carry the record off by a third of its peak is none.
+        """
         if len(times) < FEWEST_FOR_LEVEL:
             return cls(times, values, 0.0, None)
         spiked = _spikes(times, values)
         times, values = times[~spiked], values[~spiked]
-        line = np.stack([np.ones(len(times)), times / np.ptp(times)], axis=1)
-        residual = values - line @ np.linalg.lstsq(line, values, rcond=None)[0]
+        hum = hum_of(times, values)
+        rows = terms(times, 4 if hum else LINE, hum, float(times.mean()))
+        found = np.linalg.lstsq(rows, values, rcond=None)[0]
+        residual = values - rows @ found
+        if _runs_off(rows, residual, float(found[1]), length, peak) or _moves(times, residual, peak):
+            return cls(times, residual, 0.0, None, values, hum, True)
         noisy = float(np.std(residual)) > ROUNDING * peak
-        level = float(np.sqrt(residual @ residual / (len(residual) - LINE))) if noisy else None
-        return cls(times, residual, float(values.mean()), level)
+        level = float(np.sqrt(residual @ residual / (len(residual) - rows.shape[1]))) if noisy else None
+        return cls(times, residual, float(values.mean()), level, values, hum)
 
     @property
     def tests(self) -> bool:
         """Whether the points are enough to overrule a stated noise."""
         return self.level is not None and len(self.times) >= FEWEST_FOR_TEST
+
+    @property
+    def baseline(self) -> Baseline | None:
+        """The reading at rest, None where it is zero or the points are too few."""
+        if not self.tests or self.level is None:
+            return None
+        return baseline_of(self.times, self.values, self.level, self.hum, self.correlation)
+
+    @property
+    def correlation(self) -> float:
+        """Of neighbouring points; 0 where it is not clear."""
+        if not self.tests:
+            return 0.0
+        rho = float(self.residual[1:] @ self.residual[:-1] / (self.residual @ self.residual))
+        return rho if rho * np.sqrt(len(self.residual)) >= CORRELATED else 0.0
+
+
+def _runs_off(rows: Array, residual: Array, slope: float, length: float, peak: float) -> bool:
+    """Whether a clear drift would carry the record off by a third of its peak."""
+    if len(rows) < FEWEST_FOR_TEST or abs(slope) * length <= RUNS_OFF * peak:
+        return False
+    spread = float(np.sqrt(np.mean(residual**2) * np.linalg.inv(rows.T @ rows)[1, 1]))
+    return abs(slope) > SPIKE * spread
+
+
+def _moves(times: Array, residual: Array, peak: float) -> bool:
+    """Whether the record leaves, in its last quarter before contact, the straight line through its first half.
+
+    By more than 2 % of the peak and than the scatter about that line explains: then it is the response that begins.
+    """
+    if len(residual) < FEWEST_FOR_TEST:
+        return False
+    half, quarter = np.array_split(np.arange(len(times)), 2)[0], np.array_split(np.arange(len(times)), 4)[-1]
+    rows = terms(times, LINE, 0.0, float(times[half].mean()))
+    inverse = np.linalg.inv(rows[half].T @ rows[half])
+    found = inverse @ rows[half].T @ residual[half]
+    scatter = float(np.std(residual[half] - rows[half] @ found))
+    ahead = rows[quarter].mean(axis=0)
+    spread = scatter * np.sqrt(ahead @ inverse @ ahead + 1.0 / len(quarter))
+    apart = abs(float(residual[quarter].mean() - ahead @ found))
+    return apart > max(MOVES * peak, SPIKE * spread)
 
 
 def _spikes(times: Array, values: Array) -> NDArray[np.bool_]:
@@ -139,6 +202,11 @@ class Stated:
         """The same standard deviation at every point."""
         return Noise(np.full(len(self.used), sigma), 0.0, source)
 
+    def level_like(self, own: Noise) -> float:
+        """Root mean square of what is stated where another noise was taken: before contact, or of the points used."""
+        noise = self.noise
+        return self.at_rest if own.source == BEFORE or noise is None else noise.level
+
     @property
     def at_rest(self) -> float:
         """Root mean square of what is stated before contact, SI."""
@@ -146,7 +214,13 @@ class Stated:
 
 
 def channel_noise(
-    name: str, unit: str, peak: float, before: BeforeContact, stated: Stated, tolerance: float | None
+    name: str,
+    unit: str,
+    peak: float,
+    before: BeforeContact,
+    stated: Stated,
+    tolerance: float | None,
+    white: tuple[float, float] | None = None,
 ) -> tuple[Noise, tuple[str, ...]]:
     """Noise of a channel's points, and what the user should know of it.
 
@@ -161,25 +235,30 @@ def channel_noise(
     stated : Stated
         By the file or the case.
     tolerance : float or None
-        Share of the peak to take where nothing is known; None: 1 %, and the fit must give the level.
+        Share of the peak to take where nothing is stated nor known before contact; None: the scatter of neighbouring
+        points, or 1 %, and the fit must give the level.
+    white : tuple, optional
+        Scatter of neighbouring points in the response, SI, and its degrees of freedom; see `high_frequency`.
 
     Returns
     -------
     tuple
-        The noise: the stated one unless the record before contact rejects it (chi-square, 5 %), else that of the
-        record before contact, else the tolerance; and a sentence for each thing that the user should know.
+        The noise: the stated one unless the record contradicts it (chi-square: before contact 5 %; scatter of
+        neighbouring points 0.5 %, and only where it is larger), else that of the record, else the tolerance; and a
+        sentence for each thing that the user should know.
     """
     noise, remarks = stated.noise, ()
-    if noise is None and before.level is None:
+    own = _of_the_record(before, stated, white if noise is not None or tolerance is None else None)
+    if noise is None and own is None:
         share = ASSUMED if tolerance is None else tolerance
         assumed = stated.uniform(share * peak, f"tolerance of {100 * share:g} % of the peak")
         return replace(assumed, known=False, inferred=tolerance is None), ()
-    if noise is None or (stated.tested and before.tests and not _agrees(stated.at_rest, before)):
-        measured = replace(
-            stated.uniform(before.level or 0.0, "record before contact"), freedom=float(len(before.times) - LINE)
-        )
-        remarks = (_overruled(name, unit, stated.at_rest, noise, before),) if noise is not None else ()
-        noise = measured
+    if noise is None or (own is not None and _contradicted(noise, own, before, stated)):
+        assert own is not None
+        remarks = (_overruled(name, unit, stated.level_like(own), noise, own),) if noise is not None else ()
+        noise = own
+    elif own is not None and before.tests and not _agrees(stated.at_rest, before):
+        remarks = (_kept(name, unit, stated.at_rest, noise, before),)
     if before.level is not None:
         noise = replace(noise, before=(before.level, len(before.times)))
     if before.tests:
@@ -188,12 +267,54 @@ def channel_noise(
     return noise, remarks
 
 
-def _overruled(name: str, unit: str, stated: float, noise: Noise, before: BeforeContact) -> str:
-    """That the record before contact rejects the stated noise."""
+def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, float] | None) -> Noise | None:
+    """The larger of what the record tells before contact and by its neighbouring points; None where it tells none."""
+    if white is not None and white[0] > _most_by_chance(before, white[1]):
+        return replace(stated.uniform(white[0], NEIGHBOURS), freedom=white[1])
+    if before.level is None:
+        return None
+    return replace(stated.uniform(before.level, BEFORE), freedom=float(len(before.times) - LINE))
+
+
+def _most_by_chance(before: BeforeContact, freedom: float) -> float:
+    """The largest scatter between neighbours that the noise before contact explains, SI; 0 where few points tell it."""
+    if before.level is None or not before.tests:
+        return 0.0
+    ratio = float(f_distribution.ppf(1.0 - SURE, freedom, len(before.times) - LINE))
+    return max(GROWS, np.sqrt(ratio)) * before.level
+
+
+def _contradicted(noise: Noise, own: Noise, before: BeforeContact, stated: Stated) -> bool:
+    """Whether the record's own noise takes the place of what is stated.
+
+    A larger one always does. A smaller one only before contact, and only where that may overrule what is stated: who
+    states more may know of errors that a sensor at rest does not show.
+    """
+    if own.source == BEFORE and before.tests and not _agrees(stated.at_rest, before):
+        return stated.tested or own.level > LARGER * stated.at_rest
+    limit = float(chi2.ppf(1.0 - SURE, own.freedom)) / own.freedom
+    return own.source == NEIGHBOURS and own.level > max(LARGER, np.sqrt(limit)) * noise.level
+
+
+def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise) -> str:
+    """That the record contradicts the stated noise."""
+    level = quantity(own.level, unit, 2)
+    found = f"is less than the scatter of neighbouring points ({level})"
+    if own.source == BEFORE:
+        found = f"is not that of the record before contact ({level} over {own.freedom + LINE:.0f} points)"
     return (
-        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) is not that of the record "
-        f"before contact ({quantity(before.level or 0.0, unit, 2)} over {len(before.times)} points), which is used "
-        "instead"
+        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used "
+        f"instead; correct what is stated (sensors.{name}.noise, or birdstrike import --sigma)"
+    )
+
+
+def _kept(name: str, unit: str, stated: float, noise: Noise, before: BeforeContact) -> str:
+    """That the record is quieter than is stated, and that this stands."""
+    found = f"{quantity(before.level or 0.0, unit, 2)} over {len(before.times)} points"
+    return (
+        f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) is more than that of the "
+        f"record before contact ({found}) and is kept: the intervals are wider than the record alone would make them; "
+        "leave the noise out of the case to use the record's"
     )
 
 
@@ -206,9 +327,8 @@ def _agrees(stated: float, before: BeforeContact) -> bool:
 
 def _correlated(name: str, noise: Noise, before: BeforeContact) -> tuple[Noise, tuple[str, ...]]:
     """The noise with the correlation of the record before contact, where that is clear."""
-    residual = before.residual
-    rho = float(residual[1:] @ residual[:-1] / (residual @ residual))
-    if rho * np.sqrt(len(residual)) < CORRELATED:
+    rho = before.correlation
+    if not rho:
         return noise, ()
     correlation_time = -float(np.median(np.diff(before.times))) / np.log(min(rho, 0.99))
     text = (

@@ -6,18 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import quantity
-from birdstrike.inversion.observations.noise import ASSUMED
 from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Expected, read_record
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI."""
+    """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI.
+
+    values: the reading at rest subtracted where the record before contact tells it; record: what they were read from.
+    """
 
     name: str
     unit: str
@@ -25,6 +28,7 @@ class Channel:
     values: Array
     noise: Array
     noise_source: str
+    record: ChannelRecord | None = None
 
     @property
     def peak(self) -> float:
@@ -50,6 +54,17 @@ class Observations:
         return np.concatenate([c.noise for c in self.channels])
 
     @property
+    def baseline_columns(self) -> Array:
+        """(n, s) SI: what is uncertain in the readings at rest, a column for one standard deviation of each."""
+        blocks = [
+            c.record.baseline.columns(c.times)
+            if c.record is not None and c.record.zeroed and c.record.baseline is not None
+            else np.zeros((len(c.times), 0))
+            for c in self.channels
+        ]
+        return np.asarray(block_diag(*blocks), dtype=np.float64)
+
+    @property
     def last(self) -> float:
         """Latest instant used [s]."""
         return max(float(c.times[-1]) for c in self.channels)
@@ -60,7 +75,7 @@ class Observations:
         return {c.name: part for c, part in zip(self.channels, np.split(stacked, ends, axis=-1), strict=True)}
 
 
-def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) -> Observations:
+def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Observations:
     """The points of a record that lie inside the runs of a campaign.
 
     Parameters
@@ -71,6 +86,8 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) ->
         The campaign, whose runs give sensors, units and the simulated record.
     noise : mapping
         Sensor -> standard deviation that the case states, SI.
+    time_offset : float
+        Standard deviation of the time origin [s].
 
     Returns
     -------
@@ -82,10 +99,10 @@ def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float]) ->
     MeasuredError
         For a channel no run has, another unit, or no point inside the record.
     """
-    expected = Expected.of_campaign(dataset, noise)
-    read = read_record(measured, expected, ASSUMED, test_stated=False)
+    expected = Expected.of_campaign(dataset, noise, time_offset)
+    read = read_record(measured, expected, test_stated=False, zero=True)
     channels = tuple(
-        Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed")
+        Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed", c)
         for c in read
     )
     return Observations(channels, tuple(text for c in read for text in _warnings(c, expected)))

@@ -1,4 +1,4 @@
-"""What an experimentalist takes out of a record before fitting: clipped stretches and single outliers, both named."""
+"""What an experimentalist takes out of a record before fitting: clipped and frozen stretches, single outliers."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
+from birdstrike.inversion.observations.high_frequency import digitiser_step
 
 FEWEST = 20  # points below which a table is taken as it is
 CLIPPED_RUN = 4  # equal readings in a row
 CLIPPED_SHARE = 0.5  # of the peak: a record at rest repeats itself without being clipped
 OUTLIER = 8.0  # robust standard deviations
 UNEVEN = 0.5  # of a step
+STEPS_BESIDE = 4  # part of a flat top's length on which its sides must be one step lower to be a smooth peak
+GUARD = 4.0  # standard deviations of the noise: one reading in 30 000 is farther off
+BESIDE_MEAN = 5  # readings
+MISSING = 1.5  # of a step between two readings: more is a gap
+LOST_SHARE = 0.8  # of the extreme
+FROZEN_RUN = 8  # equal readings in a row
+REPEATS = 0.05  # share of equal neighbours elsewhere, beyond which repeating is the digitiser's way
 MAD_TO_SIGMA = 1.4826
 NEIGHBOURS_SIGMA = 1.39  # of a point minus the cubic through four neighbours, for white noise of 1
 
@@ -19,7 +27,8 @@ NEIGHBOURS_SIGMA = 1.39  # of a point minus the cubic through four neighbours, f
 def clipped(values: Array) -> NDArray[np.bool_]:
     """(n,) True where the amplifier stood at its end: four or more readings in a row equal to the extreme one.
 
-    Single readings at an end that was reached so are clipped too.
+    Single readings at an end that was reached so are clipped too. A smooth peak that a coarse digitiser has made flat
+    is none: the readings beside it are one step lower.
     """
     marked = np.zeros(len(values), dtype=bool)
     if len(values) < FEWEST:
@@ -28,10 +37,88 @@ def clipped(values: Array) -> NDArray[np.bool_]:
     for end in (values.max(), values.min()):
         if abs(end) < CLIPPED_SHARE * peak:
             continue
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], values == end, [False]]).astype(int)))
-        if (edges[1::2] - edges[::2]).max() >= CLIPPED_RUN:
+        begins, ends = _stretches(values == end)
+        longest = int(np.argmax(ends - begins))
+        if ends[longest] - begins[longest] >= CLIPPED_RUN and not _rounded(values, begins[longest], ends[longest]):
             marked |= values == end
     return marked
+
+
+def _rounded(values: Array, begin: int, end: int) -> bool:
+    """Whether a flat top is a smooth peak in steps of a digitiser: on both sides one step lower, several times."""
+    step, room = digitiser_step(values), max(2, (end - begin) // STEPS_BESIDE)
+    beside = [values[max(begin - room, 0) : begin], values[end : end + room]]
+    return step > 0.0 and all(len(part) == room and np.ptp([*part, values[begin]]) < 1.5 * step for part in beside)
+
+
+def beside_clipped(values: Array, flat: NDArray[np.bool_], sigma: float) -> NDArray[np.bool_]:
+    """(n,) True at readings beside a clipped stretch that only their own noise has kept below its end.
+
+    values: with NaN at gaps; flat: clipped, or lost in a gap at the record's extreme; sigma: of the noise. The readings
+    are low on average: a fit that took them would be biased. The band ends where the mean of the next five readings
+    lies four standard deviations of the noise off the extreme.
+    """
+    marked = np.zeros(len(values), dtype=bool)
+    begins, ends = _stretches(flat)
+    for begin, end in zip(begins, ends, strict=True):
+        before, after = np.arange(begin)[::-1], np.arange(end, len(values))
+        inside = values[begin:end][np.isfinite(values[begin:end])]
+        for outward in (before, after):
+            outward = outward[np.isfinite(values[outward])]
+            if not len(outward):
+                continue
+            level = _extreme(values, float(inside[0] if len(inside) else values[outward[0]]))
+            means = np.convolve(np.abs(level - values[outward]), np.full(BESIDE_MEAN, 1.0 / BESIDE_MEAN), "valid")
+            clear = np.flatnonzero(means > GUARD * sigma)
+            marked[outward[: clear[0] if len(clear) else len(outward)]] = True
+    return marked & ~flat
+
+
+def _extreme(values: Array, near: float) -> float:
+    """The end of the readings on whose side a reading is."""
+    return float(np.nanmax(values) if near > 0.0 else np.nanmin(values))
+
+
+def lost_at_the_extreme(times: Array, values: Array) -> NDArray[np.bool_]:
+    """(n,) True in gaps of values (n,) whose neighbours on both sides are near the record's extreme: an overload.
+
+    Only where readings are missing by the channel's own steps: a channel that shares its file's clock with others has
+    empty cells between its readings.
+    """
+    marked = np.zeros(len(values), dtype=bool)
+    given = np.isfinite(values)
+    if given.sum() < FEWEST:
+        return marked
+    longest = MISSING * float(np.median(np.diff(times[given])))
+    for begin, end in zip(*_stretches(np.isnan(values)), strict=True):
+        if begin > 0 and end < len(values) and times[end] - times[begin - 1] > longest:
+            level = _extreme(values, float(values[begin - 1]))
+            marked[begin:end] = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
+    return marked
+
+
+def frozen(values: Array) -> NDArray[np.bool_]:
+    """(n,) True where a logger or a broken sensor has repeated one reading eight times or more.
+
+    Not at the record's beginning, where a sensor is at rest, nor in records that a coarse digitiser makes repeat
+    themselves anyway.
+    """
+    marked = np.zeros(len(values), dtype=bool)
+    if len(values) < FEWEST:
+        return marked
+    begins, ends = _stretches(np.append(np.diff(values) == 0.0, False))
+    long = (ends - begins >= FROZEN_RUN - 1) & (begins > 0)
+    for begin, end in zip(begins[long], ends[long], strict=True):
+        marked[begin : end + 1] = True
+    rest = np.diff(values[~marked])
+    coarse = len(rest) == 0 or np.mean(rest[np.flatnonzero(rest)[0] if rest.any() else 0 :] == 0.0) > REPEATS
+    return np.zeros(len(values), dtype=bool) if coarse else marked
+
+
+def _stretches(marked: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First indices of stretches of True, and those behind their last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
+    return edges[::2], edges[1::2]
 
 
 def outliers(times: Array, values: Array, noise: Array) -> NDArray[np.bool_]:

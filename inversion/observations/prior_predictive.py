@@ -67,7 +67,8 @@ def _rms(residual: Array) -> float:
 def emulator_or_model(
     found: PriorPredictive, verified: float | None, q2: Mapping[str, float | None]
 ) -> PriorPredictive:
-    """The check once the solver has run; verified: its whitened RMS error at an answer, q2: of the emulator.
+    """The check once the solver has run; verified: its RMS error at an answer in units of the noise, of a channel that
+    is predicted poorly in units of noise and left-out error; q2: of the emulator.
 
     A solver's run within noise shows that the model can produce the record; a poor emulator shows nothing: the error
     that it admits makes every curve a good fit, so where the solver then differs from the record no fit identifies a
@@ -78,7 +79,10 @@ def emulator_or_model(
     if found.inside:
         if not poor or verified is None or verified <= NOISE_MAY_BE_WRONG_BY:
             return found
-        text = f"the residual of the solver's run at its answer is {verified:.1f} times the noise, and {poorly}"
+        text = (
+            f"the residual of the solver's run at its answer is {verified:.1f} times noise and left-out error, and "
+            f"{poorly}"
+        )
         return replace(found, inside=False, coarse=text)
     if verified is not None and verified <= NOISE_MAY_BE_WRONG_BY:
         text = (
@@ -95,7 +99,7 @@ def prior_predictive_warning(found: PriorPredictive, observations: Observations)
         return (
             f"the emulator is too coarse for this curve: the residual of its best fit is {found.fit:.1f} times "
             f"noise and its own error; {found.coarse}. No parameter is identified: add runs (--refine N), or leave "
-            "that channel out"
+            "that channel out (--channels)"
         )
     units = {c.name: c.unit for c in observations.channels}
     near = found.nearest_distance.items()

@@ -1,7 +1,8 @@
 """The one reader of a measured record: what calibration and diagnosis alike take from a file, and what they leave out.
 
-A channel is cut to the simulated record, its gaps, clipped readings and single outliers go, and every point gets its
-noise: by the file's sigma column, the case, the record before contact, or a tolerance. Times stay on the record's own
+A channel is cut to the simulated record, its gaps, clipped and frozen readings, those beside a clipped stretch and
+single outliers go, and every point gets its noise: by the file's sigma column, the case, the record before contact, the
+scatter of neighbouring points, or a tolerance. Times stay on the record's own
 clock: how far that is off the model's is for the fit to find, within the time origin's standard deviation.
 """
 
@@ -17,8 +18,10 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.observations.baseline import Baseline
+from birdstrike.inversion.observations.high_frequency import white_scatter
 from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise
-from birdstrike.inversion.observations.outliers import clipped, outliers
+from birdstrike.inversion.observations.outliers import beside_clipped, clipped, frozen, lost_at_the_extreme, outliers
 from birdstrike.solver.case.case import Case
 
 ROUNDING = 1e-9  # of the record's end: an instant no later than that still lies in it
@@ -26,9 +29,17 @@ FARTHEST_ORIGIN = 4.0  # standard deviations by which the time origin may be off
 OUTSIDE = "outside the simulated record"
 CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
+BESIDE = "beside a clipped stretch, within reach of their noise,"
+FROZEN = "frozen (one reading repeated)"
+OWN_SHARE = 0.5  # of the variance between neighbours that may be the model's own before it tells nothing of the noise
+AT_REST = 1e-4  # of a run's peak
+ZERO_WORTH = 0.25  # of the noise: a smaller reading at rest changes nothing
 MEANING = {
     CLIPPED: "the fit does not know the curve there, and a peak is larger than the record says; give the sensor a "
     "larger range in the next shot",
+    BESIDE: "only readings that their noise made low are left there, which would pull the fit",
+    FROZEN: "the logger or the sensor had stopped; what it says from there on is not the plate's motion; look at the "
+    "record there, and at the cable",
     OUTLIER: "single readings would pull the fit; look at the record there, for what is real in it is lost to the fit",
 }
 
@@ -39,7 +50,8 @@ class Expected:
 
     units: sensor -> SI unit; start, end: of the simulated record [s], on the record's clock; quiet: until when the
     plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the sensors,
-    in messages.
+    in messages; runs: where simulations are at hand, their clock (m,) [s] and sensor -> curves (runs, m), SI: what
+    scatters between neighbouring instants in them is no noise of the record.
     """
 
     units: Mapping[str, str]
@@ -48,6 +60,7 @@ class Expected:
     quiet: float
     noise: Mapping[str, float] = field(default_factory=dict)
     of: str = "the case"
+    runs: tuple[Array, Mapping[str, Array]] | None = None
 
     @classmethod
     def of_case(cls, case: Case, end: float, spare: float = 0.0) -> Expected:
@@ -61,15 +74,39 @@ class Expected:
         return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise)
 
     @classmethod
-    def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float]) -> Expected:
-        """By a campaign's runs; what the record reads before t = 0 is taken for rest."""
+    def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
+        """By a campaign's runs; time_offset: standard deviation of the time origin [s].
+
+        The plate is at rest until the first curve of a run begins, less four standard deviations of the time origin.
+        """
         start, end = float(dataset.time[0]), float(dataset.time[-1])
-        return cls(dataset.channel_units, start, end, 0.0, noise, "the campaign's case")
+        quiet = max(start, _first_motion(dataset)) - FARTHEST_ORIGIN * time_offset
+        runs = (dataset.time, dataset.curves)
+        return cls(dataset.channel_units, start, end, quiet, noise, "the campaign's case", runs)
+
+    def own_scatter(self, name: str, times: Array) -> float:
+        """Standard deviation between neighbouring instants of the runs themselves, median of the runs, SI."""
+        if self.runs is None or name not in self.runs[1]:
+            return 0.0
+        clock, curves = self.runs
+        inside = times[(times >= clock[0]) & (times <= clock[-1])]
+        found = [white_scatter(inside, np.interp(inside, clock, curve)) for curve in curves[name]]
+        return float(np.median([0.0 if one is None else one[0] for one in found]))
+
+
+def _first_motion(dataset: Dataset) -> float:
+    """The last instant at which no run has moved any sensor yet [s]."""
+    first = len(dataset.time) - 1
+    for curves in dataset.curves.values():
+        peaks = np.abs(curves).max(axis=1, keepdims=True)
+        moving = np.flatnonzero((np.abs(curves) > AT_REST * np.maximum(peaks, 1e-300)).any(axis=0))
+        first = min(first, *(int(i) for i in moving[:1]), len(dataset.time) - 1)
+    return float(dataset.time[max(first - 1, 0)])
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Points that were left out: why (OUTSIDE, CLIPPED or OUTLIER), and their instants [s]."""
+    """Points that were left out: why (OUTSIDE, CLIPPED, BESIDE, FROZEN or OUTLIER), and their instants [s]."""
 
     reason: str
     times: Array
@@ -90,7 +127,8 @@ class ChannelRecord:
 
     times: (n,) [s] on the record's clock; values: (n,) SI; noise: of these points; offset: mean reading before contact,
     SI, 0 where the record does not begin early enough; cuts: what was left out and why; remarks: sentences on noise and
-    zero that the user should know.
+    zero that the user should know; baseline: what the sensor reads at rest, where that is not zero; zeroed: whether it
+    has been subtracted from the values.
     """
 
     name: str
@@ -101,6 +139,8 @@ class ChannelRecord:
     offset: float
     cuts: tuple[Cut, ...]
     remarks: tuple[str, ...]
+    baseline: Baseline | None = None
+    zeroed: bool = False
 
     @property
     def peak(self) -> float:
@@ -119,6 +159,7 @@ def read_record(
     tolerance: float | None = None,
     fewest: int = 1,
     test_stated: bool = True,
+    zero: bool = False,
 ) -> tuple[ChannelRecord, ...]:
     """Read a measured record: the points that a fit may use, each with its noise, and what was left out.
 
@@ -130,13 +171,16 @@ def read_record(
         Sensors with their units, the simulated record, and the noise that the case states:
         `Expected.of_case` or `Expected.of_campaign`.
     tolerance : float, optional
-        Standard deviation as a share of the channel's peak where no noise is known. Without it 1 % is taken and the
-        noise is marked as inferred.
+        Standard deviation as a share of the channel's peak where no noise is stated nor known before contact. Without
+        it the scatter of neighbouring points is taken, or 1 %, and the noise is marked as inferred.
     fewest : int
         Points that a channel must have inside the simulated record.
     test_stated : bool
-        Whether the record before contact may overrule a stated noise. A calibration keeps what is stated, because it
-        tests the residual of its fit afterwards; a diagnosis rests its test on the noise level itself.
+        Whether a record before contact that is quieter than the stated noise may overrule it. A diagnosis rests its
+        test on the noise level itself; a calibration keeps what is stated. A record that is noisier always does.
+    zero : bool
+        Whether the reading at rest (offset, drift, hum, by the record before contact) is subtracted from the values;
+        what is uncertain in it is `baseline.columns` of the channel. Else the values are those of the file.
 
     Returns
     -------
@@ -152,14 +196,14 @@ def read_record(
     Notes
     -----
     In this order: gaps; instants outside the simulated record; clipped readings (four or more in a row equal to the
-    extreme one); noise; single points far off the cubic through their neighbours. See `outliers` and `noise` for the
-    limits. Values are never changed.
+    extreme one) and frozen ones; noise; readings beside a clipped stretch; single points far off the cubic through
+    their neighbours. See `outliers` and `noise` for the limits. Values are never changed, but for `zero`.
     """
     measured.refuse_dead_sensors()
     errors = [error for name in measured.channels for error in _mismatch(measured, expected, name)]
     if errors:
         raise MeasuredError(errors)
-    return tuple(_channel(measured, expected, name, tolerance, fewest, test_stated) for name in measured.channels)
+    return tuple(_channel(measured, expected, name, tolerance, fewest, test_stated, zero) for name in measured.channels)
 
 
 def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
@@ -174,46 +218,114 @@ def _mismatch(measured: Measured, expected: Expected, name: str) -> list[str]:
 
 
 def _channel(
-    measured: Measured, expected: Expected, name: str, tolerance: float | None, fewest: int, test_stated: bool
+    measured: Measured,
+    expected: Expected,
+    name: str,
+    tolerance: float | None,
+    fewest: int,
+    test_stated: bool,
+    zero: bool,
 ) -> ChannelRecord:
     """One channel; indices run over the points that are no gaps."""
     times, values = measured.points(name)
     unit, column = measured.units[name], measured.sigma.get(name)
     sigma = None if column is None else column[np.isfinite(measured.channels[name])]
-    kept = np.flatnonzero((times >= expected.start) & (times <= expected.end * (1.0 + ROUNDING)))
-    outside = np.setdiff1d(np.arange(len(times)), kept)
-    flat = clipped(values[kept])
-    kept, cut = kept[~flat], kept[flat]
-    if len(kept) < fewest:
-        span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
-        where = f'"{name}" in {measured.path} has {len(kept)} points in the simulated record {span}'
-        lost = f", and {len(cut)} more that are clipped," if len(cut) else ""
-        raise MeasuredError(f"{where}{lost} and needs {fewest}; another clock or unit?")
+    window = np.flatnonzero((times >= expected.start) & (times <= expected.end * (1.0 + ROUNDING)))
+    outside = np.setdiff1d(np.arange(len(times)), window)
+    flat = clipped(values[window])
+    stuck = frozen(values[window]) & ~flat
+    kept = window[~flat & ~stuck]
+    cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck]}
+    _refuse_few(measured, expected, name, fewest, kept, cuts)
     early = times < expected.quiet
     peak = float(np.abs(values[kept]).max())
-    before = BeforeContact.of(times[early], values[early], peak)
+    before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
+    white = _white(expected, name, times[kept], values[kept])
     stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
-    noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance)
-    odd = outliers(times[kept], values[kept], noise.sigma)
-    cuts = ((OUTSIDE, outside), (CLIPPED, cut), (OUTLIER, kept[odd]))
+    noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance, white)
+    baseline = _worthwhile(before.baseline, times[kept], noise)
+    beside = np.isin(kept, _beside(measured, name, window[flat], noise.level))
+    odd = outliers(times[kept], values[kept], noise.sigma) & ~beside
+    cuts |= {BESIDE: kept[beside], OUTLIER: kept[odd]}
+    left = ~odd & ~beside
+    kept = kept[left]
+    _refuse_few(measured, expected, name, fewest, kept, cuts)
+    rest = baseline.at(times[kept]) if zero and baseline is not None else 0.0
     return ChannelRecord(
         name,
         unit,
-        times[kept[~odd]],
-        values[kept[~odd]],
-        noise.at(~odd),
+        times[kept],
+        values[kept] - rest if zero and baseline is not None else values[kept],
+        noise.at(left),
         before.offset,
-        tuple(Cut(reason, times[which]) for reason, which in cuts if len(which)),
-        (*remarks, *_zero(name, unit, before)),
+        tuple(Cut(reason, times[which]) for reason, which in cuts.items() if len(which)),
+        (*remarks, *_zero(name, unit, before, baseline if zero else None), *_moving(name, before)),
+        baseline,
+        zero and baseline is not None,
     )
 
 
-def _zero(name: str, unit: str, before: BeforeContact) -> tuple[str, ...]:
-    """A sensor that does not read zero before contact."""
+def _refuse_few(
+    measured: Measured, expected: Expected, name: str, fewest: int, kept: np.ndarray, cuts: Mapping[str, np.ndarray]
+) -> None:
+    """Raises MeasuredError where fewer than `fewest` points are left."""
+    if len(kept) >= fewest:
+        return
+    span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
+    where = f'"{name}" in {measured.path} has {len(kept)} points in the simulated record {span}'
+    others = ((CLIPPED, "clipped"), (FROZEN, "frozen"), (BESIDE, "beside clipped ones"), (OUTLIER, "outliers"))
+    lost = "".join(f", and {len(cuts[why])} more that are {word}," for why, word in others if len(cuts.get(why, ())))
+    raise MeasuredError(f"{where}{lost} and needs {fewest}; another clock or unit?")
+
+
+def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:
+    """White noise of the record between neighbouring points, what the runs scatter themselves taken out."""
+    found = white_scatter(times, values)
+    if found is None:
+        return None
+    own = expected.own_scatter(name, times)
+    if own**2 > OWN_SHARE * found[0] ** 2:
+        return None
+    return float(np.sqrt(found[0] ** 2 - own**2)), found[1]
+
+
+def _beside(measured: Measured, name: str, flat: np.ndarray, sigma: float) -> np.ndarray:
+    """Places, among the points that are no gaps, of readings beside clipped ones or beside an overload's gap."""
+    values = measured.channels[name]
+    given = np.flatnonzero(np.isfinite(values))
+    lost = lost_at_the_extreme(measured.time, values)
+    lost[given[flat]] = True
+    return np.flatnonzero(beside_clipped(values, lost, sigma)[given])
+
+
+def _worthwhile(baseline: Baseline | None, times: Array, noise: Noise) -> Baseline | None:
+    """The baseline, unless it is so small that it changes nothing."""
+    if baseline is None or np.abs(baseline.at(times)).max() < ZERO_WORTH * noise.level:
+        return None
+    return baseline
+
+
+def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None) -> tuple[str, ...]:
+    """A sensor that does not read zero before contact; baseline: where it has been subtracted."""
+    if baseline is not None:
+        return (baseline.sentence(name, unit),)
     if not before.tests or abs(before.offset) <= (before.level or 0.0):
         return ()
     text = (
         f"{plain(name)} reads {quantity(before.offset, unit, 2)} before contact, beyond its noise: the fit takes this "
-        "offset for part of the response; subtract it from the record"
+        "offset for part of the response; subtract it from the record: birdstrike import --zero"
+    )
+    return (text,)
+
+
+def _moving(name: str, before: BeforeContact) -> tuple[str, ...]:
+    """A record that is not at rest while the case says that it is."""
+    if not before.moves:
+        return ()
+    until = f"{before.times[-1] * 1e3:.3g} ms"
+    text = (
+        f"{plain(name)} moves before contact (until {until} by the case's clock), so neither its zero nor its noise "
+        "can be taken from there: if its clock is ahead of the case's, import it with --shift, or raise "
+        "inversion.nuisance.time_offset"
     )
     return (text,)

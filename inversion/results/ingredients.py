@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,31 @@ class EmulatorFigures:
 
 
 @dataclass(frozen=True)
+class RestFigures:
+    """The reading of a sensor at rest: value and interval before contact, SI; its terms as in observations.baseline."""
+
+    kind: str
+    value: float
+    interval_95: tuple[float, float]
+    middle: float
+    frequency: float
+    coefficients: tuple[float, ...]
+
+    def at(self, times: Array) -> Array:
+        """(n,) the reading at rest at `times` [s]."""
+        apart = times - self.middle
+        phase = 2.0 * np.pi * self.frequency * apart
+        terms = [np.ones(len(times)), apart, np.sin(phase), np.cos(phase)][: len(self.coefficients)]
+        return np.stack(terms, axis=1) @ np.array(self.coefficients)
+
+
+@dataclass(frozen=True)
 class MeasuredFigures:
-    """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel)."""
+    """Where the measurement came from, and how noisy it is taken to be (SI, root mean square of a channel).
+
+    cuts: channel -> reason -> instants [s] inside the simulated record that were left out; at_rest: channel -> what was
+    subtracted from it. Both empty in older files.
+    """
 
     path: str
     provenance: tuple[str, ...]
@@ -70,6 +97,8 @@ class MeasuredFigures:
     points: Mapping[str, int]
     noise: Mapping[str, float]
     noise_source: Mapping[str, str]
+    cuts: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
+    at_rest: Mapping[str, RestFigures] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

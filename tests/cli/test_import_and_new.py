@@ -45,6 +45,18 @@ def test_the_new_case_is_valid_and_says_what_every_key_is(tmp_path: Path) -> Non
     assert path.read_text().startswith("# my_shot: one shot")
 
 
+def test_the_new_case_states_no_noise_that_is_not_the_users_own(tmp_path: Path) -> None:
+    """A default that looks like a statement would overrule the record's own noise."""
+    case = load_case(new(tmp_path / "mine"))
+    assert not any(sensor.noise for sensor in case.sensors.values())
+
+
+@pytest.mark.parametrize(("text", "value"), [("0.002 %", 2e-5), ("20 um/m", 2e-5), ("20 microstrain", 2e-5)])
+def test_noise_of_a_strain_gauge_in_its_own_units(text: str, value: float) -> None:
+    case = load_case("synthetic_strike", {"sensors.strain_back.noise": text})
+    assert case.sensors["strain_back"].noise == pytest.approx(value, rel=1e-12)
+
+
 def test_every_key_that_the_new_case_only_mentions_is_valid_too(tmp_path: Path) -> None:
     """Lines that are commented out are TOML: taken in, the case still loads."""
     path = new(tmp_path / "all")

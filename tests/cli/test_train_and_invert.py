@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -149,3 +152,71 @@ def test_failed_verification_exits_2(loop: Path, tmp_path: Path, monkeypatch: py
     found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path)
     assert found.exit_code == 2
     assert "energy balance is off" in found.output
+
+
+def laboratory_record(path: Path, noise: float, offset: float = 0.0, more: str = "") -> Path:
+    """600 points from 0.5 ms before t = 0 on [ms, mm], at a viscosity of 600 Pa s."""
+    time = np.arange(-0.5, 2.5, 0.005)
+    values = 1e3 * np.interp(1e-3 * time, small_campaign.TIME, small_campaign.curve(600.0, -0.5e6)) + offset
+    values = values + noise * np.random.default_rng(2).normal(size=len(time))
+    head = "time [ms],displacement_centre [mm]" + (f",{more}" if more else "")
+    rows = (
+        f"{t:.3f},{v:.6f}" + (f",{100 * np.sin(9 * t):.3f}" if more else "") for t, v in zip(time, values, strict=True)
+    )
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return path
+
+
+def viscosity_of(folder: Path) -> dict[str, Any]:
+    methods = json.loads((folder / "inversion.json").read_text())["methods"]
+    return methods["emulator"]["parameters"]["bird.material.viscosity"]
+
+
+def test_a_record_noisier_than_the_case_states_is_inverted_and_both_figures_are_said(
+    loop: Path, tmp_path: Path
+) -> None:
+    """0.03 mm by the case, 0.15 mm by the record: five times the noise is no other model."""
+    record = laboratory_record(tmp_path / "noisy.csv", 0.15)
+    options = ("--method", "emulator", "--no-posterior")
+    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
+    assert found.exit_code == 0, found.output
+    assert "cannot produce" not in found.output
+    said = " ".join(found.output.split())
+    assert "the noise stated (0.03 mm, case) is not that of the record before contact (0.1" in said
+    value = viscosity_of(tmp_path / "out")
+    assert value["identified"]
+    assert value["interval_95"][0] < 600.0 < value["interval_95"][1]
+
+
+def test_an_offset_is_found_subtracted_and_written_with_its_interval(loop: Path, tmp_path: Path) -> None:
+    record = laboratory_record(tmp_path / "offset.csv", 0.03, offset=1.2)
+    options = ("--method", "emulator", "--no-posterior")
+    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
+    assert found.exit_code == 0, found.output
+    value = viscosity_of(tmp_path / "out")
+    assert value["identified"]
+    assert value["interval_95"][0] < 600.0 < value["interval_95"][1]
+    rest = json.loads((tmp_path / "out" / "inversion.json").read_text())["measured"]["at_rest"]["displacement_centre"]
+    assert rest["interval_95"][0] < 1.2e-3 < rest["interval_95"][1]
+    measured = pd.read_csv(tmp_path / "out" / "verification.csv")["measured_displacement_centre_m"].to_numpy()
+    assert abs(float(np.mean(measured[:100]))) < 2e-5
+
+
+def test_a_channel_can_be_left_out(loop: Path, tmp_path: Path) -> None:
+    record = laboratory_record(tmp_path / "two.csv", 0.03, more="contact_force [kN]")
+    options = ("--method", "emulator", "--no-posterior", "--channels", "displacement_centre")
+    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
+    assert found.exit_code == 0, found.output
+    assert "contact_force" not in found.output
+    assert viscosity_of(tmp_path / "out")["identified"]
+    wrong = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "w", "--channels", "laser")
+    assert wrong.exit_code == 1
+    assert 'has no channel "laser"; its channels: displacement_centre, contact_force' in wrong.output
+
+
+def test_a_raw_export_in_place_of_a_record_names_the_import_that_makes_one(loop: Path, tmp_path: Path) -> None:
+    (tmp_path / "daq.csv").write_text("Time;Disp Z\nms;mm\n0,0;0,1\n0,1;0,2\n")
+    found = invoke(loop / "doe", "--measured", tmp_path / "daq.csv", "--out", tmp_path / "out")
+    assert found.exit_code == 1
+    assert "birdstrike import" in found.output
+    assert "--sensor displacement_centre='Disp Z'" in found.output

@@ -144,7 +144,11 @@ def test_what_is_written_is_a_record_that_reads_back_bit_for_bit(tmp_path: Path)
 WRONG = [
     ("0 0\n1 1\n2 x\n3 3\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2 x" is not 2 numbers as in line 1'),
     ("0 0\n1 1\n2\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2" is not 2 numbers'),
-    ("0,0\n1,1\n2,nan\n", ImportOptions(CENTRE, units=MM_MS), r'line 3: "2,nan" is not 2 numbers'),
+    (
+        "0,0\n1,1\n2,n.b.\n",
+        ImportOptions(CENTRE, units=MM_MS),
+        r'line 3: "2,n.b." is not 2 numbers .*; a gap is an empty',
+    ),
     ("0 0\n1 1\n1 2\n", ImportOptions(CENTRE, units=MM_MS), r"line 3: the time 1 does not increase"),
     ("0,0\n,1\n2,2\n", ImportOptions(CENTRE, units=MM_MS), r"line 2: the time is missing"),
     ("0 0\n1 1\n", ImportOptions(CENTRE), r'column "1" has no unit; say which: --time-unit ms'),
@@ -165,6 +169,109 @@ def test_what_is_wrong_is_said_with_its_line_and_a_remedy(
 ) -> None:
     with pytest.raises(UserError, match=why):
         imported(tmp_path / "curve.txt", text, options)
+
+
+CELLS = {
+    "NaN": ("t_ms,w_mm\n0,1\n1,NaN\n2,3\n", [1.0, np.nan, 3.0], '1 cell "NaN", the first in line 3, read as gaps'),
+    "overload": (
+        "t_ms;w_mm\n0;1\n1;OVL\n2;OVL\n3;2\n",
+        [1.0, np.nan, np.nan, 2.0],
+        '2 cells "OVL", the first in line 3',
+    ),
+    "a dash": ("t_ms\tw_mm\n0\t-\n1\t-2\n2\t3\n", [np.nan, -2.0, 3.0], '1 cell "-"'),
+    "points for thousands": ("t_ms;w_mm\n0;0,5\n1;1.234,5\n2;1.234.567,25\n", [0.5, 1234.5, 1234567.25], ""),
+    "commas for thousands": ("t_ms;w_mm\n0;0.5\n1;1,234.5\n2;1,234\n", [0.5, 1234.5, 1234.0], ""),
+    "quoted commas": ('t_ms,w_mm\n0,0.5\n1,"1,234.5"\n2,7\n', [0.5, 1234.5, 7.0], ""),
+    "blanks for thousands": ("t_ms;w_mm\n0;0,5\n1;1\u00a0234,5\n2;12 345\n", [0.5, 1234.5, 12345.0], ""),
+    "apostrophes for thousands": ("t_ms;w_mm\n0;0.5\n1;1'234.5\n2;7\n", [0.5, 1234.5, 7.0], ""),
+}
+
+
+@pytest.mark.parametrize("kind", CELLS)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_cells_as_loggers_and_spreadsheets_write_them(tmp_path: Path, kind: str, encoding: str) -> None:
+    text, values, note = CELLS[kind]
+    found = imported(tmp_path / "logger.csv", text, ImportOptions(CENTRE), encoding)
+    np.testing.assert_allclose(found.channels["displacement_centre"], 1e-3 * np.array(values), rtol=1e-15)
+    assert any(note in line for line in found.provenance)
+
+
+def test_utf_16_without_its_mark_is_known_by_its_empty_bytes(tmp_path: Path) -> None:
+    found = imported(tmp_path / "old.txt", "t_ms\tw_mm\n0\t1\n1\t2\n", ImportOptions(CENTRE), "utf-16-le")
+    assert found.channels["displacement_centre"].tolist() == [1e-3, 2e-3]
+
+
+def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Path) -> None:
+    text = "t_ms;w_mm\n0;1,234\n1;2,345\n"
+    with pytest.raises(UserError, match=r'line 2: "1,234" is 1234 or 1\.234; say which .*: --decimal "\." or'):
+        imported(tmp_path / "a.csv", text, ImportOptions(CENTRE))
+    for mark, value in ((",", 1.234), (".", 1234.0)):
+        found = imported(tmp_path / "a.csv", text, ImportOptions(CENTRE, decimal=mark))
+        assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        ("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"),
+        ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004"),
+    ],
+    ids=["over midnight", "with a date"],
+)
+def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tuple[str, ...]) -> None:
+    rows = "".join(f"{stamp},{i}\n" for i, stamp in enumerate(stamps))
+    found = imported(tmp_path / "a.csv", f"Timestamp,w [mm]\n{rows}", ImportOptions(CENTRE))
+    np.testing.assert_allclose(found.time, [0.0, 2e-4, 3e-4], atol=1e-15)
+    assert any("times of day were read, and count from the first row" in line for line in found.provenance)
+
+
+@pytest.mark.parametrize(
+    ("head", "asked"),
+    [
+        ("Disp Z (mm)", "Disp Z (mm)"),
+        ("Disp Z (mm)", "disp z"),
+        ("Disp Z / mm", "Disp Z / mm"),
+        ("disp_z_mm", "disp_z_mm"),
+        ("disp_z_mm", "disp_z"),
+    ],
+)
+def test_a_column_is_named_as_it_stands_in_the_file_or_without_its_unit(tmp_path: Path, head: str, asked: str) -> None:
+    options = ImportOptions({"displacement_centre": asked})
+    found = imported(tmp_path / "a.csv", f"t_ms,{head},other [mm]\n0,1,5\n1,2,6\n", options)
+    assert found.channels["displacement_centre"].tolist() == [1e-3, 2e-3]
+
+
+@pytest.mark.parametrize("asked", ["CH1 [V]", "ch1"])
+def test_volts_are_multiplied_by_what_a_volt_stands_for(tmp_path: Path, asked: str) -> None:
+    text = "t_ms,CH1 [V],CH2 [V]\n0,0,5\n1,2,6\n"
+    options = {"sensors": {"displacement_centre": asked}, "scales": {"displacement_centre": 2.5}}
+    with_unit = ImportOptions(**options, units={"displacement_centre": "mm"})
+    assert imported(tmp_path / "a.csv", text, with_unit).channels["displacement_centre"].tolist() == [0.0, 5e-3]
+    per = ImportOptions(**options, units={"displacement_centre": "mm"}, per={"displacement_centre": "mV"})
+    assert imported(tmp_path / "a.csv", text, per).channels["displacement_centre"].tolist() == [0.0, 5.0]
+    with pytest.raises(UserError, match=r'"CH1" is in V, .*--scale displacement_centre="2.5 mm/V"'):
+        import_record(tmp_path / "a.csv", ImportOptions({"displacement_centre": asked}))
+
+
+@pytest.mark.parametrize("unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "ustrain", "µε"])
+def test_microstrain_however_it_is_written(tmp_path: Path, unit: str) -> None:
+    found = imported(tmp_path / "a.csv", f"t [ms],SG1 [{unit}]\n0,0\n1,250\n", ImportOptions({"strain_1": "SG1"}))
+    assert found.channels["strain_1"].tolist() == [0.0, 250e-6]
+    assert found.units["strain_1"] == ""
+
+
+def test_per_cent_of_strain_and_millions_of_psi(tmp_path: Path) -> None:
+    options = ImportOptions({"strain_1": "SG1", "pressure": "P"})
+    found = imported(tmp_path / "a.csv", "t [ms],SG1 [%],P [Msi]\n0,0,0\n1,0.25,1\n", options)
+    assert found.channels["strain_1"][1] == pytest.approx(2.5e-3, rel=1e-15)
+    assert found.channels["pressure"][1] == pytest.approx(6.894757e9, rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])
+def test_a_scale_that_leaves_nothing_is_refused(tmp_path: Path, scale: float) -> None:
+    options = ImportOptions(CENTRE, scales={"displacement_centre": scale})
+    with pytest.raises(UserError, match="leaves nothing of the curve; give the factor"):
+        imported(tmp_path / "a.csv", "t_ms,w_mm\n0,1\n1,2\n", options)
 
 
 def test_a_picture_is_no_curve(tmp_path: Path) -> None:

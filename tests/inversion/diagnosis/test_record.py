@@ -78,12 +78,14 @@ def test_single_outliers_are_left_out_and_told() -> None:
 
 
 def test_a_saturated_sensor_is_cut_and_not_taken_for_truth() -> None:
-    """The amplifier ends at 4 mm of 5: readings at its end are left out, and the rest stays as it was."""
+    """The amplifier ends at 4 mm of 5: readings at its end, and those within reach of their noise beside them, are left
+    out, and the rest stays as it was."""
     clean = measured(WHITE)
     flat = np.minimum(clean.channels["middle"], 4e-3)
     (trace,) = (record := read(replace(clean, channels={"middle": flat}), middle=1e-4)).traces
     assert trace.values.max() < 4e-3
-    assert len(trace.values) == (flat[TIME >= 0.0] < 4e-3).sum()
+    assert np.isin(TIME[(TIME >= 0.0) & (SHAPE < 3.2e-3)], trace.times).all(), "8 sigma below the end nothing is cut"
+    assert SHAPE[np.isin(TIME, trace.times)].max() < 4e-3 - 3e-4, "nor is anything kept within 3"
     assert any("clipped" in warning for warning in record.warnings)
     kept = np.isin(TIME, trace.times)
     np.testing.assert_array_equal(trace.values, flat[kept])

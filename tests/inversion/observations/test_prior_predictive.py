@@ -101,7 +101,9 @@ def test_channels_that_the_emulator_predicts_poorly_identify_nothing_where_the_s
     q2: dict[str, float | None] = {CHANNEL: 0.99, "strain": 0.45, "contact_force": 0.23}
     refused = emulator_or_model(inside, 9.0, q2)
     assert not refused.inside
-    assert "is 9.0 times the noise, and the emulator predicts strain (Q2 0.45), contact" in refused.coarse
+    assert (
+        "is 9.0 times noise and left-out error, and the emulator predicts strain (Q2 0.45), contact" in refused.coarse
+    )
     assert emulator_or_model(inside, 1.1, q2) == inside
     assert emulator_or_model(inside, 9.0, {CHANNEL: 0.99}) == inside
 

@@ -1,0 +1,35 @@
+"""LS-DYNA's binout: the arrays of one of its branches (nodout, rcforc, ...) over time, by lasso-python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from lasso.dyna.binout import Binout  # pyright: ignore[reportMissingImports] (an optional extra)
+
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.exports.columns import NamedColumn, chosen, table_of
+from birdstrike.data.loose_table import LooseTable
+
+
+def read(path: Path, table: str) -> LooseTable:
+    """Columns "z_displacement 1026", by variable and number; without units, which the file does not know."""
+    try:
+        file = Binout(str(path))
+        branches = [name for name in file.read() if "time" in file.read(name)]
+    except Exception as error:  # the library lets Python's own errors through
+        raise MeasuredError(f"{path} cannot be read as a binout: {error}") from error
+    branch = chosen(path, branches, table or ("nodout" if "nodout" in branches else ""), "branch")
+    time = np.asarray(file.read(branch, "time"), dtype=float)
+    columns = [NamedColumn("time", time)]
+    numbers = np.atleast_1d(file.read(branch, "ids")) if "ids" in file.read(branch) else np.zeros(0)
+    for variable in file.read(branch):
+        values = np.asarray(file.read(branch, variable))
+        if variable == "time" or not np.issubdtype(values.dtype, np.number) or values.shape[:1] != time.shape:
+            continue
+        if values.ndim == 1:
+            columns.append(NamedColumn(variable, values.astype(float)))
+        elif values.ndim == 2:
+            names = numbers if len(numbers) == values.shape[1] else np.arange(1, values.shape[1] + 1)
+            columns += [NamedColumn(f"{variable} {int(n)}", values[:, j].astype(float)) for j, n in enumerate(names)]
+    return table_of(path, columns, [f"SIMULATED: binout of LS-DYNA, branch {branch}"])

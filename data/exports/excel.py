@@ -1,0 +1,38 @@
+"""Excel's .xlsx: the values of one sheet, read like the rows of a text file, by openpyxl."""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+from openpyxl import load_workbook  # pyright: ignore[reportMissingModuleSource] (an optional extra)
+from openpyxl.utils.exceptions import InvalidFileException  # pyright: ignore[reportMissingModuleSource]
+
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.exports.columns import chosen
+from birdstrike.data.loose_table import LooseTable, table_of_lines
+
+
+def read(path: Path, table: str) -> LooseTable:
+    """Cells as Excel shows a formula's value; a time of day is one."""
+    try:
+        book = load_workbook(path, read_only=True, data_only=True)
+    except (OSError, BadZipFile, InvalidFileException, KeyError) as error:
+        raise MeasuredError(f"{path} cannot be read as a workbook of Excel: {error}") from error
+    sheet = book[chosen(path, book.sheetnames, table, "sheet")]
+    lines = ["\t".join(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
+    return table_of_lines(path, lines, ".")
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, dt.datetime):
+        return value.time().isoformat()
+    if isinstance(value, dt.time):
+        return value.isoformat()
+    if isinstance(value, float):
+        return repr(value)
+    return str(value).replace("\t", " ").replace("\n", " ").strip()

@@ -1,0 +1,53 @@
+"""Which reader takes a file: by the ending of its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.loose_table import LooseTable
+
+Reader = Callable[[Path, str], LooseTable]
+"""read(path, name of the table in the file) -> table."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format: module of this folder that reads it, the package that it needs, what it is called, and the extra
+    that installs the package."""
+
+    module: str
+    package: str
+    name: str
+    extra: str = "exports"
+
+
+EXPORTS: Mapping[str, Format] = MappingProxyType(
+    {
+        ".tdms": Format("tdms", "npTDMS", "TDMS file"),
+        ".mat": Format("matlab", "scipy", "file of MATLAB"),
+        **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel")),
+        **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file")),
+        "binout": Format("binout", "lasso-python", "binout of LS-DYNA", "binout"),
+    }
+)
+"""Ending of a file's name, or its beginning, -> format."""
+
+
+def reader_of(path: str | Path) -> Reader | None:
+    """The reader of a file's format, None for text; raises MeasuredError where its package is not installed."""
+    name = Path(path).name.lower()
+    form = EXPORTS.get("binout" if name.startswith("binout") else Path(name).suffix)
+    if form is None:
+        return None
+    try:
+        return import_module(f"birdstrike.data.exports.{form.module}").read
+    except ModuleNotFoundError as error:
+        raise MeasuredError(
+            f'{path} is a {form.name}, which {form.package} reads: pip install "birdstrike[{form.extra}]"; or export '
+            f"the curve as text ({error})"
+        ) from error

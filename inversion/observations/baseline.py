@@ -1,0 +1,130 @@
+"""The reading of a sensor at rest: offset, drift and mains hum, from the record before contact, with their uncertainty.
+
+reading(t) = model(t) + baseline(t) + noise. The baseline is fitted before contact by least squares and carried on over
+the response; what is uncertain in it are columns of the model's error, as for any linear nuisance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import plain, quantity
+
+CLEAR = 4.0  # standard deviations from which a term is there
+SEEN = 2.0  # standard deviations from which a bend counts as possible
+MAINS = (50.0, 60.0)  # [Hz]
+WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
+EXPLAINED = 0.3  # share of the variance before contact that a hum must explain
+BEND = 2.0 * np.pi * MAINS[1] / 2.0  # [1/s] of a drift that may be the beginning of a hum: rate times this is its bend
+NORMAL_95 = 1.959964
+SHIFTED = "offset"
+DRIFTED = "offset and drift"
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """offset + drift (t - middle) + hum, SI; middle [s]: of the record before contact.
+
+    kind: in words; frequency: of the hum [Hz], 0 without; coefficients: (k,) SI; covariance: (k, k); bend: standard
+    deviation of the coefficient of (t - middle)^2, which a short record before contact does not tell; points: before
+    contact.
+    """
+
+    kind: str
+    middle: float
+    frequency: float
+    coefficients: Array
+    covariance: Array
+    bend: float
+    points: int
+
+    def at(self, times: Array) -> Array:
+        """(n,) the reading at rest."""
+        return self._terms(times) @ self.coefficients
+
+    def columns(self, times: Array) -> Array:
+        """(n, s) changes of the reading at rest for one standard deviation of what is uncertain in it."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        known = self._terms(times) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+        bend = self.bend * (times - self.middle)[:, None] ** 2
+        return np.hstack([known, bend]) if self.bend else known
+
+    def interval(self, time: float) -> tuple[float, float]:
+        """95 % interval of the reading at rest at an instant [s]."""
+        at = np.array([time])
+        spread = NORMAL_95 * float(np.sqrt((self.columns(at) ** 2).sum()))
+        return float(self.at(at)[0]) - spread, float(self.at(at)[0]) + spread
+
+    def sentence(self, name: str, unit: str) -> str:
+        """What the sensor reads at rest, what is made of it, and what to do."""
+        low, high = self.interval(self.middle)
+        interval = f"{quantity(low, unit, 4)} .. {quantity(high, unit, 4)}"
+        reads = f"{quantity((low + high) / 2.0, unit)} (95 %: {interval})"
+        kind = "" if self.kind == SHIFTED else f" and has a {self.kind.removeprefix('offset and ')}"
+        return (
+            f"{plain(name)} reads {reads}{kind} before contact, over {self.points} points: its zero is taken "
+            "from there and the uncertainty of this is carried by the fit; birdstrike import --zero takes it out of "
+            "the record"
+        )
+
+    def _terms(self, times: Array) -> Array:
+        """(n, k)."""
+        return terms(times, len(self.coefficients), self.frequency, self.middle)
+
+
+def terms(times: Array, count: int, frequency: float, middle: float) -> Array:
+    """(n, count) of 1, t - middle, sin and cos."""
+    apart = times - middle
+    phase = 2.0 * np.pi * frequency * apart
+    return np.stack([np.ones(len(times)), apart, np.sin(phase), np.cos(phase)][:count], axis=1)
+
+
+def hum_of(times: Array, values: Array) -> float:
+    """Frequency of the mains hum in the record before contact [Hz]; 0 where there is none, or it is too short."""
+    span = float(np.ptp(times)) if len(times) else 0.0
+    line = _left(times, values, 0.0)
+    found = {f: _left(times, values, f) for f in MAINS if span * f >= WHOLE_PERIODS}
+    best = min(found, key=lambda f: found[f], default=0.0)
+    return best if best and found[best] < (1.0 - EXPLAINED) * line else 0.0
+
+
+def _left(times: Array, values: Array, frequency: float) -> float:
+    """Sum of squares about offset, drift and hum."""
+    rows = terms(times, 4 if frequency else 2, frequency, float(times.mean()))
+    residual = values - rows @ np.linalg.lstsq(rows, values, rcond=None)[0]
+    return float(residual @ residual)
+
+
+def baseline_of(times: Array, values: Array, level: float, hum: float, correlation: float) -> Baseline | None:
+    """The baseline of a record before contact, None where nothing but noise shows.
+
+    times, values: (n,) before contact; level: of the noise, SI; hum: frequency of the mains [Hz], 0 without;
+    correlation: of neighbouring points' noise, which makes the points worth less.
+    """
+    worth = level**2 * (1.0 + correlation) / (1.0 - min(correlation, 0.99))
+    for count in (4, 2, 1) if hum else (2, 1):
+        middle = float(times.mean())
+        rows = terms(times, count, hum if count == 4 else 0.0, middle)
+        inverse = np.linalg.inv(rows.T @ rows)
+        found = inverse @ rows.T @ values
+        size = np.abs(found) / np.sqrt(worth * np.diag(inverse))
+        bend, clear = _bend(times, values, worth) if count == 2 else (0.0, 0.0)
+        if max(size[count // 2 :].max(), clear) > CLEAR:
+            kind = {1: SHIFTED, 2: DRIFTED, 4: f"offset and hum of {hum:g} Hz"}[count]
+            bend = float(np.hypot(found[1] * BEND, bend)) if count == 2 else 0.0
+            frequency = hum if count == 4 else 0.0
+            return Baseline(kind, middle, frequency, found, worth * inverse, bend, len(times))
+    return None
+
+
+def _bend(times: Array, values: Array, worth: float) -> tuple[float, float]:
+    """Coefficient of (t - middle)^2 before contact where it is seen, else 0; its size in standard deviations."""
+    apart = times - times.mean()
+    rows = np.stack([np.ones(len(times)), apart, apart**2], axis=1) / np.array([1.0, np.ptp(times), np.ptp(times) ** 2])
+    inverse = np.linalg.inv(rows.T @ rows)
+    coefficient = float((inverse @ rows.T @ values)[2])
+    clear = abs(coefficient) / float(np.sqrt(worth * inverse[2, 2]))
+    return (coefficient / float(np.ptp(times)) ** 2 if clear > SEEN else 0.0), clear

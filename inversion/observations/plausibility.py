@@ -1,0 +1,124 @@
+"""A record beside a campaign's runs before any fit: turned round, in another unit, on another clock, or dead?
+
+Each is recognised by what one number would mend: the sign, a factor, a shift of the clock. What is found is said with
+its remedy; nothing is changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import plain, quantity, rounded
+from birdstrike.inversion.observations.observations import Channel, Observations
+
+ALIKE = 0.8  # correlation of two curves that have the same shape
+UNLIKE = 0.5
+FAR = 3.0  # times the largest peak of a run, or part of the smallest
+FARTHEST = 4.0  # standard deviations of the time origin that a fit allows
+SHIFTS = 81  # shifts of the clock that are tried, over half a record either way
+OVERLAP = 0.5  # of the points, at least, that a shifted run must cover
+MENDED = 0.5  # of the residual that a shift must leave at most
+NOISE = 3.0  # times the noise: a smaller residual needs no mending
+SILENT_SHARE = 20.0  # part of the smallest peak of a run that is no response
+SILENT = 5.0  # times the noise: a sensor that never reads more has not responded
+SLIPS = {
+    1e3: "a thousand: mm for m, or kN for N?",
+    25.4: "25.4: inches for mm?",
+    10.0: "ten: mm for cm?",
+    100.0: "a hundred: per cent for a ratio?",
+    1e6: "a million: microstrain for strain?",
+    4.448: "4.45: pounds for newtons?",
+    6.895: "6.9: ksi for MPa?",
+}
+SLIP = 1.6  # ratio to such a factor that still points to it
+
+
+def implausible(dataset: Dataset, observations: Observations, time_offset: float) -> tuple[str, ...]:
+    """A sentence for each channel whose sign, size or clock no run has; time_offset: of the origin, 1 sigma [s]."""
+    found = (_finding(_Beside.of(dataset, channel, time_offset)) for channel in observations.channels)
+    return tuple(text for text in found if text)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """A channel beside the runs, at every shift (s,) [s] of its clock.
+
+    peaks: (runs,) of the runs, SI; correlation: (s, runs); residual: (s,) root mean square distance of the nearest run;
+    allowed: (s,) True at the shifts that a fit may choose.
+    """
+
+    channel: Channel
+    peaks: Array
+    shifts: Array
+    correlation: Array
+    residual: Array
+    allowed: np.ndarray
+
+    @classmethod
+    def of(cls, dataset: Dataset, channel: Channel, time_offset: float) -> _Beside:
+        """From the runs of a campaign."""
+        curves, clock = dataset.curves[channel.name], dataset.time
+        half = 0.5 * float(clock[-1] - clock[0])
+        limit = FARTHEST * time_offset
+        shifts = np.unique([*np.linspace(-half, half, SHIFTS), *np.linspace(-limit, limit, 9), 0.0])
+        correlation, residual = np.zeros((len(shifts), len(curves))), np.full(len(shifts), np.inf)
+        for k, shift in enumerate(shifts):
+            at = channel.times - shift
+            inside = at <= clock[-1] * (1.0 + 1e-9)
+            if inside.mean() < OVERLAP:
+                continue
+            y = channel.values[inside]
+            runs = np.stack([np.interp(at[inside], clock, curve) for curve in curves])
+            scale = np.linalg.norm(runs, axis=1) * np.linalg.norm(channel.values)
+            correlation[k] = runs @ y / np.maximum(scale, 1e-300)
+            residual[k] = float(np.sqrt(((runs - y) ** 2).mean(axis=1)).min())
+        return cls(channel, np.abs(curves).max(axis=1), shifts, correlation, residual, np.abs(shifts) <= limit + 1e-12)
+
+
+def _finding(beside: _Beside) -> str:
+    """What one number would mend; empty where nothing has to be."""
+    channel, allowed = beside.channel, beside.correlation[beside.allowed]
+    name, noise = channel.name, float(np.sqrt(np.mean(channel.noise**2)))
+    low, high, peak = float(beside.peaks.min()), float(beside.peaks.max()), channel.peak
+    span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
+    if allowed.max() < UNLIKE and -allowed.min() > ALIKE:
+        return (
+            f"{plain(name)} has the opposite sign of every run of the campaign (correlation {allowed.min():.2f}): "
+            f"displacement counts positive in the direction of the push, strain in tension; import it again with "
+            f"--scale {name}=-1"
+        )
+    if not low / FAR <= peak <= FAR * high and np.abs(allowed).max() > ALIKE:
+        factor = peak / float(np.median(beside.peaks))
+        return (
+            f"{plain(name)} has the shape of the runs and another size: it peaks at {quantity(peak, channel.unit)} "
+            f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
+        )
+    if peak < max(SILENT * noise, low / SILENT_SHARE) and peak < low / FAR:
+        return (
+            f"{plain(name)} shows no response: it reads at most {quantity(peak, channel.unit)} where the runs peak at "
+            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels"
+        )
+    best = int(np.argmin(beside.residual))
+    held = float(beside.residual[beside.allowed].min())
+    if beside.allowed[best] or held < NOISE * noise or beside.residual[best] > MENDED * held:
+        return ""
+    shift = float(beside.shifts[best])
+    return (
+        f"{plain(name)} lies beside the runs best when its clock is moved by {-1e3 * shift:+.2f} ms (nearest run at "
+        f"{quantity(float(beside.residual[best]), channel.unit)} instead of {quantity(held, channel.unit)}), which "
+        f'the case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", or '
+        f'state how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
+    )
+
+
+def _slip(factor: float) -> str:
+    """A factor in words, with the confusion of units that makes it."""
+    size = max(factor, 1.0 / factor)
+    near = min(SLIPS, key=lambda known: abs(np.log(size / known)))
+    which = "larger" if factor > 1.0 else "smaller"
+    hint = f" (near {SLIPS[near]})" if abs(np.log(size / near)) < np.log(SLIP) else ""
+    return f"{rounded(size, 2)} times {which} than their middle{hint}"

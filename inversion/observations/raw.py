@@ -1,0 +1,89 @@
+"""A record by itself, before any case: how long it is at rest, what its sensors read there, what is odd in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.observations.noise import FEWEST_FOR_LEVEL, FEWEST_FOR_TEST
+from birdstrike.inversion.observations.reader import ChannelRecord, Expected, read_record
+
+BEGINNING = 20  # points from which the scatter at rest is taken
+MEAN = 5  # points whose mean leaves the rest
+LEAVES = 8.0  # standard deviations of that mean
+MOVES = 0.05  # of the record's range: a beginning that changes by more is no rest
+SPARE = 0.9  # of the time until the response is seen: it begins before that
+
+
+def read_raw(measured: Measured) -> tuple[ChannelRecord, ...]:
+    """The channels as the reader of calibrations would take them, the whole record long and without a case."""
+    first, last = float(measured.time[0]), float(measured.time[-1])
+    return read_record(measured, Expected(measured.units, first, last, rest_until(measured), of="the file"))
+
+
+def rest_until(measured: Measured) -> float:
+    """The instant until which no channel has left its rest [s], a tenth of it spared; the first where none rests."""
+    return min(_leaves_rest(*measured.points(name)) for name in measured.channels)
+
+
+def _leaves_rest(times: Array, values: Array) -> float:
+    """Of one channel: the first mean of five points that its scatter so far does not explain."""
+    first = float(times[0]) if len(times) else 0.0
+    if len(times) < BEGINNING + MEAN:
+        return first
+    means = np.convolve(values, np.full(MEAN, 1.0 / MEAN), "valid")
+    if abs(means[BEGINNING - MEAN] - means[0]) > MOVES * float(np.ptp(values)):
+        return first
+    at = BEGINNING
+    while at < len(means):
+        rest = values[:at]
+        spread = max(float(rest.std()), 1e-12 * float(np.abs(values).max())) / np.sqrt(MEAN)
+        ahead = np.abs(means[at : 2 * at] - rest.mean()) > LEAVES * spread
+        if ahead.any():
+            return first + SPARE * (float(times[at + int(np.argmax(ahead))]) - first)
+        at *= 2
+    return first  # it never leaves: no rest that a response would end
+
+
+def zeroed(measured: Measured) -> tuple[Measured, dict[str, float]]:
+    """The record less every channel's mean before the response, and these means, SI; raises MeasuredError."""
+    until = rest_until(measured)
+    offsets = {name: _mean(measured, name, until) for name in measured.channels}
+    notes = tuple(
+        f"{name}: {quantity(offset, measured.units[name], 6)}, the mean before {1e3 * until:.4g} ms, was subtracted."
+        for name, offset in offsets.items()
+    )
+    channels = {name: values - offsets[name] for name, values in measured.channels.items()}
+    return replace(measured, channels=channels, provenance=(*measured.provenance, *notes)), offsets
+
+
+def _mean(measured: Measured, name: str, until: float) -> float:
+    times, values = measured.points(name)
+    rest = values[times < until]
+    if len(rest) < FEWEST_FOR_LEVEL:
+        raise MeasuredError(
+            f"--zero: {name} in {measured.path} has {len(rest)} points at rest before its response and needs "
+            f"{FEWEST_FOR_LEVEL}; record some time before contact, or subtract what the sensor reads at rest yourself"
+        )
+    return float(rest.mean())
+
+
+def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measured:
+    """The record with sigma columns: of each channel the standard deviation stated, SI, or, for None, its own."""
+    found = {one.name: one.noise for one in read_raw(measured)}
+    sigma = dict(measured.sigma)
+    for name, value in stated.items():
+        if value is None and not found[name].known:
+            raise MeasuredError(
+                f"--sigma record: {name} in {measured.path} tells no noise: fewer than {FEWEST_FOR_TEST} points before "
+                'its response, and no white noise between neighbours; state it: --sigma "0.05 mm"'
+            )
+        level = found[name].level if value is None else value
+        sigma[name] = np.where(np.isfinite(measured.channels[name]), level, np.nan)
+    return replace(measured, sigma=sigma)

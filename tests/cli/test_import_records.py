@@ -1,0 +1,127 @@
+"""`birdstrike import` on files as laboratories have them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from birdstrike.cli.app import app
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import MeasuredError
+from tests.inversion.stand_in import pulse, truth
+
+CENTRE = "displacement_centre"
+TIME = np.arange(-0.5, 2.5, 0.005)  # ms
+
+
+def invoke(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["import", *map(str, arguments)], env={"COLUMNS": "200"})
+
+
+def export(path: Path, noise: float = 0.03, offset: float = 0.0, head: str = "Disp Z (mm)", **changed: float) -> Path:
+    """A logger's file: the pulse in mm, 0.5 ms of rest, noise and offset [mm]; changed: "row_7" = a reading."""
+    values = 1e3 * pulse(truth(0.5), 1e-3 * TIME) + offset
+    values = values + noise * np.random.default_rng(0).normal(size=len(TIME))
+    for row, value in changed.items():
+        values[int(row.removeprefix("row_"))] = value
+    rows = "".join(f"{t:.3f};{v:.6f}\n" for t, v in zip(TIME, values, strict=True))
+    path.write_text(f"Logger 3\nTime (ms);{head}\n{rows}")
+    return path
+
+
+def test_the_tutorials_column_is_found_as_it_stands_in_the_file(tmp_path: Path) -> None:
+    found = invoke(export(tmp_path / "a.csv"), "--sensor", f"{CENTRE}=Disp Z (mm)", "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    assert f"{CENTRE}: noise 0.03" in found.stdout or f"{CENTRE}: noise 0.02" in found.stdout
+
+
+def test_volts_come_in_with_what_they_stand_for(tmp_path: Path) -> None:
+    source = export(tmp_path / "a.csv", head="CH1 [V]")
+    for sensor in ("CH1", "CH1 [V]"):
+        options = ("--sensor", f"{CENTRE}={sensor}", "--scale", "2 mm/V", "--out", tmp_path / "o.csv")
+        found = invoke(source, *options)
+        assert found.exit_code == 0, found.output
+        assert read_measured(tmp_path / "o.csv").channels[CENTRE].max() == pytest.approx(2 * 4.7e-3, rel=0.05)
+    found = invoke(source, "--sensor", f"{CENTRE}=CH1", "--out", tmp_path / "p.csv")
+    assert found.exit_code == 1
+    assert '"CH1" is in V' in found.output
+    assert '--scale displacement_centre="2.5 mm/V"' in found.output
+
+
+@pytest.mark.parametrize("scale", ["0", "0.0", "nan", "0 mm/V", "one"])
+def test_a_scale_that_is_no_factor_is_refused(tmp_path: Path, scale: str) -> None:
+    found = invoke(export(tmp_path / "a.csv"), "--sensor", CENTRE, "--scale", scale, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 1
+    assert f"--scale {scale}" in found.output
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_zero_takes_the_mean_before_the_response_out_and_says_so(tmp_path: Path) -> None:
+    source = export(tmp_path / "a.csv", offset=1.2)
+    plain = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "raw.csv")
+    assert "reads 1.2 mm before contact" in plain.stdout
+    found = invoke(source, "--sensor", CENTRE, "--zero", "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    record = read_measured(tmp_path / "o.csv")
+    assert abs(record.channels[CENTRE][TIME < 0.2].mean()) < 1e-5
+    assert any("the mean before" in line and "was subtracted" in line for line in record.provenance)
+    assert "was subtracted" in found.stdout
+
+
+def test_zero_of_a_record_without_rest_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{t},{v}\n" for t, v in zip(np.arange(30), np.linspace(1, 5, 30) ** 2, strict=True))
+    (tmp_path / "a.csv").write_text(f"t_ms,w_mm\n{rows}")
+    found = invoke(tmp_path / "a.csv", "--sensor", CENTRE, "--zero", "--out", tmp_path / "o.csv")
+    assert found.exit_code == 1
+    assert "points at rest before its response and needs 8" in found.output
+
+
+@pytest.mark.parametrize(("given", "sigma"), [("0.05 mm", 5e-5), (f"{CENTRE}=50 um", 5e-5), ("record", 3e-5)])
+def test_sigma_states_the_noise_in_the_record(tmp_path: Path, given: str, sigma: float) -> None:
+    found = invoke(export(tmp_path / "a.csv"), "--sensor", CENTRE, "--sigma", given, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    assert read_measured(tmp_path / "o.csv").sigma[CENTRE] == pytest.approx(np.full(len(TIME), sigma), rel=0.2)
+
+
+def test_a_spike_and_a_logger_that_stopped_are_said_at_once(tmp_path: Path) -> None:
+    changed = {"row_200": 9.0, **{f"row_{i}": 2.5 for i in range(400, 430)}}
+    source = export(tmp_path / "a.csv", 0.03, 0.0, "Disp Z (mm)", **changed)
+    found = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    assert "1 point at 0.5 ms is far off its neighbours" in found.stdout
+    assert "30 points at 1.5 .. 1.645 ms are frozen (one reading repeated)" in found.stdout
+
+
+def test_gaps_of_a_logger_are_counted(tmp_path: Path) -> None:
+    source = export(tmp_path / "a.csv")
+    lines = source.read_text().splitlines()
+    lines[202] = f"{lines[202].split(';')[0]};OVL"
+    source.write_text("\n".join(lines))
+    found = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 0, found.output
+    assert '1 cell "OVL", the first in line 203, read as gaps' in found.stdout
+
+
+def test_the_picture_shows_what_is_used_and_what_is_cut(tmp_path: Path) -> None:
+    """Colours of the used curve, of the reading at rest and of the spike are in it."""
+    source = export(tmp_path / "a.csv", offset=1.2, row_200=9.0)
+    found = invoke(source, "--sensor", CENTRE, "--out", tmp_path / "o.csv", "--picture", tmp_path / "o.png")
+    assert found.exit_code == 0, found.output
+    pixels = (255 * matplotlib.image.imread(tmp_path / "o.png")[..., :3]).round().astype(int).reshape(-1, 3)
+    for colour in ((0, 0, 0), (0, 0x72, 0xB2), (0, 0x9E, 0x73)):
+        assert (np.abs(pixels - colour).max(axis=1) < 25).any()
+
+
+def test_a_raw_export_in_a_records_place_names_the_import_line(tmp_path: Path) -> None:
+    source = export(tmp_path / "daq file.csv")
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    line = caught.value.errors[-1]
+    assert "birdstrike import" in line
+    assert f"--sensor {CENTRE}='Disp Z (mm)' --out" in line
+    assert str(source) in line
+    assert "'" in line.split("--sensor")[0], "a name with a blank is quoted for the shell"

@@ -1,0 +1,75 @@
+"""A channel that the emulator predicts poorly carries its own error, and does not take the others' answer away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.emulator_error import error_columns
+from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.invert import invert
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIME, TIMES, campaign, pulse, spread, truth
+from tests.inversion.stand_in import record as stand_in_record
+
+STRAIN = "strain_1"
+NOISE = {CHANNEL: 3e-5, STRAIN: 2e-5}
+
+
+def strain(theta: Array) -> Array:
+    """A smooth response of the pulse's peak, and a jitter that changes from one point to the next: chaos."""
+    seed = int(abs(hash(tuple(np.round(theta / HIGHS, 9)))) % 2**32)
+    slow = np.convolve(np.random.default_rng(seed).normal(size=len(TIME) + 40), np.ones(41) / np.sqrt(41.0), "valid")
+    return 0.2 * pulse(theta, TIME) + 2.5e-4 * np.real(slow)
+
+
+def with_strain(theta: Mapping[str, float]) -> Histories:
+    row = np.array([theta[name] for name in NAMES])
+    return Histories(TIME, {CHANNEL: pulse(row), STRAIN: strain(row)}, {CHANNEL: "m", STRAIN: ""})
+
+
+@pytest.fixture(scope="module")
+def both() -> tuple[Dataset, Emulator]:
+    made = campaign(spread())
+    curves = {CHANNEL: made.curves[CHANNEL], STRAIN: np.stack([strain(row) for row in made.parameters])}
+    dataset = replace(made, curves=curves, channel_units={CHANNEL: "m", STRAIN: ""})
+    return dataset, fit_emulator(dataset, [CHANNEL, STRAIN])
+
+
+def shot(share: float):
+    measured = stand_in_record(truth(share), TIMES, NOISE[CHANNEL], seed=int(100 * share))
+    values = np.interp(TIMES, TIME, strain(truth(share))) + NOISE[STRAIN] * np.random.default_rng(1).normal(
+        size=len(TIMES)
+    )
+    return replace(measured, channels={**measured.channels, STRAIN: values}, units={CHANNEL: "m", STRAIN: ""})
+
+
+def test_its_error_is_that_of_the_runs_left_out(both: tuple[Dataset, Emulator]) -> None:
+    """At 200 new points the error columns tell the size of what the emulator misses, within a quarter."""
+    dataset, emulator = both
+    assert emulator.channels[STRAIN].validation.q2 < 0.9 < emulator.channels[CHANNEL].validation.q2
+    observations = observe(shot(0.5), dataset, NOISE)
+    columns = error_columns(emulator, dataset, observations)
+    assert not columns[: len(TIMES)].any(), "the displacement is predicted well and carries nothing"
+    stated = np.sqrt((columns[len(TIMES) :] ** 2).sum(axis=1).mean())
+    new = LOWS + np.random.default_rng(5).random((200, 4)) * (HIGHS - LOWS)
+    missed = np.stack([strain(row) for row in new]) - emulator.channels[STRAIN].curves(emulator.inputs(new), TIME)
+    assert stated == pytest.approx(np.sqrt(np.mean(missed**2)), rel=0.25)
+
+
+def test_the_other_channels_answer_stands_and_holds_the_truth(both: tuple[Dataset, Emulator]) -> None:
+    dataset, emulator = both
+    options = InversionOptions(method="emulator", sampling=None, analyse=False, noise=NOISE)
+    for share in (0.3, 0.5, 0.7):
+        found = invert(dataset, shot(share), with_strain, options, emulator=emulator).inversion
+        peak = found.methods["emulator"].parameters["pulse.peak"]
+        assert peak.identified, found.warnings
+        assert peak.interval_95 is not None
+        assert peak.interval_95[0] < truth(share)[0] < peak.interval_95[1]
+        assert any("the channel carries the error of these predictions" in text for text in found.warnings)

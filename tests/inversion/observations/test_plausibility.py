@@ -1,0 +1,76 @@
+"""A record that one number would mend is named with that number."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.invert import invert
+from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.plausibility import implausible
+from birdstrike.surrogate.emulator import Emulator
+from tests.inversion.stand_in import CHANNEL, forward, pulse, record, truth
+
+CLOCK = np.arange(0.0, 3e-3, 1e-5)
+SIGMA = 3e-5
+
+
+def shot(factor: float = 1.0, late: float = 0.0) -> Measured:
+    measured = record(truth(0.45), CLOCK, SIGMA, late)
+    return replace(measured, channels={CHANNEL: factor * measured.channels[CHANNEL]})
+
+
+def said(measured: Measured, dataset: Dataset, time_offset: float = 0.0) -> tuple[str, ...]:
+    return implausible(dataset, observe(measured, dataset, {CHANNEL: SIGMA}, time_offset), time_offset)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (-1.0, "has the opposite sign of every run of the campaign (correlation -1.00)"),
+        (1e3, "near a thousand: mm for m"),
+        (1e-3, "times smaller than their middle (near a thousand"),
+        (1.0 / 25.4, "near 25.4: inches for mm"),
+    ],
+)
+def test_a_wrong_sign_or_unit_is_named_with_its_remedy(dataset: Dataset, factor: float, words: str) -> None:
+    (text,) = said(shot(factor), dataset)
+    assert words in text
+    assert "import it again with" in text
+
+
+def test_a_sensor_that_shows_no_response_is_named(dataset: Dataset) -> None:
+    rng = np.random.default_rng(0)
+    dead = replace(shot(), channels={CHANNEL: SIGMA * rng.normal(size=len(CLOCK))})
+    (text,) = said(dead, dataset)
+    assert "shows no response" in text
+    assert "--channels" in text
+
+
+@pytest.mark.parametrize("late", [0.4e-3, -0.25e-3])
+def test_a_late_or_early_trigger_is_named_with_the_shift_that_mends_it(dataset: Dataset, late: float) -> None:
+    measured = replace(shot(), channels={CHANNEL: pulse(truth(0.45), CLOCK - late)})
+    (text,) = said(measured, dataset)
+    shift = float(text.split('--shift "')[1].split(" ms")[0])
+    assert shift == pytest.approx(-1e3 * late, abs=0.06)
+    assert "inversion.nuisance.time_offset" in text
+    assert not said(measured, dataset, time_offset=0.2e-3), "the case allows it: the fit finds it"
+
+
+def test_a_good_record_raises_no_word(dataset: Dataset) -> None:
+    for share in (0.1, 0.45, 0.9):
+        assert not said(record(truth(share), CLOCK, SIGMA), dataset)
+
+
+def test_a_turned_record_is_named_by_the_inversion_which_identifies_nothing(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    options = InversionOptions(method="emulator", sampling=None, analyse=False, noise={CHANNEL: SIGMA})
+    found = invert(dataset, shot(-1.0), forward, options, emulator=emulator).inversion
+    assert any(f"--scale {CHANNEL}=-1" in text for text in found.warnings)
+    assert not any(one.identified for one in found.methods["emulator"].parameters.values())
