@@ -263,7 +263,7 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         trainer=plan.trainer,
         seed=plan.seed,
         progress=progress,
-        extras=Extras(retry=plan.retry),
+        extras=Extras(refine=0, retry=plan.retry),
     )
 
 

@@ -159,7 +159,9 @@ def quantiles(values: Array, weights: Array) -> Array:
     return np.interp([0.025, 0.975], np.cumsum(weights[order]), values[order])
 
 
-def held(dataset: Dataset, emulator: Emulator, truths: Sequence[tuple[int, Array, Histories]], cell: Cell) -> list[Held]:
+def held(
+    dataset: Dataset, emulator: Emulator, truths: Sequence[tuple[int, Array, Histories]], cell: Cell
+) -> list[Held]:
     """The intervals of the truths where runs stand behind the emulator."""
     coordinates, found = parameter_coordinates(dataset, emulator.regions), list[Held]()
     for number, z, histories in truths:
@@ -171,7 +173,9 @@ def held(dataset: Dataset, emulator: Emulator, truths: Sequence[tuple[int, Array
     return found
 
 
-def measured(folder: Path, truths: int, sizes: Sequence[int], say: Callable[[str], None]) -> Iterator[tuple[Cell, list[Held]]]:
+def measured(
+    folder: Path, truths: int, sizes: Sequence[int], say: Callable[[str], None]
+) -> Iterator[tuple[Cell, list[Held]]]:
     """Every cell of the table."""
     case, space = coarse_case()
     folder.mkdir(parents=True, exist_ok=True)
@@ -230,7 +234,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=Path, required=True, help="folder of the simulations")
     parser.add_argument("--truths", type=int, default=200)
-    parser.add_argument("--sizes", type=int, nargs="+", default=[*SIZES, 196], help="196: all four designs of 49 at once")
+    parser.add_argument(
+        "--sizes", type=int, nargs="+", default=[*SIZES, 196], help="196: all four designs of 49 at once"
+    )
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args(arguments)
     rows = [row(*one) for one in measured(chosen.runs, chosen.truths, chosen.sizes, lambda t: print(t, flush=True))]

@@ -104,6 +104,12 @@ class CurveEmulator:
         kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
         return np.hstack([kept @ self.mixing, self.remainder_at(times)])
 
+    def scatter_factor(self, u: Array, times: Array) -> Array:
+        """`error_factor` of the runs' scatter alone, which no further run takes away."""
+        variance = np.array([min(p.nugget, p.variance(u[None])[0]) for p in self.processes])
+        kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
+        return np.hstack([kept @ self.mixing, self.remainder_at(times)])
+
     def remainder_at(self, times: Array) -> Array:
         """(t, r) `remainder` at `times` [s]."""
         return self._between(self.remainder, times).T
@@ -278,4 +284,6 @@ def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[Gaus
         )
     loo = np.stack([p.loo for p in processes], axis=1)
     predicted = mean + loo @ basis[: len(processes)]
-    return Validation(q2(curves, predicted), rmse(curves, predicted), np.stack([p.standardised for p in processes], axis=1))
+    return Validation(
+        q2(curves, predicted), rmse(curves, predicted), np.stack([p.standardised for p in processes], axis=1)
+    )

@@ -14,9 +14,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 from scipy.linalg import solve_triangular
 from scipy.spatial.distance import cdist
+from scipy.special import stdtrit
 from scipy.stats import t as student
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
@@ -55,7 +55,9 @@ class GaussianProcess:
         """Anisotropic Matern 5/2 plus white noise at the hyperparameters' posterior mean; u (n, d), y (n,)."""
         size = float(np.sqrt(np.mean(y * y))) or 1.0
         with threadpool_limits(limits=1, user_api="blas"):
-            variance, lengths, scatter = hyperparameters(u, y / size, seed) if y.any() else (1.0, np.ones(u.shape[1]), 1.0)
+            variance, lengths, scatter = (
+                hyperparameters(u, y / size, seed) if y.any() else (1.0, np.ones(u.shape[1]), 1.0)
+            )
         theta = np.log([np.clip(variance, *VARIANCES), *lengths, np.clip(scatter, *SCATTER)])
         return cls.with_kernel(u, y, kernel_of(u.shape[1], theta))
 
@@ -97,9 +99,15 @@ class GaussianProcess:
         mean, effective = _local(weights, self.errors**2)
         return mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
 
+    def distance_variance(self, u: Array) -> Array:
+        """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
+        size = self._plain[0]
+        white = self._correlations(u) @ self._inverse.T * size
+        return np.maximum(size - (white**2).sum(axis=1), 0.0) * self.scale**2
+
     def quick(self, u: Array) -> tuple[Array, Array]:
         """What `predict` gives, the correlations computed once: for the many small batches of a sampler."""
-        size, _, _ = self._plain
+        size = self._plain[0]
         correlation = self._correlations(u)
         mean, effective = _local(correlation**self.locality, self.errors**2)
         return size * correlation @ self.model.alpha_ * self.scale, mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
@@ -114,6 +122,11 @@ class GaussianProcess:
         kernel: Any = self.kernel
         lengths = np.asarray(kernel.k1.k2.length_scale)
         return float(kernel.k1.k1.constant_value), lengths, self.model.X_train_ / lengths
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse Cholesky factor of the runs' covariance."""
+        return np.asarray(solve_triangular(self.model.L_, np.eye(len(self.model.L_)), lower=True))
 
     def _correlations(self, u: Array) -> Array:
         """(q, n) Matern correlation of u (q, d) with the runs."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.observations import Observations
-from birdstrike.surrogate.emulator import Emulator
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,17 @@ class CurveModel:
         The emulator's columns are common to its channels.
         """
         u = self.emulator.inputs(theta[None])[0]
-        factors = (self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
-        own = np.vstack(list(factors))
+        return self._with_known([e.error_factor(u, times) for e, times in self._channels(t0)])
+
+    def scatter_factor(self, theta: Array, t0: float) -> Array:
+        """The same of an emulator of any number of runs: their scatter alone, and what is known besides."""
+        u = self.emulator.inputs(theta[None])[0]
+        return self._with_known([e.scatter_factor(u, times) for e, times in self._channels(t0)])
+
+    def _channels(self, t0: float) -> list[tuple[CurveEmulator, Array]]:
+        """Every channel's emulator with its instants on the model's clock."""
+        return [(self.emulator.channels[c.name], c.times - t0) for c in self.observations.channels]
+
+    def _with_known(self, factors: list[Array]) -> Array:
+        own = np.vstack(factors)
         return own if self.known is None else np.hstack([own, self.known])
