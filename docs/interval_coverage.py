@@ -3,8 +3,8 @@
 python docs/interval_coverage.py --runs FOLDER [--truths 200] [--out docs/interval_coverage.md]
 
 The case is synthetic_strike, coarser: 300 particles, 10 x 8 shells, 2.2 ms, three parameters; record and model share
-the mesh. Truths are drawn uniformly in the ranges; each is inverted with one of four designs of every size, in turn. FOLDER
-keeps the simulations (about 2 MB; 532 of 1 s each) and is not part of the repository. Intervals are those of the
+the mesh. Truths are drawn uniformly in the ranges; each is inverted with one of four designs of every size, in turn.
+FOLDER keeps the simulations (532 of 1 s each) and is not part of the repository. Intervals are those of the
 posterior (importance sampling of the same likelihood that train-and-invert samples), the clocks are the same, the
 noise's size is known, and no run is added.
 """
@@ -229,6 +229,12 @@ def row(cell: Cell, found: Sequence[Held]) -> str:
     return "| " + " | ".join(parts) + " |"
 
 
+def said(text: str) -> None:
+    """A line on the terminal, at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -239,7 +245,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args(arguments)
-    rows = [row(*one) for one in measured(chosen.runs, chosen.truths, chosen.sizes, lambda t: print(t, flush=True))]
+    rows = [row(*one) for one in measured(chosen.runs, chosen.truths, chosen.sizes, said)]
     names = [name.rsplit(".", 1)[-1].replace("_", " ") for name in NAMES]
     head = HEAD.format(" | ".join(f"width, {name}" for name in names), "|".join("---" for _ in names))
     if chosen.out is not None:

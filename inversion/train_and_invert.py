@@ -52,9 +52,9 @@ Record = str | Path | Measured
 class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
 
-    refine: runs that may be added near the answer, "auto" while they pay; hidden: neurons, None searches; copies: noisy copies of every
-    training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
-    of a mesh study (convergence.csv), whose uncertainty every model then carries;
+    refine: runs that may be added near the answer, "auto" while they pay; hidden: neurons, None searches; copies: noisy
+    copies of every training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma);
+    mesh: curves of a mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it.

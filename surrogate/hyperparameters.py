@@ -1,9 +1,9 @@
 """Hyperparameters of a Gaussian process: their posterior mean, not the most likely values.
 
 A few dozen runs leave the length scales and the scatter of the runs uncertain, and the most likely values are then
-overconfident (often no scatter at all). The posterior is flat in the logarithms over the allowed ranges, the variance is
-integrated out with the prior 1/variance: p ~ |K|^(-1/2) (y^T K^-1 y)^(-n/2). It is found by adaptive importance sampling
-(Bugallo et al., IEEE Signal Processing Magazine 34 (2017) 60). Rasmussen and Williams 2006, sect. 5.2.
+overconfident (often no scatter at all). The posterior is flat in the logarithms over the allowed ranges, the variance
+is integrated out with the prior 1/variance: p ~ |K|^(-1/2) (y^T K^-1 y)^(-n/2). It is found by adaptive importance
+sampling (Bugallo et al., IEEE Signal Processing Magazine 34 (2017) 60). Rasmussen and Williams 2006, sect. 5.2.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """What of a run's curves no component predicts, as a covariance over time and channels, from leave-one-out curves.
 
 A few dozen curves of a few hundred instants cannot give a covariance by themselves: theirs is shrunk towards one whose
-correlation depends on the lag alone, none between channels, each instant keeping its own variance. Shrinkage intensity:
-Schaefer and Strimmer, Stat. Appl. Genet. Mol. Biol. 4 (2005) 32, eq. 8; structured target: Ledoit and Wolf, J. Empirical
-Finance 10 (2003) 603.
+correlation depends on the lag alone, none between channels, each instant keeping its own variance. Intensity of the
+shrinkage: Schaefer and Strimmer, Stat. Appl. Genet. Mol. Biol. 4 (2005) 32; structured target: Ledoit and Wolf,
+J. Empirical Finance 10 (2003) 603.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ KEPT = 0.999  # of the variance, carried by common directions; the rest counts i
 
 
 def shrunk_correlation(rows: Array, target: Array | None = None) -> Array:
-    """(p, p) correlation of draws rows (n, p) about zero, shrunk towards the correlation `target` (identity by default).
+    """(p, p) correlation of draws rows (n, p) about zero, shrunk towards the correlation `target`.
 
-    A column without any variance stays uncorrelated.
+    The target is the identity by default. A column without any variance stays uncorrelated.
     """
     n, p = rows.shape
     size = np.sqrt((rows**2).mean(axis=0))

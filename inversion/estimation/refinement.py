@@ -22,7 +22,7 @@ from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
 AUTO_RUNS = 10
-"""Budget of `auto`: about the points of a quadratic in three parameters, over the small region where the answer lies."""
+"""Budget of `auto`: the points of a quadratic in three parameters, which is what the small region of an answer needs."""
 PAYS = 0.2  # of an interval's variance: below it the interval is at most a tenth wider than with a perfect emulator
 CANDIDATES = 400  # points about the best fits among which the next run is chosen
 WIDER = 1.5  # of the best fits' standard deviations: a first emulator may have placed them wrongly
@@ -40,9 +40,9 @@ def refine(
     """At most `runs` runs more, one after the other, the emulator fitted anew after each.
 
     A number: until the emulator's error at the most probable point is below the measurement's noise (root mean square
-    over the points). "auto": until the emulator adds less than a fifth to the variance of every parameter's interval, with at
-    most 10 runs; the runs' own scatter, which no further run takes away, counts as the record's. A run that fails ends
-    it too: its reason is kept; and none is added where no fit explains the record.
+    over the points). "auto": until the emulator adds less than a fifth to the variance of every parameter's interval,
+    with at most 10 runs; the runs' own scatter, which no further run takes away, counts as the record's. A run that
+    fails ends it too: its reason is kept; and none is added where no fit explains the record.
     """
     auto, budget = runs == AUTO, AUTO_RUNS if isinstance(runs, str) else runs
     if (isinstance(runs, str) and not auto) or budget < 0:
@@ -128,7 +128,7 @@ def next_point(located: Located, seed: int = 0) -> Array:
 
 
 def _unvisited(calibrator: Calibrator, theta: Array) -> Array:
-    """(q,) variance of the curve at theta (q, k) for want of runs nearby, in that of the noise, summed over the points."""
+    """(q,) variance of the curves at theta (q, k) for want of runs nearby, in units of the noise's, summed."""
     model = calibrator.model
     u, total = model.emulator.inputs(theta), np.zeros(len(theta))
     for c in model.observations.channels:

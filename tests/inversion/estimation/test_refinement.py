@@ -71,7 +71,7 @@ def test_auto_adds_no_run_where_no_fit_explains_the_record(dataset) -> None:
 
 
 def test_unknown_word_is_refused(dataset) -> None:
-    with pytest.raises(UserError, match='"often".*"auto"'):
+    with pytest.raises(UserError, match=r'"often".*"auto"'):
         refine(dataset, record(truth(SHARE)), forward, QUICK, "often")
 
 
