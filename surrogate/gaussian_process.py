@@ -1,10 +1,10 @@
 """A Gaussian process over scaled features whose stated error is that of its own leave-one-out predictions nearby.
 
 The variance that such a process states by itself is small wherever a run is near, whether or not it can follow the
-curve there. What it has missed is known: run i, left out, is missed by e_i. The variance of the error at u is the average
-of e_i^2 over the runs, each weighted by how much it resembles u (Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094, sect.
-5.2, weigh conformal intervals so), times what Student's t needs for so few: (t_nu / t_infinity)^2 at 97.5 %, with the
-effective number of runs nu = (sum w)^2 / sum w^2 (Kish, Survey Sampling, 1965, sect. 8.2).
+curve there. What it has missed is known: run i, left out, is missed by e_i. The variance of the error at u is the
+average of e_i^2 over the runs, each weighted by how much it resembles u (Lei et al., J. Am. Stat. Assoc. 113 (2018)
+1094, sect. 5.2, weigh conformal intervals so), times what Student's t needs for so few: (t_nu / t_infinity)^2 at 97.5 %,
+with the effective number of runs nu = (sum w)^2 / sum w^2 (Kish, Survey Sampling, 1965, sect. 8.2).
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class GaussianProcess:
     """One zero-mean process y(u) for scaled features u (., d).
 
     model: regressor on y in units of `scale`, kernel: with its hyperparameters; loo, loo_sd: (n,) leave-one-out
-    predictions of y and the standard deviations that the process states for them; errors: (n,) of `loo`; locality: power of the correlation
-    that weighs the runs' leave-one-out errors.
+    predictions of y and the standard deviations that the process states for them; errors: (n,) of `loo`; locality:
+    power of the correlation that weighs these errors.
     """
 
     model: GaussianProcessRegressor

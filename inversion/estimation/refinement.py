@@ -22,7 +22,7 @@ from birdstrike.inversion.results.ingredients import RefinementFigures
 
 AUTO = "auto"
 AUTO_RUNS = 10
-"""Budget of `auto`: the points of a quadratic in three parameters, which is what the small region of an answer needs."""
+"""Budget of `auto`: the points of a quadratic in three parameters, enough for the small region of an answer."""
 PAYS = 0.2  # of an interval's variance: below it the interval is at most a tenth wider than with a perfect emulator
 CANDIDATES = 400  # points about the best fits among which the next run is chosen
 WIDER = 1.5  # of the best fits' standard deviations: a first emulator may have placed them wrongly
