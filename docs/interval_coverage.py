@@ -21,6 +21,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from birdstrike.data.curves import Measured
@@ -70,12 +71,12 @@ class Held:
     prior: Array
 
     @property
-    def identified(self) -> Array:
+    def identified(self) -> NDArray[np.bool_]:
         """(k,) bool, by the rule of an inversion."""
         return np.ptp(self.interval, axis=1) < NEWS * self.prior
 
     @property
-    def holds(self) -> Array:
+    def holds(self) -> NDArray[np.bool_]:
         """(k,) bool."""
         return (self.interval[:, 0] <= self.z) & (self.z <= self.interval[:, 1])
 

@@ -3,8 +3,8 @@
 The variance that such a process states by itself is small wherever a run is near, whether or not it can follow the
 curve there. What it has missed is known: run i, left out, is missed by e_i. The variance of the error at u is the
 average of e_i^2 over the runs, each weighted by how much it resembles u (Lei et al., J. Am. Stat. Assoc. 113 (2018)
-1094, sect. 5.2, weigh conformal intervals so), times what Student's t needs for so few: (t_nu / t_infinity)^2 at 97.5 %,
-with the effective number of runs nu = (sum w)^2 / sum w^2 (Kish, Survey Sampling, 1965, sect. 8.2).
+1094, sect. 5.2, weigh conformal intervals so), times what Student's t needs for so few: (t_nu / t_infinity)^2 at
+97.5 %, with the effective number of runs nu = (sum w)^2 / sum w^2 (Kish, Survey Sampling, 1965, sect. 8.2).
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ class GaussianProcess:
     @cached_property
     def standardised(self) -> Array:
         """(n,) leave-one-out errors over the standard deviations that the other runs' errors give there."""
-        weights = _correlation(self.kernel, self.model.X_train_, self.model.X_train_) ** self.locality
+        runs = self._plain[2]
+        weights = _matern(cdist(runs, runs)) ** self.locality
         np.fill_diagonal(weights, 0.0)
         mean, _ = _local(weights, self.errors**2)
         return np.divide(self.errors, np.sqrt(mean), out=np.zeros_like(self.errors), where=mean > 0.0)

@@ -106,7 +106,8 @@ def test_error_of_a_process_is_that_of_its_leave_one_out_predictions_whatever_it
     sure = GaussianProcess.with_kernel(u, noise, kernel_of(1, np.log([1.0, 3.0, 1e-2])))
     places = np.linspace(0.0, 1.0, 200)[:, None]
     mean, variance = sure.predict(places)
-    states = sure.model.predict(places, return_std=True)[1] * sure.scale
+    regressor: Any = sure.model
+    states = regressor.predict(places, return_std=True)[1] * sure.scale
     errors = rng.normal(size=200) - mean
     assert np.mean(errors**2 / states**2) > 10.0
     assert 0.3 < np.mean(errors**2 / variance) < 1.3
