@@ -266,7 +266,7 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         trainer=plan.trainer,
         seed=plan.seed,
         progress=progress,
-        extras=Extras(retry=plan.retry, channels=plan.channels),
+        extras=Extras(refine=0, retry=plan.retry, channels=plan.channels),
     )
 
 

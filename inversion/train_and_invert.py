@@ -29,7 +29,7 @@ from birdstrike.inversion.estimation.nuisances import (
     nuisance_columns,
 )
 from birdstrike.inversion.estimation.posterior import Sampling
-from birdstrike.inversion.estimation.refinement import refine
+from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
 from birdstrike.inversion.estimation.verification import write_verification
 from birdstrike.inversion.formatting import quantity
@@ -52,16 +52,16 @@ Record = str | Path | Measured
 class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
 
-    refine: runs that may be added near the answer; hidden: neurons, None searches; copies: noisy copies of every
-    training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma); mesh: curves
-    of a mesh study (convergence.csv), whose uncertainty every model then carries;
+    refine: runs that may be added near the answer, "auto" while they pay; hidden: neurons, None searches; copies: noisy
+    copies of every training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma);
+    mesh: curves of a mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
     channels: of the record that are used, all where none is named.
     """
 
-    refine: int = 0
+    refine: int | str = AUTO
     hidden: int | None = HIDDEN
     copies: int = 0
     discrepancy: float = 0.0
@@ -168,7 +168,7 @@ def inverted(
         joint, scatter = with_scatter(joined(shots))
     report = progress or (lambda _: None)
     dataset, refinement, share = joint.dataset, None, 0.0
-    if more.refine:
+    if more.refine and _refinable(joint.options, more):
         share = 0.6
         dataset, refinement = refine(
             dataset,
@@ -195,6 +195,11 @@ def inverted(
         known_errors=joint.known_errors,
     )
     return replace(outcome, inversion=inversion), dataset, joint.measured
+
+
+def _refinable(options: InversionOptions, more: Extras) -> bool:
+    """Whether runs may be added: `auto` does so only for the emulator's answer."""
+    return more.refine != AUTO or "emulator" in options.methods()
 
 
 def _listed(given: Any) -> list[Any]:

@@ -1,4 +1,8 @@
-"""Forward emulator: curves from parameters by principal components, a Gaussian process for each, with its own error."""
+"""Forward emulator: curves from parameters by principal components, a Gaussian process for each, with its own error.
+
+The error is a covariance over time and channels. Predicted components err as their processes say, correlated as their
+leave-one-out errors are; the rest of a run's curves is drawn anew with every run (`run_scatter`).
+"""
 
 from __future__ import annotations
 
@@ -14,13 +18,15 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.features import Region, covered, features, regions
-from birdstrike.surrogate.gaussian_process import GaussianProcess
+from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
+from birdstrike.surrogate.run_scatter import common_factors, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
 from birdstrike.surrogate.validation import Validation, q2, rmse
 
 VARIANCE_KEPT = 0.9999
 WORTH_PREDICTING = 0.3  # leave-one-out Q2; a process can be fitted to a few dozen draws of noise with less
 FEWEST_RUNS = 5
+INSTANTS = 110  # of a channel, at which the covariance of what is left stands; linear between them
 
 
 class ExtrapolationError(ValueError):
@@ -32,17 +38,20 @@ class CurveEmulator:
     """One channel: y(t, theta) = mean(t) + sum_c s_c(theta) basis_c(t).
 
     time: (m,) [s]; mean: (m,) SI; basis: (c, m) SI, all components of the runs; processes: Gaussian processes of the
-    first components, those that can be predicted; unpredicted: (c,) variance of the scores of the others, 0 for the
-    first: they stay at their mean and count as error; outside: (m,) variance, SI squared, of what a new run has beyond
-    all components: each instant by itself.
+    first components, those that can be predicted. Its errors, in directions common to all channels of an emulator:
+    mixing: (kept, q) rows whose products are the correlations of the kept scores' errors; remainder: (r, m) SI, the
+    rest of a new run's curve, one standard deviation of each direction; outside: (m,) variance, SI squared, of what
+    those leave out, each instant by itself. left: (n, m) SI, the rest of the runs' own curves, each run left out.
     """
 
     time: Array
     mean: Array
     basis: Array
     processes: tuple[GaussianProcess, ...]
-    unpredicted: Array
+    mixing: Array
+    remainder: Array
     outside: Array
+    left: Array
     validation: Validation
 
     @classmethod
@@ -63,9 +72,19 @@ class CurveEmulator:
         else:
             processes = [GaussianProcess.with_kernel(u, scores[:, c], kernel) for c, kernel in enumerate(kernels)]
         basis, mean = np.asarray(pca.components_) * size, np.asarray(pca.mean_) * size
-        share, outside = _of_a_new_run(curves, len(processes))
-        unpredicted = np.where(np.arange(len(basis)) < len(processes), 0.0, share * scores.var(axis=0, ddof=1))
-        return cls(time, mean, basis, tuple(processes), unpredicted, outside, _validate(curves, mean, basis, processes))
+        none = np.zeros((0, len(time)))
+        alone = cls(
+            time,
+            mean,
+            basis,
+            tuple(processes),
+            np.eye(len(processes)),
+            none,
+            np.zeros(len(time)),
+            _left(curves, len(processes)),
+            _validate(curves, mean, basis, processes),
+        )
+        return jointly({"": alone})[""]
 
     def scores(self, u: Array) -> Array:
         """Mean scores (q, kept) at scaled features u (q, d)."""
@@ -77,16 +96,29 @@ class CurveEmulator:
         return mean + self.scores(u) @ basis[: len(self.processes)]
 
     def error_factor(self, u: Array, times: Array) -> Array:
-        """F (t, c): F F^T + diag(outside) is the covariance of the curve's error at a point u (d,), jitter included."""
-        variance = self.unpredicted.copy()
-        variance[: len(self.processes)] = [p.predict(u[None])[1][0] for p in self.processes]
-        return self.at(times)[1].T * np.sqrt(variance)
+        """F (t, c): F F^T + diag(outside) is the covariance of the curve's error at a point u (d,), scatter included.
+
+        The columns are common to all channels of an emulator.
+        """
+        variance = np.array([p.variance(u[None])[0] for p in self.processes])
+        kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
+        return np.hstack([kept @ self.mixing, self.remainder_at(times)])
+
+    def scatter_factor(self, u: Array, times: Array) -> Array:
+        """`error_factor` of the runs' scatter alone, which no further run takes away."""
+        variance = np.array([min(p.nugget, p.variance(u[None])[0]) for p in self.processes])
+        kept = self.at(times)[1][: len(variance)].T * np.sqrt(variance)
+        return np.hstack([kept @ self.mixing, self.remainder_at(times)])
+
+    def remainder_at(self, times: Array) -> Array:
+        """(t, r) `remainder` at `times` [s]."""
+        return self._between(self.remainder, times).T
 
     def rough(self) -> float:
         """Mean variance, SI squared, by which a run leaves what is smooth in the parameters: no emulator knows it."""
-        variance = self.unpredicted.copy()
-        variance[: len(self.processes)] = [p.nugget for p in self.processes]
-        return float((variance @ self.basis**2).mean() + self.outside.mean())
+        nuggets = np.array([p.nugget for p in self.processes])
+        known = (nuggets @ self.basis[: len(nuggets)] ** 2).mean() if len(nuggets) else 0.0
+        return float(known + (self.left**2).mean())
 
     def outside_at(self, times: Array) -> Array:
         """(t,) `outside` at `times` [s]."""
@@ -94,12 +126,15 @@ class CurveEmulator:
 
     def at(self, times: Array) -> tuple[Array, Array]:
         """Mean (t,) and basis (c, t) at `times` [s]: linear between samples, at rest before them, NaN after."""
+        values = self._between(np.vstack([self.mean, self.basis]), times)
+        return values[0], values[1:]
+
+    def _between(self, rows: Array, times: Array) -> Array:
+        """Rows (., m) at `times` [s], (., t)."""
         i = np.clip(np.searchsorted(self.time, times) - 1, 0, len(self.time) - 2)
         w = np.maximum((times - self.time[i]) / (self.time[i + 1] - self.time[i]), 0.0)
         w = np.where(times > self.time[-1] * (1.0 + 1e-9), np.nan, np.minimum(w, 1.0))
-        rows = np.vstack([self.mean, self.basis])
-        values = rows[:, i] * (1.0 - w) + rows[:, i + 1] * w
-        return values[0], values[1:]
+        return rows[:, i] * (1.0 - w) + rows[:, i + 1] * w
 
 
 @dataclass(frozen=True)
@@ -171,7 +206,33 @@ def fit_emulator(
         fitted[channel] = CurveEmulator.fit(dataset.time, dataset.curves[channel][used], u, seed)
         if progress is not None:
             progress((i + 1) / len(channels))
-    return replace(emulator, channels=fitted)
+    return replace(emulator, channels=jointly(fitted))
+
+
+def jointly(channels: Mapping[str, CurveEmulator]) -> dict[str, CurveEmulator]:
+    """Channels of the same runs with the errors that they have in common.
+
+    The variance of the rest is that of as many draws as there are runs, enlarged as Student's t asks for so few.
+    """
+    emulators = list(channels.values())
+    errors = np.hstack([e.validation.standardised for e in emulators])
+    mixing = _factor(shrunk_correlation(errors)) if errors.shape[1] else np.zeros((0, 0))
+    rows = np.split(mixing, np.cumsum([len(e.processes) for e in emulators])[:-1], axis=0)
+    inflation = student_inflation(len(emulators[0].left) - 1)
+    places = [np.unique(np.linspace(0, len(e.time) - 1, INSTANTS).round().astype(int)) for e in emulators]
+    factors = common_factors([e.left[:, i] * np.sqrt(inflation) for e, i in zip(emulators, places, strict=True)])
+    found: dict[str, CurveEmulator] = {}
+    for (name, e), own, i, factor in zip(channels.items(), rows, places, factors, strict=True):
+        remainder = np.stack([np.interp(e.time, e.time[i], row) for row in factor])
+        outside = np.maximum(inflation * (e.left**2).mean(axis=0) - (remainder**2).sum(axis=0), 0.0)
+        found[name] = replace(e, mixing=own, remainder=remainder, outside=outside)
+    return found
+
+
+def _factor(correlation: Array) -> Array:
+    """(p, p) F with F F^T = correlation, whether or not it has full rank."""
+    values, vectors = np.linalg.eigh(correlation)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
@@ -188,32 +249,27 @@ def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
     return processes
 
 
-def _of_a_new_run(curves: Array, predicted: int) -> tuple[float, Array]:
-    """Of the curves (n, m), each left out in turn: how much of its jitter the others' components hold, and what they
-    do not.
+def _left(curves: Array, predicted: int) -> Array:
+    """(n, m) what each of the curves (n, m), left out, has beyond the others' mean and first `predicted` components.
 
-    A run's jitter has as many directions as the curve has instants, its components only as many as there are other
-    runs, and these were chosen to hold those runs. Share: of the components' own variance beyond the `predicted`
-    first, at most 1; outside: (m,) variance of the rest.
+    A run's scatter has as many directions as the curve has instants, its components only as many as there are other
+    runs, and these were chosen to hold those runs: what is left is larger than the runs' own components tell.
     """
-    inside, expected, outside = 0.0, 0.0, np.zeros(curves.shape[1])
+    left = np.zeros_like(curves)
     with threadpool_limits(limits=1, user_api="blas"):
         for i in range(len(curves)):
             others = np.delete(curves, i, axis=0)
             mean = others.mean(axis=0)
-            squares, components = _components(others - mean)
-            along = components @ (curves[i] - mean)
-            inside += float((along[predicted:] ** 2).sum())
-            expected += float(squares[predicted:].sum()) / (len(others) - 1)
-            outside += (curves[i] - mean - along @ components) ** 2
-    return (min(1.0, inside / expected) if expected > 0.0 else 1.0), outside / len(curves)
+            components = _components(others - mean)[:predicted]
+            left[i] = curves[i] - mean - (components @ (curves[i] - mean)) @ components
+    return left
 
 
-def _components(rows: Array) -> tuple[Array, Array]:
-    """Squared singular values (c,), falling, and right singular vectors (c, m) of rows (n, m), by the Gram matrix."""
+def _components(rows: Array) -> Array:
+    """Right singular vectors (c, m) of rows (n, m), the largest first, by the Gram matrix."""
     squares, vectors = np.linalg.eigh(rows @ rows.T)
     kept = np.flatnonzero(squares > 1e-12 * max(squares[-1], 1e-300))[::-1]
-    return squares[kept], vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]
+    return vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]
 
 
 def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:
@@ -227,7 +283,7 @@ def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[Gaus
             q2(curves, np.broadcast_to(mean, curves.shape)), rmse(curves, mean), np.zeros((len(curves), 0))
         )
     loo = np.stack([p.loo for p in processes], axis=1)
-    sd = np.stack([p.loo_sd for p in processes], axis=1)
-    scores = (curves - mean) @ np.linalg.pinv(basis[: len(processes)])
     predicted = mean + loo @ basis[: len(processes)]
-    return Validation(q2(curves, predicted), rmse(curves, predicted), (scores - loo) / sd)
+    return Validation(
+        q2(curves, predicted), rmse(curves, predicted), np.stack([p.standardised for p in processes], axis=1)
+    )

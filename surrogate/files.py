@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.files import whole_file
-from birdstrike.surrogate.emulator import CurveEmulator, Emulator
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator, jointly
 from birdstrike.surrogate.features import Region
 from birdstrike.surrogate.gaussian_process import kernel_of
 from birdstrike.surrogate.inverse_network import InverseNetwork
@@ -77,4 +77,4 @@ def load_emulator(path: Path) -> Emulator:
             channels[str(channel)] = CurveEmulator.fit(file[f"time_{i}"], file[f"curves_{i}"], u, kernels=kernels)
         boxes = tuple(Region(*box) for box in zip(file["lows"], file["highs"], file["flat"], strict=True))
         names, runs = tuple(map(str, file["names"])), tuple(map(int, file["runs"]))
-        return Emulator(names, runs, boxes, Scaling(*file["scaling"]), channels)
+        return Emulator(names, runs, boxes, Scaling(*file["scaling"]), jointly(channels))

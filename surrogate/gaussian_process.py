@@ -1,8 +1,14 @@
-"""A Gaussian process over scaled features with a nugget for the solver's scatter, checked by leave-one-out."""
+"""A Gaussian process over scaled features whose stated error is that of its own leave-one-out predictions nearby.
+
+The variance that such a process states by itself is small wherever a run is near, whether or not it can follow the
+curve there. What it has missed is known: run i, left out, is missed by e_i. The variance of the error at u is the
+average of e_i^2 over the runs, each weighted by how much it resembles u (Lei et al., J. Am. Stat. Assoc. 113 (2018)
+1094, sect. 5.2, weigh conformal intervals so), times what Student's t needs for so few: (t_nu / t_infinity)^2 at
+97.5 %, with the effective number of runs nu = (sum w)^2 / sum w^2 (Kish, Survey Sampling, 1965, sect. 8.2).
+"""
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,24 +16,30 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.spatial.distance import cdist
-from sklearn.exceptions import ConvergenceWarning
+from scipy.special import stdtrit
+from scipy.stats import t as student
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
+from birdstrike.surrogate.hyperparameters import LENGTHS, SCATTER, hyperparameters
 from birdstrike.surrogate.validation import leave_one_out, q2
 
-RESTARTS = 2
+LOCALITIES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)
+"""Powers of the correlation between u and a run that may be its weight: 0 counts all runs alike."""
+VARIANCES = (1e-3, 1e3)
+FEWEST = 2.0  # effective runs: with one, Student's t has no variance that could be widened to
+NORMAL_95 = 1.959964
 
 
 @dataclass(frozen=True)
 class GaussianProcess:
     """One zero-mean process y(u) for scaled features u (., d).
 
-    model: regressor on y in units of `scale`, kernel: with its fitted hyperparameters; loo, loo_sd: (n,) leave-one-out
-    predictions of y and their standard deviations; inflation: factor on the variance that makes the squared
-    standardised leave-one-out errors average 1 at most: hyperparameters from a few dozen runs are overconfident.
+    model: regressor on y in units of `scale`, kernel: with its hyperparameters; loo, loo_sd: (n,) leave-one-out
+    predictions of y and the standard deviations that the process states for them; errors: (n,) of `loo`; locality:
+    power of the correlation that weighs these errors.
     """
 
     model: GaussianProcessRegressor
@@ -36,71 +48,137 @@ class GaussianProcess:
     loo: Array
     loo_sd: Array
     q2: float
-    inflation: float
+    errors: Array
+    locality: float
 
     @classmethod
     def fit(cls, u: Array, y: Array, seed: int) -> GaussianProcess:
-        """Anisotropic Matern 5/2 plus white noise by maximum likelihood; u (n, d), y (n,)."""
-        model = GaussianProcessRegressor(kernel_of(u.shape[1]), n_restarts_optimizer=RESTARTS, random_state=seed)
-        return cls._checked(model, u, y)
+        """Anisotropic Matern 5/2 plus white noise at the hyperparameters' posterior mean; u (n, d), y (n,)."""
+        size = float(np.sqrt(np.mean(y * y))) or 1.0
+        with threadpool_limits(limits=1, user_api="blas"):
+            variance, lengths, scatter = (
+                hyperparameters(u, y / size, seed) if y.any() else (1.0, np.ones(u.shape[1]), 1.0)
+            )
+        theta = np.log([np.clip(variance, *VARIANCES), *lengths, np.clip(scatter, *SCATTER)])
+        return cls.with_kernel(u, y, kernel_of(u.shape[1], theta))
 
     @classmethod
     def with_kernel(cls, u: Array, y: Array, kernel: Kernel) -> GaussianProcess:
         """The process with hyperparameters already known."""
         fixed: Any = None  # no optimiser
-        return cls._checked(GaussianProcessRegressor(kernel, optimizer=fixed), u, y)
-
-    @classmethod
-    def _checked(cls, model: GaussianProcessRegressor, u: Array, y: Array) -> GaussianProcess:
+        model = GaussianProcessRegressor(kernel, optimizer=fixed)
         scale = float(np.sqrt(np.mean(y * y))) or 1.0
-        # A feature without influence drives its length scale to the bound, which is the wanted answer; and matrices of
-        # a few dozen rows lose more to waking threads than they gain.
-        with warnings.catch_warnings(), threadpool_limits(limits=1, user_api="blas"):
-            warnings.simplefilter("ignore", ConvergenceWarning)
+        # Matrices of a few dozen rows lose more to waking threads than they gain.
+        with threadpool_limits(limits=1, user_api="blas"):
             model.fit(u, y / scale)
         fitted: Any = model.kernel_
         loo, loo_sd = leave_one_out(fitted(u), y / scale)
-        inflation = max(1.0, float(np.mean(((y / scale - loo) / loo_sd) ** 2)))
-        return cls(model, fitted, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), inflation)
+        errors = y / scale - loo
+        locality = _locality(_correlation(fitted, u, u), errors**2)
+        return cls(model, fitted, scale, loo * scale, loo_sd * scale, q2(y, loo * scale), errors * scale, locality)
 
     @property
     def nugget(self) -> float:
         """Variance of a run about what is smooth, in the prediction's."""
-        return self.inflation * self.scale**2 * float(self.kernel.k2.noise_level)  # pyright: ignore[reportAttributeAccessIssue]
-
-    def predict(self, u: Array) -> tuple[Array, Array]:
-        """Mean and variance (q,) at u (q, d): of a new run, nugget included."""
-        mean, sd = (np.asarray(part, dtype=np.float64) for part in self.model.predict(u, return_std=True))
-        return mean * self.scale, self.inflation * (sd * self.scale) ** 2
-
-    def quick(self, u: Array) -> tuple[Array, Array]:
-        """What `predict` gives, without scikit-learn's checks: for the many small batches of a sampler."""
-        size, lengths, nugget, runs, inverse = self._plain
-        r = np.sqrt(5.0) * cdist(u / lengths, runs)
-        k = size * (1.0 + r * (1.0 + r / 3.0)) * np.exp(-r)
-        white = k @ inverse.T
-        variance = np.maximum(size + nugget - (white**2).sum(axis=1), 0.0)
-        return k @ self.model.alpha_ * self.scale, self.inflation * variance * self.scale**2
+        return self.scale**2 * float(self.kernel.k2.noise_level)  # pyright: ignore[reportAttributeAccessIssue]
 
     @cached_property
-    def _plain(self) -> tuple[float, Array, float, Array, Array]:
-        """Of the kernel: size, lengths (d,), nugget; the runs over the lengths; inverse Cholesky factor of the runs."""
-        kernel: Any = self.kernel
-        lengths = np.asarray(kernel.k1.k2.length_scale)
-        inverse = np.asarray(solve_triangular(self.model.L_, np.eye(len(self.model.L_)), lower=True))
-        return kernel.k1.k1.constant_value, lengths, kernel.k2.noise_level, self.model.X_train_ / lengths, inverse
+    def standardised(self) -> Array:
+        """(n,) leave-one-out errors over the standard deviations that the other runs' errors give there."""
+        runs = self._plain[2]
+        weights = _matern(cdist(runs, runs)) ** self.locality
+        np.fill_diagonal(weights, 0.0)
+        mean, _ = _local(weights, self.errors**2)
+        return np.divide(self.errors, np.sqrt(mean), out=np.zeros_like(self.errors), where=mean > 0.0)
+
+    def predict(self, u: Array) -> tuple[Array, Array]:
+        """Mean and variance (q,) at u (q, d): of a new run, its scatter included."""
+        return self.mean(u), self.variance(u)
+
+    def variance(self, u: Array) -> Array:
+        """(q,) of a new run about the mean at u (q, d)."""
+        weights = self._correlations(u) ** self.locality
+        mean, effective = _local(weights, self.errors**2)
+        return mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
+
+    def distance_variance(self, u: Array) -> Array:
+        """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
+        size = self._plain[0]
+        white = self._correlations(u) @ self._inverse.T * size
+        return np.maximum(size - (white**2).sum(axis=1), 0.0) * self.scale**2
+
+    def quick(self, u: Array) -> tuple[Array, Array]:
+        """What `predict` gives, the correlations computed once: for the many small batches of a sampler."""
+        size = self._plain[0]
+        correlation = self._correlations(u)
+        mean, effective = _local(correlation**self.locality, self.errors**2)
+        return size * correlation @ self.model.alpha_ * self.scale, mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
 
     def mean(self, u: Array) -> Array:
         """Mean (q,) at u (q, d): k(u, runs) alpha, without scikit-learn's checks, which cost more than the product."""
+        return self._plain[0] * self._correlations(u) @ self.model.alpha_ * self.scale
+
+    @cached_property
+    def _plain(self) -> tuple[float, Array, Array]:
+        """Of the kernel: size, lengths (d,); the runs over the lengths."""
         kernel: Any = self.kernel
-        return kernel(u, self.model.X_train_) @ self.model.alpha_ * self.scale
+        lengths = np.asarray(kernel.k1.k2.length_scale)
+        return float(kernel.k1.k1.constant_value), lengths, self.model.X_train_ / lengths
+
+    @cached_property
+    def _inverse(self) -> Array:
+        """Inverse Cholesky factor of the runs' covariance."""
+        return np.asarray(solve_triangular(self.model.L_, np.eye(len(self.model.L_)), lower=True))
+
+    def _correlations(self, u: Array) -> Array:
+        """(q, n) Matern correlation of u (q, d) with the runs."""
+        _, lengths, runs = self._plain
+        return _matern(cdist(u / lengths, runs))
+
+
+def student_inflation(freedom: float) -> float:
+    """Factor on a variance estimated with so many degrees of freedom that makes a normal 95 % interval hold."""
+    return float((student.ppf(0.975, freedom) / NORMAL_95) ** 2)
+
+
+def _matern(distance: Array) -> Array:
+    r = np.sqrt(5.0) * distance
+    return (1.0 + r * (1.0 + r / 3.0)) * np.exp(-r)
+
+
+def _correlation(kernel: Any, u: Array, v: Array) -> Array:
+    """(q, n) without the scatter."""
+    lengths = np.asarray(kernel.k1.k2.length_scale)
+    return _matern(cdist(u / lengths, v / lengths))
+
+
+def _local(weights: Array, squares: Array) -> tuple[Array, Array]:
+    """Weighted mean (q,) of squares (n,), and the effective number of runs in it; weights (q, n)."""
+    shares = weights + 1e-300 + 1e-12 * weights.max(axis=1, keepdims=True)
+    total = shares.sum(axis=1)
+    return shares @ squares / total, np.maximum(total**2 / (shares**2).sum(axis=1), FEWEST)
+
+
+def _locality(correlation: Array, squares: Array) -> float:
+    """The power under which the runs' errors are likeliest, each by Student's t with the others' variance.
+
+    Likelihood cross-validation: Duin, IEEE Trans. Computers C-25 (1976) 1175.
+    """
+    best, chosen = -np.inf, 0.0
+    for power in LOCALITIES:
+        weights = correlation**power
+        np.fill_diagonal(weights, 0.0)
+        mean, effective = _local(weights, squares)
+        if not (mean > 0.0).all():
+            continue
+        score = float(student.logpdf(np.sqrt(squares), effective, scale=np.sqrt(mean)).sum())
+        if score > best:
+            best, chosen = score, power
+    return chosen
 
 
 def kernel_of(features: int, theta: Array | None = None) -> Kernel:
     """Constant x Matern 5/2 with a length for each feature + white noise; at hyperparameters theta (logs), if given."""
-    # A few dozen runs in several dimensions lie about half a range apart: they cannot show anything shorter than 0.2.
     lengths: Any = np.ones(features)
-    kernel: Any = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, (0.2, 1e2), nu=2.5) + WhiteKernel(
-        1e-3, (1e-6, 2.0)
-    )
+    kernel: Any = ConstantKernel(1.0, VARIANCES) * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(1e-3, SCATTER)
     return kernel if theta is None else kernel.clone_with_theta(theta)

@@ -51,7 +51,9 @@ def command(
         list[str], typer.Option(help="The measurement's case, one for each; by default the campaign's own.")
     ] = [],  # noqa: B006 (typer copies it)
     seed: Annotated[int, typer.Option(min=0, help="Start of the network and of the emulator's fit.")] = 0,
-    refine: Annotated[int, typer.Option(min=0, help="Runs that may be added where the answer may lie.")] = 0,
+    refine: Annotated[
+        str, typer.Option(help="Runs that may be added where the answer may lie; auto: up to 10, while they pay.")
+    ] = "auto",
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
     copies: Annotated[int, typer.Option(min=0, help="Copies of every training run with the sensor's noise.")] = 0,
     discrepancy: Annotated[
@@ -80,7 +82,7 @@ def command(
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
     extras = Extras(
-        refine,
+        _runs(refine),
         _neurons(hidden),
         copies,
         discrepancy,
@@ -124,6 +126,16 @@ def _neurons(text: str) -> int | None:
     if not text.isdecimal() or not 1 <= int(text) <= 100:
         raise UserError(f'--hidden = {text} must be a number from 1 to 100, or "search"')
     return int(text)
+
+
+def _runs(text: str) -> int | str:
+    """Runs that may be added; "auto" as it is. Raises UserError."""
+    from birdstrike.data.errors import UserError
+    from birdstrike.inversion.estimation.refinement import AUTO
+
+    if text != AUTO and not text.isdecimal():
+        raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
+    return text if text == AUTO else int(text)
 
 
 def lines(inversion: Inversion) -> Iterator[str]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.observations import Observations
-from birdstrike.surrogate.emulator import Emulator
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class CurveModel:
 
     @property
     def noise(self) -> Array:
-        """(n,) standard deviations of the points by themselves: measurement noise, and jitter beyond the components."""
+        """(n,) standard deviations of the points by themselves: measurement noise, and scatter common to no others."""
         parts = (self.emulator.channels[c.name].outside_at(c.times) for c in self.observations.channels)
         return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
 
@@ -52,9 +51,20 @@ class CurveModel:
         """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known
         besides.
 
-        Channels err independently but for the known columns.
+        The emulator's columns are common to its channels.
         """
         u = self.emulator.inputs(theta[None])[0]
-        factors = (self.emulator.channels[c.name].error_factor(u, c.times - t0) for c in self.observations.channels)
-        blocks = np.asarray(block_diag(*factors), dtype=np.float64)
-        return blocks if self.known is None else np.hstack([blocks, self.known])
+        return self._with_known([e.error_factor(u, times) for e, times in self._channels(t0)])
+
+    def scatter_factor(self, theta: Array, t0: float) -> Array:
+        """The same of an emulator of any number of runs: their scatter alone, and what is known besides."""
+        u = self.emulator.inputs(theta[None])[0]
+        return self._with_known([e.scatter_factor(u, times) for e, times in self._channels(t0)])
+
+    def _channels(self, t0: float) -> list[tuple[CurveEmulator, Array]]:
+        """Every channel's emulator with its instants on the model's clock."""
+        return [(self.emulator.channels[c.name], c.times - t0) for c in self.observations.channels]
+
+    def _with_known(self, factors: list[Array]) -> Array:
+        own = np.vstack(factors)
+        return own if self.known is None else np.hstack([own, self.known])

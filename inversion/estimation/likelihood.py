@@ -1,7 +1,7 @@
 """The likelihood of many parameter points at once, on the few combinations of the points that a model can move.
 
 log L = -1/2 d^T C^-1 d - 1/2 log det C with d = y - f(theta, t0), C = C0 + emulator error(theta), C0 = noise, known
-errors and the components that no process predicts, as they stand at the best fit's time origin. Whitened by C0, all
+errors and what no process predicts of a run's curves, as they stand at the best fit's time origin. Whitened by C0, all
 curves of the model lie in a space of a few dozen dimensions: outside it d and C are the same for every point.
 """
 
@@ -30,13 +30,15 @@ class Likelihood:
     """Log posterior density of p = (z, tau), tau the time origin in its sigmas.
 
     taus: (t,) at which the table stands, one where the clocks are the same; data: (r,) the whitened record; table:
-    (t, r, 1 + kept), mean curve and the predicted components of all channels, whitened.
+    (t, r, 1 + kept), mean curve and the predicted components of all channels, whitened; mixing: (kept, q) rows whose
+    products are the correlations of their errors.
     """
 
     calibrator: Calibrator
     taus: Array
     data: Array
     table: Array
+    mixing: Array
 
     @classmethod
     def of(cls, calibrator: Calibrator, modes: tuple[Mode, ...]) -> Likelihood:
@@ -51,7 +53,8 @@ class Likelihood:
         u, s, _ = np.linalg.svd(np.hstack([part * size for part in moved]), full_matrices=False)
         basis = u[:, s > FELT * np.sqrt(len(moved))]
         data = basis.T @ whitening.apply(model.observations.values)
-        return cls(calibrator, taus, data, np.stack([basis.T @ part for part in columns]))
+        mixing = np.vstack([model.emulator.channels[c.name].mixing for c in model.observations.channels])
+        return cls(calibrator, taus, data, np.stack([basis.T @ part for part in columns]), mixing)
 
     def log_posterior(self, p: Array) -> Array:
         """(q,) up to a constant, at p (q, r + 1); minus infinity outside the boxes and the allowed time origins."""
@@ -82,11 +85,12 @@ class Likelihood:
         scores, variances = self._scores(self.theta(z))
         table = self._at(tau)
         components = table[..., 1:]
-        covariance = (components * variances[:, None, :]) @ components.transpose(0, 2, 1) + np.eye(len(self.data))
+        factor = (components * np.sqrt(variances)[:, None, :]) @ self.mixing
+        covariance = factor @ factor.transpose(0, 2, 1) + np.eye(len(self.data))
         d = self.data - table[..., 0] - (components @ scores[..., None])[..., 0]
-        factor = np.linalg.cholesky(covariance)
+        root = np.linalg.cholesky(covariance)
         square = (d * np.linalg.solve(covariance, d[..., None])[..., 0]).sum(axis=1)
-        return -0.5 * square - np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+        return -0.5 * square - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
 
     def _at(self, tau: Array) -> Array:
         """The table (q, r, 1 + kept) at each tau (q,), cubic between four nodes."""
@@ -130,7 +134,7 @@ def _processes(model: CurveModel) -> list[tuple[str, GaussianProcess]]:
 
 
 def _columns(model: CurveModel, t0: float) -> tuple[Array, Array, Array]:
-    """Mean curve (n, 1), predicted components (n, kept), and factor (n, left) of those that are not, SI."""
+    """Mean curve (n, 1), predicted components (n, kept), and factor (n, left) of what they leave out, SI."""
     means, kept, left = [], [], []
     for c in model.observations.channels:
         emulator = model.emulator.channels[c.name]
@@ -138,8 +142,8 @@ def _columns(model: CurveModel, t0: float) -> tuple[Array, Array, Array]:
         many = len(emulator.processes)
         means.append(mean)
         kept.append(basis[:many].T)
-        left.append(basis[many:].T * np.sqrt(emulator.unpredicted[many:]))
-    parts = np.concatenate(means)[:, None], block_diag(*kept), block_diag(*left)
+        left.append(emulator.remainder_at(c.times - t0))
+    parts = np.concatenate(means)[:, None], block_diag(*kept), np.vstack(left)
     return tuple(np.asarray(part, dtype=np.float64) for part in parts)  # pyright: ignore[reportReturnType]
 
 

@@ -1,4 +1,4 @@
-"""Refinement: runs where the answer may lie and the emulator is least sure, until its error is below the noise."""
+"""Refinement: runs where the answer may lie and the emulator is least sure, until they no longer pay."""
 
 from __future__ import annotations
 
@@ -16,10 +16,16 @@ from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.nuisances import Columns
+from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.results.ingredients import RefinementFigures
 
-CANDIDATES = 400  # posterior draws among which the next run is chosen
+AUTO = "auto"
+AUTO_RUNS = 10
+"""Budget of `auto`: the points of a quadratic in three parameters, enough for the small region of an answer."""
+PAYS = 0.2  # of an interval's variance: below it the interval is at most a tenth wider than with a perfect emulator
+CANDIDATES = 400  # points about the best fits among which the next run is chosen
+WIDER = 1.5  # of the best fits' standard deviations: a first emulator may have placed them wrongly
 
 
 def refine(
@@ -27,30 +33,32 @@ def refine(
     measured: Measured,
     forward: Forward,
     options: InversionOptions,
-    runs: int,
+    runs: int | str,
     columns: Columns | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Dataset, RefinementFigures]:
     """At most `runs` runs more, one after the other, the emulator fitted anew after each.
 
-    It ends when the emulator's error at the most probable point is below the measurement's noise (root mean square over
-    the points). A run that fails ends it too: its reason is kept.
+    A number: until the emulator's error at the most probable point is below the measurement's noise (root mean square
+    over the points). "auto": until the emulator adds less than a fifth to the variance of every parameter's interval,
+    with at most 10 runs; the runs' own scatter, which no further run takes away, counts as the record's. A run that
+    fails ends it too: its reason is kept; and none is added where no fit explains the record.
     """
-    if runs < 0:
-        raise UserError(f"refine = {runs} is below 0; give the number of runs that may be added")
-    added: list[dict[str, float]] = []
-    errors: list[float] = []
-    reason = f"all {runs} runs were used"
-    choice = replace(options, method="emulator", analyse=False)
+    auto, budget = runs == AUTO, AUTO_RUNS if isinstance(runs, str) else runs
+    if (isinstance(runs, str) and not auto) or budget < 0:
+        what = f'"{runs}"' if isinstance(runs, str) else f"{runs} is below 0"
+        raise UserError(f'refine = {what}; give the number of runs that may be added, 0 or more, or "{AUTO}"')
+    added, errors, shares = list[dict[str, float]](), list[float](), list[float]()
+    choice = replace(options, method="emulator", analyse=False, sampling=None)
     while True:
         located = locate(dataset, measured, choice, None, lambda _: None, columns)
-        errors.append(emulator_error(located.calibration.calibrator, located.calibration.modes[0]))
-        if errors[-1] < 1.0:
-            reason = f"the emulator's error at the answer is {errors[-1]:.2f} of the noise"
+        calibrator, mode = located.calibration.calibrator, located.calibration.modes[0]
+        errors.append(emulator_error(calibrator, mode))
+        shares.append(added_variance(calibrator, mode))
+        reason = _enough(located, errors[-1], shares[-1], auto)
+        if reason or len(added) == budget:
             break
-        if len(added) == runs:
-            break
-        theta = {name: float(v) for name, v in zip(dataset.names, next_point(located), strict=True)}
+        theta = {name: float(v) for name, v in zip(dataset.names, next_point(located, options.seed), strict=True)}
         try:
             dataset = with_run(dataset, theta, forward(theta))
         except RunFailed as failure:
@@ -58,8 +66,22 @@ def refine(
             break
         added.append(theta)
         if progress is not None:
-            progress(len(added) / runs)
-    return dataset, RefinementFigures(tuple(added), tuple(errors), reason)
+            progress(len(added) / budget)
+    if not reason:
+        still = (
+            f", and the emulator still adds {100 * shares[-1]:.0f} % to an interval's variance: --refine N adds more"
+        )
+        reason = f"all {budget} runs were used{still if auto else ''}"
+    return dataset, RefinementFigures(tuple(added), tuple(errors), reason, tuple(shares))
+
+
+def _enough(located: Located, error: float, share: float, auto: bool) -> str:
+    """Why no further run is needed; empty where one is."""
+    if not auto:
+        return f"the emulator's error at the answer is {error:.2f} of the noise" if error < 1.0 else ""
+    if not located.cloud.inside or located.calibration.design.deficient:
+        return "no run was added, since the record does not lie where runs near one answer would help"
+    return f"the emulator adds {100 * share:.0f} % to an interval's variance" if share < PAYS else ""
 
 
 def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
@@ -70,21 +92,51 @@ def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
     return float(np.sqrt(((factor**2).sum() + jitter.sum()) / len(factor)))
 
 
-def next_point(located: Located) -> Array:
-    """Parameters (k,) SI where posterior density times emulator variance is greatest, among the posterior's draws.
+def added_variance(calibrator: Calibrator, mode: Mode) -> float:
+    """Largest relative increase of a parameter's variance by the emulator's error beyond the runs' own scatter.
 
-    Where nothing was drawn (no fit explains the record, or the posterior was not asked for) the best fit itself.
+    Linearised at the best fit, prior included.
     """
-    calibration, posterior = located.calibration, located.calibration.posterior
-    if posterior is None:
-        return calibration.modes[0].theta
-    some = np.linspace(0, len(posterior.z) - 1, min(CANDIDATES, len(posterior.z))).round().astype(int)
-    calibrator = calibration.calibrator
-    tau = posterior.t0[some] / calibrator.sigma if calibrator.sigma else np.zeros(len(some))
-    density = Likelihood.of(calibrator, calibration.modes).log_posterior(np.column_stack([posterior.z[some], tau]))
-    modes = (replace(calibration.modes[0], theta=posterior.theta[i], t0=float(posterior.t0[i])) for i in some)
-    error = np.array([emulator_error(calibrator, mode) for mode in modes])
-    return posterior.theta[some[int(np.argmax(density + 2.0 * np.log(error)))]]
+    model, tau = calibrator.model, mode.t0 / calibrator.sigma if calibrator.sigma else 0.0
+    prior = np.diag(calibrator.coordinates.sd**-2.0)
+    whole, least = (
+        np.diag(np.linalg.inv(calibrator.data_information(mode.z, tau, whitening, mode.box) + prior))
+        for whitening in (
+            Whitening.of(model.noise, model.error_factor(mode.theta, mode.t0)),
+            Whitening.of(model.noise, model.scatter_factor(mode.theta, mode.t0)),
+        )
+    )
+    return float(max(0.0, (whole / least).max() - 1.0))
+
+
+def next_point(located: Located, seed: int = 0) -> Array:
+    """Parameters (k,) SI where posterior density times variance for want of runs is greatest, about the best fits."""
+    calibration = located.calibration
+    calibrator, rng = calibration.calibrator, np.random.default_rng(seed)
+    share = -(-CANDIDATES // len(calibration.modes))
+    parts, taus = list[Array](), list[Array]()
+    for mode in calibration.modes:
+        sd = WIDER * np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(len(mode.z)))
+        z = np.vstack([mode.z, mode.z + rng.normal(size=(share, len(mode.z))) @ sd.T])
+        parts.append(np.clip(z, mode.box.lows, mode.box.highs))
+        taus.append(np.full(len(z), mode.t0 / calibrator.sigma if calibrator.sigma else 0.0))
+    z, tau = np.vstack(parts), np.concatenate(taus)
+    likelihood = Likelihood.of(calibrator, calibration.modes)
+    theta = likelihood.theta(z)
+    score = likelihood.log_posterior(np.column_stack([z, tau])) + np.log(_unvisited(calibrator, theta) + 1e-300)
+    return theta[int(np.argmax(score))]
+
+
+def _unvisited(calibrator: Calibrator, theta: Array) -> Array:
+    """(q,) variance of the curves at theta (q, k) for want of runs nearby, in units of the noise's, summed."""
+    model = calibrator.model
+    u, total = model.emulator.inputs(theta), np.zeros(len(theta))
+    for c in model.observations.channels:
+        emulator = model.emulator.channels[c.name]
+        weights = ((emulator.basis[: len(emulator.processes)] ** 2).mean(axis=1)) * np.sum(c.noise**-2.0)
+        for process, weight in zip(emulator.processes, weights, strict=True):
+            total += weight * process.distance_variance(u)
+    return total
 
 
 def with_run(dataset: Dataset, theta: dict[str, float], histories: Histories) -> Dataset:

@@ -105,12 +105,15 @@ class MeasuredFigures:
 class RefinementFigures:
     """Runs added near the answer; error: of the emulator at the answer in units of noise, before each and at the end.
 
-    added: one entry a run, name -> SI; reason: why it ended.
+    added: one entry a run, name -> SI; reason: why it ended; added_variance: what the emulator adds to the variance of
+    the interval that suffers most, as a share of the variance without it, before each run and at the end; empty in
+    older files.
     """
 
     added: tuple[dict[str, float], ...]
     error: tuple[float, ...]
     reason: str
+    added_variance: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

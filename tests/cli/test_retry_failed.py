@@ -58,7 +58,7 @@ COMMANDS: dict[str, Arguments] = {
     "converge": lambda _: ["converge", "reference_strike_156mm", "--workers", "1", *SMALL],
     "train-and-invert": lambda data: [
         *("train-and-invert", str(data / "doe"), "--measured", str(data / "record.csv")),
-        *("--method", "emulator", "--no-posterior"),
+        *("--method", "emulator", "--no-posterior", "--refine", "0"),
     ],
     "compare-methods": lambda data: [
         *("compare-methods", str(data / "doe"), "--case", "reference_strike"),

@@ -45,7 +45,7 @@ def diagonal(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def invoke(*args: str | Path):
-    return runner.invoke(app, ["train-and-invert", *map(str, args)], env={"COLUMNS": "200"})
+    return runner.invoke(app, ["train-and-invert", "--refine", "0", *map(str, args)], env={"COLUMNS": "200"})
 
 
 def test_help_shows_an_example() -> None:

@@ -21,7 +21,8 @@ from birdstrike.surrogate.files import load_emulator, load_network
 from tests.inversion import small_campaign
 from tests.inversion.stand_in import CHANNEL
 
-PLAIN = Extras(posterior=False)  # linearised intervals, no profiles: for what does not rest on them
+PLAIN = Extras(refine=0, posterior=False)  # linearised intervals, no profiles, no run added
+FIXED = Extras(refine=0)
 VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
 
 
@@ -47,7 +48,7 @@ def out(doe: Path, measured: Path) -> Path:
     """The folder of a finished inversion."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
-        train_and_invert(doe, measured, doe.parent / "inversion")
+        train_and_invert(doe, measured, doe.parent / "inversion", extras=FIXED)
     return doe.parent / "inversion"
 
 
@@ -83,7 +84,7 @@ def test_second_call_pays_no_run(
     monkeypatch.setattr(
         birdstrike.inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice")
     )
-    assert train_and_invert(doe, measured, again) == Inversion.load(out / "inversion.json")
+    assert train_and_invert(doe, measured, again, extras=FIXED) == Inversion.load(out / "inversion.json")
 
 
 def test_run_that_the_campaign_holds_is_not_paid(
@@ -95,7 +96,9 @@ def test_run_that_the_campaign_holds_is_not_paid(
     monkeypatch.setattr(
         birdstrike.inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice")
     )
-    assert train_and_invert(merged, measured, tmp_path / "second") == Inversion.load(out / "inversion.json")
+    assert train_and_invert(merged, measured, tmp_path / "second", extras=FIXED) == Inversion.load(
+        out / "inversion.json"
+    )
 
 
 def test_trained_models_can_be_read_back(out: Path) -> None:
@@ -185,4 +188,4 @@ def test_one_record_is_not_two_shots(doe: Path, measured: Path, tmp_path: Path) 
 def test_a_file_that_is_no_mesh_study_is_refused(doe: Path, measured: Path, tmp_path: Path, content: str) -> None:
     (tmp_path / "other.csv").write_text(content)
     with pytest.raises(UserError, match=r"other\.csv is no convergence\.csv of birdstrike converge"):
-        train_and_invert(doe, measured, tmp_path / "out", extras=Extras(mesh=tmp_path / "other.csv"))
+        train_and_invert(doe, measured, tmp_path / "out", extras=Extras(refine=0, mesh=tmp_path / "other.csv"))

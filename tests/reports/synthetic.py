@@ -14,7 +14,7 @@ from birdstrike.data.histories import Array, Histories, Snapshot
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.train_and_invert import train_and_invert
+from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 from birdstrike.solver.case.case import Case, case_hash, load_case
 
 END = 3.0e-3
@@ -146,5 +146,5 @@ def finished_folder(folder: Path, record: Path, patch: pytest.MonkeyPatch, runs:
     with ThreadPoolExecutor(2) as pool:
         run_campaign(case, design, folder / "doe", simulate=simulate, executor=pool, say=lambda _: None)
     patch.setattr("birdstrike.inversion.forward.simulate", simulate)
-    train_and_invert(folder / "doe", record, folder / "inversion")
+    train_and_invert(folder / "doe", record, folder / "inversion", extras=Extras(refine=0))
     return folder

@@ -11,7 +11,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
-from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator
+from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError, fit_emulator, jointly
 from birdstrike.surrogate.files import load_emulator, save_emulator
 from birdstrike.surrogate.gaussian_process import GaussianProcess, kernel_of
 from birdstrike.surrogate.validation import leave_one_out, q2, rmse
@@ -95,22 +95,46 @@ def test_noise_is_not_predicted() -> None:
     signal = u[:, :1] * np.sin(2.0 * np.pi * time)
     emulator = CurveEmulator.fit(time, signal + 0.01 * rng.normal(size=(25, 60)), u)
     assert len(emulator.processes) == 1
-    assert (emulator.unpredicted[1:-1] > 0.0).all()
+    said = (emulator.error_factor(np.full(4, 0.5), time) ** 2).sum(axis=1) + emulator.outside_at(time)
+    assert 0.8 < np.sqrt(said.mean()) / 0.01 < 1.4  # 25 draws of the noise, a mean and a component learnt from them
 
 
-def test_overconfident_process_is_widened_and_an_honest_one_is_left_alone() -> None:
+def test_error_of_a_process_is_that_of_its_leave_one_out_predictions_whatever_its_kernel_states() -> None:
+    """A smooth kernel all but free of noise is sure of itself near every run; the runs are noise."""
     rng = np.random.default_rng(0)
     u, noise = rng.random((30, 1)), rng.normal(size=30)
-    kernel = kernel_of(1, np.log([1.0, 3.0, 1e-2]))  # smooth, and all but free of noise
-    sure = GaussianProcess.with_kernel(u, noise, kernel)
-    errors = (noise - sure.loo) / sure.loo_sd
-    assert sure.inflation == pytest.approx(np.mean(errors**2))
-    assert sure.inflation > 10.0
-    honest: Any = sure.model
-    raw = honest.predict(u[:1], return_std=True)[1][0] * sure.scale
-    assert sure.predict(u[:1])[1][0] == pytest.approx(sure.inflation * raw**2)
-    modest = GaussianProcess.with_kernel(u, noise, kernel_of(1, np.log([1.0, 3.0, 4.0])))
-    assert modest.inflation == 1.0
+    sure = GaussianProcess.with_kernel(u, noise, kernel_of(1, np.log([1.0, 3.0, 1e-2])))
+    places = np.linspace(0.0, 1.0, 200)[:, None]
+    mean, variance = sure.predict(places)
+    regressor: Any = sure.model
+    states = regressor.predict(places, return_std=True)[1] * sure.scale
+    errors = rng.normal(size=200) - mean
+    assert np.mean(errors**2 / states**2) > 10.0
+    assert 0.3 < np.mean(errors**2 / variance) < 1.3
+
+
+def test_error_is_larger_where_the_left_out_runs_were_missed_by_more() -> None:
+    rng = np.random.default_rng(1)
+    u = np.sort(rng.random((60, 1)), axis=0)
+    y = 2.0 * np.sin(6.0 * u[:, 0]) + np.where(u[:, 0] < 0.4, 0.5, 0.01) * rng.normal(size=60)
+    variance = GaussianProcess.fit(u, y, 0).variance(np.array([[0.1], [0.9]]))
+    assert variance[0] > 20.0 * variance[1]
+
+
+def test_scatter_that_lasts_is_carried_as_lasting() -> None:
+    """A slow error common to two channels: their mean errs with it, however many instants are averaged."""
+    rng, time = np.random.default_rng(2), np.linspace(0.0, 1.0, 400)
+    slow = np.exp(-0.5 * ((time[:, None] - rng.random((1, 12))) / 0.15) ** 2)
+    u = rng.random((30, 2))
+    own = 0.02 * rng.normal(size=(30, 12)) @ slow.T
+    curves = {name: u[:, :1] * np.sin(3.0 * time) + own for name in ("a", "b")}
+    alone = {name: CurveEmulator.fit(time, rows, u) for name, rows in curves.items()}
+    both = np.vstack([e.error_factor(u[0], time) for e in jointly(alone).values()])
+    outside = np.concatenate([e.outside_at(time) for e in jointly(alone).values()])
+    average = np.full(800, 1.0 / 800)
+    said = np.sqrt(((average @ both) ** 2).sum() + average**2 @ outside)
+    fresh = (0.02 * rng.normal(size=(2000, 12)) @ slow.T).mean(axis=1)
+    assert 0.6 < said / fresh.std() < 1.6
 
 
 def test_refuses_to_extrapolate(emulator: Emulator) -> None:

@@ -14,7 +14,7 @@ from birdstrike import export
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import SYSTEMS, unit_system
-from birdstrike.inversion.train_and_invert import train_and_invert
+from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 from birdstrike.reports.export import lsdyna
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.exported import read_export
@@ -35,7 +35,9 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     small_campaign.write_record(folder / "record.csv")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
-        train_and_invert(folder / "doe", folder / "record.csv", folder / "inversion", method="emulator")
+        train_and_invert(
+            folder / "doe", folder / "record.csv", folder / "inversion", method="emulator", extras=Extras(refine=0)
+        )
     return folder
 
 

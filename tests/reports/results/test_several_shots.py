@@ -22,7 +22,7 @@ def two_shots(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.inversion.forward.simulate", simulate)
         train_and_invert(
-            folder / "doe", records, folder / "inversion", method="emulator", extras=Extras(posterior=False)
+            folder / "doe", records, folder / "inversion", method="emulator", extras=Extras(refine=0, posterior=False)
         )
     return folder
 
