@@ -1,0 +1,127 @@
+"""`birdstrike diagnose`: is the residual of the calibrated model real, and which effect does the model lack?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from birdstrike.cli.campaign_bar import campaign_bar
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.inversion.formatting import quantity
+
+if TYPE_CHECKING:
+    from birdstrike.inversion.diagnosis_v2.answer import Answer
+
+MOST_ROWS = 12
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
+    measured: Annotated[list[str], typer.Option(help="Measured-data CSV, or a shipped curve; again for further shots.")],
+    out: Annotated[Path, typer.Option(help="Folder of the diagnosis; run again to resume.")],
+    shot_case: Annotated[
+        list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
+    ] = [],  # noqa: B006 (typer copies it)
+    baseline: Annotated[
+        list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
+    ] = [],  # noqa: B006
+    baseline_case: Annotated[
+        list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
+    ] = [],  # noqa: B006
+    doe: Annotated[Path | None, typer.Option(help="Folder of a campaign whose runs are used where they fit.")] = None,
+    heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,
+    alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
+    seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
+    settings: Settings = [],  # noqa: B006
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Trace the residual of the calibrated model to an effect that it lacks, or say why that cannot be told.
+
+    Example: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --out diagnosis
+    """
+    from birdstrike.inversion.diagnosis_v2.diagnose import Options, diagnose
+    from reports.diagnosis_v2 import write_diagnosis_page
+    from birdstrike.solver.case.case import load_case
+
+    options = Options(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
+    first = load_case(case, overrides(settings))
+    cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
+    clean = [load_case(one, overrides(settings)) for one in baseline_case]
+    found = diagnose(cases, measured, out, doe, heldout, options, baseline, clean)
+    page = write_diagnosis_page(out)
+    for line in lines(found):
+        say(line)
+    console.print(table(found))
+    for line in closing(found, out, page):
+        say(line)
+    return {"out": str(out), "diagnosis": str(out / "diagnosis.json"), "page": str(page), **summary(found)}
+
+
+def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
+    """A bar of its own for each part of the work."""
+    return progress_bar(label)
+
+
+def lines(found: Answer) -> Iterator[str]:
+    """What stands above the table: warnings, provenance, discrepancy, the verdict in words."""
+    from birdstrike.inversion.diagnosis_v2.answer import HEADS
+
+    for warning in found.warnings:
+        yield f"warning: {warning}"
+    if found.record["simulated"]:
+        yield f"record: {found.record['path']} is simulated, not measured"
+    yield f"model-form error: {found.discrepancy['source']}"
+    yield f"{HEADS[found.verdict]}. {found.sentence}."
+
+
+def table(found: Answer) -> Table:
+    """The likeliest models."""
+    from birdstrike.inversion.diagnosis_v2.answer import magnitude_words
+
+    shown_table = Table(title="models, the likeliest first; * in the 95 % set", title_justify="left")
+    shown_table.add_column("model", no_wrap=True)
+    for head in ("probability", "magnitude (95 %)", "required model error"):
+        shown_table.add_column(head, overflow="fold", justify="left" if head.startswith("magnitude") else "right")
+    for one in found.effects[:MOST_ROWS]:
+        mark = "* " if one.name in found.confidence_set else "  "
+        share = one.required_discrepancy
+        need = "-" if share is None else f"{100 * share:.2g} %"
+        shown_table.add_row(f"{mark}{one.name}", f"{one.probability:.3f}", magnitude_words(one) or "-", need)
+    return shown_table
+
+
+def closing(found: Answer, out: Path, page: Path) -> Iterator[str]:
+    """Before and after, pairs, the next measurement, files."""
+    first, last = found.before.error, found.after.error if found.after else None
+    parts = []
+    for name, value in first["rmse"].items():
+        unit = found.noise["sensors"][name]["unit"]
+        parts.append(f"{name} {quantity(value, unit)}" + (f" -> {quantity(last['rmse'][name], unit)}" if last else ""))
+    yield f"error{' before -> after' if last else ''}: {', '.join(parts)}"
+    for pair in found.pairs[:3]:
+        yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
+    if found.next_measurement:
+        yield f"next measurement: {found.next_measurement['sentence']}"
+    yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
+    files = ["diagnosis.json", "diagnosis.csv", page.name] + ([found.case_after] if found.case_after else [])
+    yield f"Written to {out}: {', '.join(files)}"
+
+
+def summary(found: Answer) -> dict[str, Any]:
+    """What the --json line carries."""
+    return {
+        "verdict": found.verdict,
+        "confidence_set": list(found.confidence_set),
+        "alarm": found.alarm,
+        "weighted_before": found.before.error["weighted"],
+        "weighted_after": found.after.error["weighted"] if found.after else None,
+        "case_after": found.case_after,
+        "warnings": list(found.warnings),
+    }

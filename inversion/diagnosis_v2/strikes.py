@@ -1,0 +1,93 @@
+"""Strikes of a diagnosis: any set of cases, in parallel, each paid once through the run store."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from birdstrike.data.errors import MachineFailure
+from birdstrike.data.histories import Histories
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.run import Finished, PlannedRun
+from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.solvers import solver_for
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.simulate import simulate
+
+Shown = Callable[[RunCounts], None]
+
+
+class Strikes:
+    """Runs cases; a context, because its workers live as long as it does.
+
+    store: where new runs go; read: further stores in which a run may already lie. paid, reused: strikes so far.
+    """
+
+    def __init__(
+        self,
+        store: str | Path,
+        read: tuple[Path, ...] = (),
+        workers: int | None = None,
+        shown: Shown = lambda _: None,
+        retry: float = 0.0,
+    ) -> None:
+        self.store, self.read = RunStore(store), tuple(RunStore(path) for path in read)
+        self.workers, self.shown = workers or os.cpu_count() or 1, shown
+        self.paid, self.reused, self.failures = 0, 0, dict[str, str]()
+        self.retry = retry
+        self._stack, self._pool = ExitStack(), None
+
+    def __enter__(self) -> Strikes:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.__exit__(*error)  # pyright: ignore[reportArgumentType]
+
+    def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
+        """Histories of the cases by their labels; those that fail twice are left out and noted in `failures`."""
+        strikes = {label: _strike(i, case) for i, (label, case) in enumerate(cases.items())}
+        for strike in strikes.values():
+            self._fetch(strike)
+        runner = Runner(self.store, list(strikes.values()), self.shown, self.retry)
+        self.paid += len(runner.due)
+        self.reused += runner.finished
+        if runner.due:
+            case = next(iter(cases.values()))
+            runner.run(self._executor(), solver_for(case, simulate).simulate, case, self.workers)
+        found: dict[str, Histories] = {}
+        for label, strike in strikes.items():
+            outcome = runner.outcomes[strike.number]
+            if isinstance(outcome, Finished):
+                found[label] = outcome.histories
+            elif outcome.due:
+                raise MachineFailure(outcome.reason)
+            else:
+                self.failures[label] = outcome.reason
+        return found
+
+    def _executor(self) -> Executor:
+        if self._pool is None:
+            self._pool = self._stack.enter_context(process_pool(self.workers))
+        return self._pool
+
+    def _fetch(self, strike: PlannedRun) -> None:
+        """Bring a run that another store holds into one's own."""
+        if any(self.store.path(key).exists() for key in strike.keys.values()):
+            return
+        for factor, key in strike.keys.items():
+            for other in self.read:
+                found = other.look_up(key)
+                if found is not None:
+                    self.store.save(key, replace(found, snapshots=()), {"step_factor": factor})
+                    return
+
+
+def _strike(number: int, case: Case) -> PlannedRun:
+    """A case by its effects' keys: workers know the library of effects, but no effect of the user's own."""
+    plain = case.resolved()
+    return replace(PlannedRun.of(number, {}, plain, solver_for(plain, simulate)), case=plain)
