@@ -113,6 +113,7 @@ STRIKE = {
     "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
     "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
     "impact.offset": "From the plate's centre to the point of aim, along length and width.",
+    "impact.yaw": "Of the bird's axis out of its velocity, towards the plate's width; not of a sphere.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",
     "time.output_interval": "Between two outputs of the sensors.",

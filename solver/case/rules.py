@@ -13,6 +13,7 @@ from birdstrike.solver.case.bird import derived
 from birdstrike.solver.case.overlay import (
     FROM_MASS,
     IDLE_FOR_RIGID,
+    IDLE_FOR_SPHERE,
     METHOD,
     ONLY_FOR,
     SIZES,
@@ -36,6 +37,9 @@ def idle_rules(raw: Raw) -> Iterator[str]:
     if at(raw, "plate.rigid") is True:
         for key in IDLE_FOR_RIGID:
             yield from _idle(raw, key, "a rigid plate", "or leave plate.rigid out")
+    if at(raw, "bird.shape") == "sphere":
+        for key in IDLE_FOR_SPHERE:
+            yield from _idle(raw, key, "a sphere", "or choose another bird.shape")
     method = str(at(raw, "bird.method") or METHOD)
     for other, keys in ONLY_FOR.items():
         if method in ONLY_FOR and other != method:
