@@ -188,6 +188,7 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
         if kind is not None:
             yield from kind.broken_rules(name, sensor, plate)
     yield from _instruments(raw)
+    yield from _discrepancies(raw)
 
 
 def _plate(raw: Raw) -> PlateText:
@@ -208,6 +209,14 @@ def _instruments(raw: Raw) -> Iterator[str]:
             if mark.valid(drift) is None and drift_of_some_kind(drift) is not None:  # else the field has complained
                 given = f"instrument.{name}.drift = {drift}"
                 yield f"{given} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
+
+
+def _discrepancies(raw: Raw) -> Iterator[str]:
+    """A stated error of the model belongs to a sensor."""
+    stated, known = at(raw, "inversion.discrepancy"), _kinds(raw)
+    for name in stated if isinstance(stated, dict) else ():
+        if name not in known:
+            yield f"inversion.discrepancy.{name} belongs to no sensor of the case; its sensors: {', '.join(known)}"
 
 
 def _kinds(raw: Raw) -> dict[str, str]:
