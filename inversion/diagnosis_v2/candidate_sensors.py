@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.inversion.diagnosis_v2.noise import Noise
 from birdstrike.inversion.diagnosis_v2.record import Record, Trace
-from birdstrike.solver.case.case import Case, case_from_table
-from birdstrike.solver.case.overlay import overlay
+from birdstrike.inversion.observations.noise import Noise
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.sensor import Sensor
 
 PREFIX = "probe_"
@@ -26,19 +25,13 @@ def with_probes(case: Case) -> Case:
     """
     if case.solver.name == "external":
         return case
-    return case_from_table(overlay(case._raw, {"sensors": own_sensors(case) | candidates(case)}), case.name)
-
-
-def own_sensors(case: Case) -> dict[str, Any]:
-    """The case's sensors as tables; they must be spelt out beside others, or the default ones would go."""
-    stated = case._raw.get("sensors")
-    return dict(stated) if stated else {name: {"kind": sensor.kind} for name, sensor in case.sensors.items()}
+    return case.with_sensors(candidates(case))
 
 
 def candidates(case: Case) -> dict[str, Any]:
     """Tables of the candidate sensors."""
     found: dict[str, Any] = {}
-    taken = {(sensor.kind, tuple(round(x, 4) for x in sensor.at)) for sensor in case.sensors.values()}
+    taken = {(sensor.kind, tuple(round(x, 4) for x in sensor.place or ())) for sensor in case.sensors.values()}
     for name, (along, across) in PLACES.items():
         place = (along * case.plate.length, across * case.plate.width)
         at = [f"{1e3 * x:.6g} mm" for x in place]
@@ -57,10 +50,10 @@ def candidates(case: Case) -> dict[str, Any]:
 
 def described(name: str, sensor: Sensor) -> str:
     """A sensor in words: its kind and place, and its name where the case declares it."""
-    kind = {"displacement": "a displacement sensor", "strain": "a strain gauge"}.get(sensor.kind, f"the {sensor.kind}")
-    where = f" at {1e3 * sensor.at[0]:.3g} mm along and {1e3 * sensor.at[1]:.3g} mm across from the plate's centre"
+    place = None if sensor.place is None else [1e3 * x for x in sensor.place]
+    where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from the plate's centre"
     declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
-    return f"{kind.replace('_', ' ')}{where if sensor.kind in PLACED else ''}{declared}"
+    return f"{sensor.noun}{where}{declared}"
 
 
 def planned(record: Record, name: str, sensors: Mapping[str, Sensor], peak: float) -> Trace:

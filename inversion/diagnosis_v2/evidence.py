@@ -134,8 +134,8 @@ class Judge:
             index.append(at[label].start)
             factor.append(self.scale)
         for label, size in zip(labels, sizes, strict=True):
-            further = ("scatter", self.system.scatter.get(label, 0.0)), ("changed", self.system.moved.get(label, 0.0))
-            for name, sd in ((f"doubt of {label}", 1.0), *further):
+            further = ("changed", self.system.moved.get(label, 0.0))
+            for name, sd in ((f"doubt of {label}", 1.0), further):
                 if size and sd and name in at:
                     index += list(range(at[name].start, at[name].stop))
                     factor += [abs(size) * sd] * (at[name].stop - at[name].start)

@@ -12,7 +12,7 @@ from birdstrike.inversion.diagnosis_v2.alarm import ALPHA
 from birdstrike.inversion.diagnosis_v2.plan import RUNS
 
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
-Counter = Callable[[], AbstractContextManager[Callable[[Counts], None]]]
+Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
 
 
 def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
@@ -20,7 +20,7 @@ def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
     return nullcontext(lambda _: None)
 
 
-def uncounted() -> AbstractContextManager[Callable[[Counts], None]]:
+def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
     """No bar of simulations."""
     return nullcontext(lambda _: None)
 

@@ -1,10 +1,9 @@
 """Which simulations a diagnosis needs: a coarse campaign, a few fine ones of its points, and designs over the effects.
 
 The campaign may be coarser than the case, because a mesh correction carries its curves to a fine mesh (co-kriging:
-Kennedy & O'Hagan, Biometrika 87 (2000) 1). Two-sided effects are varied together by a folded-over two-level design (Box,
-Hunter & Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6): half the difference of a pair at one point of the
-campaign holds no even term and no error of the emulator. One-sided effects are varied alone, because the middle of
-their range is another rig.
+Kennedy & O'Hagan, Biometrika 87 (2000) 1). Effects are varied together by a folded-over two-level design (Box, Hunter &
+Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6): half the difference of a pair at one point of the campaign
+holds no even term and no error of the emulator. A one-sided effect is absent in one half and present in the other.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from scipy.linalg import hadamard
 from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
-from birdstrike.doe.external.deck import uncarried
+from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.diagnosis_v2.candidate_sensors import with_probes
@@ -30,13 +29,12 @@ COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
 FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
 RUNS, FINE_RUNS = 25, 10  # campaign; fine simulations: two parameters' linear trend and seven degrees of freedom
-LEVEL = 2.0  # plausible sizes of a two-sided effect in the design: large beside the particles' scatter, still linear
+RESPONSE_PARTICLES = 3000  # of the simulations with effects: friction drowns in the scatter of a bird of 1000 particles
+JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
+LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
 GENTLER = {"plate_preload": 0.5}
 """Plausible sizes where LEVEL leaves the linear range: a fifth of the buckling load is the size of a preload, and the
 first frequency's square changes by a tenth at half of that (Leissa 1969, sect. 10.4)."""
-ONE_SIDED = ((1.0, 0), (3.0, 0), (3.0, 1), (3.0, 2), (3.0, 3))
-"""(plausible sizes, number of the point): how the response bends, and its mean over four points: two would leave a
-signature of friction a third of a run's scatter, which is as large as the signature."""
 INSTRUMENT = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 WIDEST = 5.0  # plausible sizes up to which an effect of the solver is looked for
 
@@ -64,31 +62,23 @@ class Known:
 class Plan:
     """Cases to simulate by label.
 
-    case: as declared; coarse, fine: the case on the two meshes, with the candidate sensors; space: the parameters;
+    case: as declared; coarse, fine, response: the case on the meshes of the
+    campaign, of the correction and of the design over the effects, with the candidate sensors; space: the parameters;
     unit: (n, k) the campaign's points as fractions of the ranges; spread: indices of the points, most spread first;
     known: effects by simulation; refused: effect -> why the case cannot carry it; signs: (pairs, effects) two-level
-    design of the two-sided effects.
+    design.
     """
 
     case: Case
     coarse: Case
     fine: Case
+    response: Case
     space: ParameterSpace
     unit: Array
     spread: tuple[int, ...]
     known: tuple[Known, ...]
     refused: Mapping[str, str]
     signs: Array
-
-    @property
-    def two_sided(self) -> tuple[Known, ...]:
-        """Effects in the order of the design's columns."""
-        return tuple(one for one in self.known if not one.one_sided)
-
-    @property
-    def one_sided(self) -> tuple[Known, ...]:
-        """Effects varied alone."""
-        return tuple(one for one in self.known if one.one_sided)
 
     def at(self, base: Case, point: int) -> Case:
         """A case with the parameters of a point of the campaign."""
@@ -101,10 +91,6 @@ class Plan:
     def pair_point(self, pair: int) -> int:
         """Point of the campaign at which a pair of the two-level design stands."""
         return self.spread[pair % len(self.spread)]
-
-    def near_centre(self, number: int) -> int:
-        """The campaign's points by their distance from the middle of the ranges."""
-        return int(np.argsort(((self.unit - 0.5) ** 2).sum(axis=1), kind="stable")[number])
 
     def campaign(self) -> dict[str, Case]:
         """The coarse campaign."""
@@ -119,23 +105,32 @@ class Plan:
         return {f"fine {i}": self.at(self.fine, i) for i in self.fine_points()}
 
     def responses(self) -> dict[str, Case]:
-        """The simulations with effects."""
+        """The simulations with effects: both halves of each pair of the design at one point, on one lattice."""
         cases: dict[str, Case] = {}
         for pair, row in enumerate(self.signs):
-            base = self.at(self.coarse, self.pair_point(pair))
+            base = self.at(self.response, self.pair_point(pair))
+            if base.solver.name != "external":
+                base = base.overlaid({"bird": {"jitter": JITTER, "seed": pair}})
             for sign in (1, -1):
-                own = {k.name: sign * s * level(k) * k.size for k, s in zip(self.two_sided, row, strict=True)}
-                cases[f"pair {pair} {sign:+d}"] = base.with_effects({**base.effects, **own})
-        for one in self.one_sided:
-            for b, point in ONE_SIDED:
-                base = self.at(self.coarse, self.near_centre(point))
-                cases[f"{one.name} {b:g} {point}"] = base.with_effects({**base.effects, one.name: b * one.size})
+                own = {k.name: magnitude(k, sign * s) * k.size for k, s in zip(self.known, row, strict=True)}
+                cases[f"pair {pair} {sign:+d}"] = base.with_effects({**base.effects, **{n: b for n, b in own.items() if b}})
         return cases
 
 
+def magnitude(known: Known, code: float) -> float:
+    """Plausible sizes of a code of the two-level design: -L, L; 0 and L of a one-sided effect."""
+    return (0.5 * (1.0 + code) if known.one_sided else code) * level(known)
+
+
+def slope(known: Known) -> float:
+    """Plausible sizes by which half the difference of a pair moves an effect."""
+    return (0.5 if known.one_sided else 1.0) * level(known)
+
+
 def level(known: Known) -> float:
-    """Plausible sizes by which an effect is moved in the two-level design."""
-    return min(GENTLER.get(known.name, LEVEL), 0.5 * abs(known.least))
+    """Plausible sizes of an effect in the design."""
+    top = GENTLER.get(known.name, LEVEL)
+    return top if known.one_sided else min(top, 0.5 * abs(known.least))
 
 
 def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
@@ -145,8 +140,10 @@ def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
     known, refused = library(case)
-    columns = sum(not one.one_sided for one in known)
-    return Plan(case, coarse, fine, space, unit, spread(unit), known, refused, two_level(columns))
+    own = coarse
+    if case.solver.name != "external":
+        own = coarse.with_mesh(min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES), coarse.plate.elements)
+    return Plan(case, coarse, fine, own, space, unit, spread(unit), known, refused, two_level(len(known)))
 
 
 def meshes(case: Case) -> tuple[Case, Case]:
@@ -166,7 +163,7 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     for name, effect in effects().items():
         if name in INSTRUMENT:
             continue
-        if reason := effect.refuses(case) or _declared(case, name) or uncarried(case, name):
+        if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
             continue
         size = effect.size(case)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from birdstrike.data.curves import Measured
-from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis_v2.noise import Noise, noise_of
-from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.observations import reader as observed
+from birdstrike.inversion.observations.noise import Noise
+from birdstrike.inversion.observations.reader import ChannelRecord, Expected
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
@@ -97,94 +96,22 @@ def averaged(values: Array, block: int) -> Array:
     return values.reshape(*values.shape[:-1], -1, block).mean(axis=-1)
 
 
-@dataclass(frozen=True)
-class Window:
-    """What of a record is used: instants in start..end [s]; quiet: until when the plate is surely at rest [s]."""
-
-    start: float
-    end: float
-    quiet: float
-
-
-def read_record(
-    measured: Measured,
-    units: dict[str, str],
-    window: Window,
-    stated: dict[str, float],
-    tolerance: float | None = None,
-    say: Callable[[str], None] = lambda _: None,
-) -> Record:
-    """The record's channels that the model has; stated: noise by the case, SI.
+def read_record(measured: Measured, expected: Expected, tolerance: float | None = None) -> Record:
+    """The record's channels as the common reader gives them, neighbours averaged where there are many.
 
     tolerance: noise as a share of the peak where none is known. Raises MeasuredError for an unknown channel, another
     unit, or a channel with fewer than three points in the window.
     """
-    measured.refuse_dead_sensors()
-    errors = [error for name in measured.channels for error in _mismatch(measured, units, name)]
-    if errors:
-        raise MeasuredError(errors)
-    most = max(MOST_POINTS // len(measured.channels), FEWEST_POINTS)
-    warnings: list[str] = []
-    traces = tuple(
-        _trace(measured, name, window, stated.get(name), tolerance, most, warnings) for name in units_of(measured)
-    )
-    for warning in warnings:
-        say(warning)
-    return Record(traces, tuple(warnings))
+    channels = observed.read_record(measured, expected, tolerance, FEWEST_POINTS)
+    most = max(MOST_POINTS // len(channels), FEWEST_POINTS)
+    warnings = tuple(text for channel in channels for text in channel.warnings)
+    return Record(tuple(_trace(channel, most) for channel in channels), warnings)
 
 
-def units_of(measured: Measured) -> Sequence[str]:
-    """Channels in the file's order."""
-    return tuple(measured.channels)
-
-
-def _mismatch(measured: Measured, units: dict[str, str], name: str) -> list[str]:
-    if name not in units:
-        return [f'measured channel "{name}" in {measured.path} is no sensor of the case; sensors: {", ".join(units)}']
-    if measured.units[name] != units[name]:
-        have, want = measured.units[name] or "no unit", units[name] or "no unit"
-        return [f'measured channel "{name}" in {measured.path} has unit {have}, the sensor {want}']
-    return []
-
-
-def _trace(
-    measured: Measured,
-    name: str,
-    window: Window,
-    stated: float | None,
-    tolerance: float | None,
-    most: int,
-    warnings: list[str],
-) -> Trace:
-    times, values = measured.points(name)
-    sigma = measured.sigma[name][np.isfinite(measured.channels[name])] if name in measured.sigma else None
-    noise, said = noise_of(name, measured.units[name], times, values, sigma, stated, window.quiet, tolerance)
-    inside = (times >= window.start) & (times <= window.end * (1.0 + 1e-12))
-    inside &= ~_outliers(times, values, noise.level, inside, name, measured.units[name], warnings)
-    count = int(inside.sum())
-    if count < FEWEST_POINTS:
-        span = f"{window.start * 1e3:g} .. {window.end * 1e3:g} ms"
-        raise MeasuredError(f'"{name}" in {measured.path} has {count} points in the simulated record {span}')
-    warnings += said
+def _trace(channel: ChannelRecord, most: int) -> Trace:
+    """At most `most` points, each the mean of as many neighbours."""
+    count = len(channel.times)
     block = -(-count // most)
-    kept = np.flatnonzero(inside)[: count - count % block]
-    peak = float(np.abs(values[inside]).max())
-    return Trace(name, measured.units[name], times[kept], block, averaged(values[kept], block), noise.at(kept), peak)
-
-
-def _outliers(
-    times: Array, values: Array, sigma: float, inside: np.ndarray, name: str, unit: str, warnings: list[str]
-) -> np.ndarray:
-    """Single points that leave the line between their neighbours by 6 standard deviations, where neighbours agree."""
-    found = np.zeros(len(values), dtype=bool)
-    if len(values) < 20 or np.ptp(np.diff(times)) > 0.5 * np.median(np.diff(times)):
-        return found
-    near = np.stack([np.roll(values, k) for k in (-2, -1, 1, 2)])
-    middle, spread = np.median(near, axis=0), np.ptp(near, axis=0)
-    found[2:-2] = (np.abs(values - middle) > np.maximum(6.0 * sigma, 2.0 * spread))[2:-2]
-    if (found & inside).any():
-        off = quantity(float(np.abs(values - middle)[found].max()), unit, 2)
-        warnings.append(
-            f"{name}: {int((found & inside).sum())} single points up to {off} off their neighbours left out"
-        )
-    return found
+    kept = np.arange(count - count % block)
+    values = averaged(channel.values[kept], block)
+    return Trace(channel.name, channel.unit, channel.times[kept], block, values, channel.noise.at(kept), channel.peak)

@@ -1,8 +1,9 @@
-"""Responses of the curves to effects of the solver, with what is not known of them.
+"""Responses of the curves to effects of the solver, learnt from the two-level design, with what is not known of them.
 
-change(b) = h(b) S on the grid, b the magnitude in plausible sizes. Two-sided effects: h(b) = b, S by regression of half
-differences of folded-over pairs. One-sided ones: S through the largest magnitude, h from two magnitudes, so that an
-effect that saturates (a clamp that lets go) does.
+change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the least-squares slope of the half differences
+of folded-over pairs; what the regression leaves, spread by its covariance, is the uncertainty of S (Box, Hunter & Hunter,
+Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until simulations elsewhere show that the response
+bends.
 """
 
 from __future__ import annotations
@@ -13,27 +14,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis_v2.plan import ONE_SIDED, WIDEST, Known, Plan, level
+from birdstrike.inversion.diagnosis_v2.plan import WIDEST, Known, Plan, slope
 
-LEAST_SPREAD = 0.02  # share of a signature: two points cannot tell a smaller change from place to place
-INDEPENDENT = 10.0  # instants of a record whose scatter is independent (emulator's components with weight)
-LARGEST_WARP, LEAST_WARP = 2.5, 0.5  # of the ratio of secants at 1 and 3 sizes: beyond, it is scatter or another law
+LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
+FEWEST_LEFT = 3  # degrees of freedom that the regression must leave
 
 
 @dataclass(frozen=True)
 class Response:
     """One effect's response.
 
-    signature: (grid,) SI for h = 1; knots: magnitude in plausible sizes -> size h of the response, both increasing, linear
-    between; scatter: variance of the signature from the particles' scatter, in units of a single run's; spread:
-    (channels,) share of the signature by which it changes with parameters, other effects and mesh (1 standard deviation).
+    signature: (grid,) SI for h = 1; doubt: (q, grid) directions of its error, one standard deviation each, for h = 1;
+    knots: magnitude in plausible sizes -> size h of the response, both increasing, linear between; reach: plausible
+    sizes up to which it was simulated.
     """
 
     known: Known
     signature: Array
-    knots: tuple[tuple[float, float], ...]
-    scatter: float
-    spread: Array
+    doubt: Array
+    knots: tuple[tuple[float, float], ...] = LINEAR
+    reach: float = 1.0
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -56,141 +56,55 @@ def _through(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
     return float(ys[i] + (x - xs[i]) * (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]))
 
 
-LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
+def learn_responses(plan: Plan, stacks: Mapping[str, Array]) -> tuple[dict[str, Response], dict[str, str]]:
+    """Every effect's response, and why the others have none; stacks: (grid,) curves by label."""
+    kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
+    freedom = len(kept) - len(plan.known)
+    if freedom < FEWEST_LEFT:
+        return {}, {known.name: "its simulations failed" for known in plan.known}
+    half = np.array([0.5 * (stacks[f"pair {i} +1"] - stacks[f"pair {i} -1"]) for i in kept])
+    x = plan.signs[kept] * [slope(known) for known in plan.known]
+    signatures = np.linalg.lstsq(x, half, rcond=None)[0]
+    left = np.linalg.svd(half - x @ signatures, full_matrices=False)
+    directions = (left[1][:freedom, None] * left[2][:freedom]) / np.sqrt(freedom)
+    spread = np.sqrt(np.diag(np.linalg.inv(x.T @ x)))
+    return {
+        known.name: Response(known, signature, own * directions, reach=2.0 * slope(known) if known.one_sided else slope(known))
+        for known, signature, own in zip(plan.known, signatures, spread, strict=True)
+    }, {}
 
 
-def bent(ratio: float) -> tuple[tuple[float, float], ...]:
-    """Knots of a one-sided response whose secant at 1 size is `ratio` times that at 3.
+def updated(response: Response, b: float, changes: Array) -> Response:
+    """The response after simulations with and without b sizes of it where it matters; changes: (pairs, grid).
 
-    Saturating as b / (1 + b / b0) for a ratio above 1, as compliances do; quadratic below.
+    The signature follows them as far as they are surer than the regression: the mean of both, weighed by their variances,
+    the scatter of the changes told by all pairs together.
     """
-    b = np.linspace(0.0, WIDEST, 11)
-    if ratio <= 1.0:
-        h = b * (ratio + (1.0 - ratio) * b / 3.0)
-    else:
-        b0 = (3.0 - ratio) / (ratio - 1.0)
-        h = b * (1.0 + 3.0 / b0) / (1.0 + b / b0)
-    return tuple(zip(map(float, b), map(float, h), strict=True))
-
-
-def updated(response: Response, b: float, change: Array, rough: Array, replicates: int) -> Response:
-    """The response after solver runs with and without b sizes of it at the place where it matters.
-
-    change: (grid,) mean difference of the runs; rough: (channels,) variance of a run's scatter. What the runs show is
-    followed by its share of certainty: doubt of the signature over doubt and the runs' scatter, channel by channel.
-    """
-    old, channels = response.signature, len(rough)
-    weigh = 1.0 / np.repeat(np.maximum(rough, 1e-300), len(old) // channels)
-    power = float((weigh * old) @ old)
-    if not power:
-        return response
-    h = float((weigh * change) @ old) / power
+    change, count = changes.mean(axis=0), len(changes)
+    weight = 1.0 / np.maximum(_variance(response.doubt, changes), 1e-300)
+    power = float((weight * response.signature) @ response.signature)
+    h = float((weight * change) @ response.signature) / power if power else 0.0
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
-    parts, spread = [], response.spread.copy()
-    for i, (part, new) in enumerate(zip(np.split(old, channels), np.split(change / h, channels), strict=True)):
-        noise = 2.0 * rough[i] / (h * h * replicates)
-        known = response.spread[i] ** 2 * float((part**2).mean()) + response.scatter * rough[i]
-        seen = float(((new - part) ** 2).mean()) - noise
-        doubt = max(known, seen, 0.0)
-        weight = doubt / max(doubt + noise, 1e-300)
-        parts.append(part + weight * (new - part))
-        spread[i] = max(np.sqrt(1.0 - weight) * response.spread[i], LEAST_SPREAD)
-    return replace(response, signature=np.concatenate(parts), knots=_with_knot(response, b, h), spread=spread)
+    left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
+    return replace(response, signature=change / h, doubt=left, knots=_with_knot(response, b, h), reach=max(response.reach, abs(b)))
+
+
+def _variance(doubt: Array, changes: Array) -> Array:
+    """(grid,) variance of a signature's points, equal within a channel's neighbourhood: the mean of both sources."""
+    return (doubt**2).sum(axis=0) + changes.var(axis=0)
 
 
 def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:
-    """The knots with what the runs showed at b: nearer ones are scaled to it, farther ones continue from there."""
+    """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones continue from there."""
     expected = response.h(b)
     ratio = h / expected if expected else 1.0
     knots = {x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)}
     far = {x: y + (h - expected) for x, y in response.knots if abs(x) > abs(b) and x * b > 0}
     other = {x: y for x, y in response.knots if abs(x) >= abs(b) and x * b <= 0}
-    found = sorted({**knots, **far, **other, b: h}.items())
+    found = sorted({**knots, **far, **other, 0.0: 0.0, b: h}.items())
     kept = [found[0]]
     for x, y in found[1:]:
         if y > kept[-1][1] + 1e-6 and x > kept[-1][0] + 1e-9:
             kept.append((x, y))
     return tuple(kept)
-
-
-def learn_responses(
-    plan: Plan, stacks: Mapping[str, Array], rough: Array
-) -> tuple[dict[str, Response], dict[str, str]]:
-    """Every effect's response, and why the others have none.
-
-    stacks: (grid,) curves by label; rough: (channels,) variance by which a run leaves what is smooth in its inputs.
-    """
-    two, lost = _two_sided(plan, stacks, rough)
-    found = dict(two)
-    for known in plan.one_sided:
-        response = _one_sided(plan, known, stacks, rough)
-        if response is None:
-            lost[known.name] = "its simulations failed"
-        else:
-            found[known.name] = response
-    return {known.name: found[known.name] for known in plan.known if known.name in found}, lost
-
-
-def _two_sided(
-    plan: Plan, stacks: Mapping[str, Array], rough: Array
-) -> tuple[dict[str, Response], dict[str, str]]:
-    """Least squares of half differences (pairs, grid) on the design, its residual for what is not linear."""
-    kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
-    effects = plan.two_sided
-    if len(kept) <= len(effects):
-        return {}, {known.name: "its simulations failed" for known in effects}
-    half = np.array([0.5 * (stacks[f"pair {i} +1"] - stacks[f"pair {i} -1"]) for i in kept])
-    x = plan.signs[kept] * [level(known) for known in effects]
-    slopes = np.linalg.lstsq(x, half, rcond=None)[0]
-    freedom = len(kept) - len(effects)
-    residual = half - x @ slopes
-    spread = _relative((residual**2).sum(axis=0) / freedom, ((x @ slopes) ** 2).mean(axis=0), 0.5 * rough)
-    inverse = np.diag(np.linalg.inv(x.T @ x))
-    found = {
-        known.name: Response(known, slope, LINEAR, 0.5 * float(own), spread)
-        for known, slope, own in zip(effects, slopes, inverse, strict=True)
-    }
-    return found, {}
-
-
-def _relative(left: Array, held: Array, rough: Array) -> Array:
-    """(channels,) RMS of what the linear model leaves beyond the runs' own scatter, over RMS of what it holds.
-
-    left, held: (grid,) mean squares; rough: (channels,) variance of the scatter in what is left.
-    """
-    off = [max(float(part.mean()) - own, 0.0) for part, own in zip(np.split(left, len(rough)), rough, strict=True)]
-    size = [float(part.mean()) for part in np.split(held, len(rough))]
-    return np.sqrt(np.array(off) / np.maximum(size, 1e-300))
-
-
-def _one_sided(plan: Plan, known: Known, stacks: Mapping[str, Array], rough: Array) -> Response | None:
-    """Through runs at 1 and 3 sizes at one point, and at 3 sizes at another."""
-    changes = {
-        (b, point): stacks[label] - stacks[base]
-        for b, point in ONE_SIDED
-        if (label := f"{known.name} {b:g} {point}") in stacks
-        and (base := f"coarse {plan.near_centre(point)}") in stacks
-    }
-    far = [change / 3.0 for (b, _), change in changes.items() if b == 3.0]
-    if not far:
-        return None
-    signature = np.mean(far, axis=0)
-    near, reference = changes.get((1.0, 0)), changes.get((3.0, 0))
-    warp = 1.0 if near is None or reference is None else _warp(near, reference / 3.0, rough)
-    scatter = 2.0 / 9.0 / len(far)  # of a difference of two runs over three sizes, averaged
-    off = np.var(far, axis=0, ddof=1) if len(far) > 1 else np.zeros_like(signature)  # at another place
-    spread = np.maximum(_relative(off, signature**2, 2.0 / 9.0 * rough), LEAST_SPREAD)
-    return Response(known, signature, bent(warp), scatter, spread)
-
-
-def _warp(near: Array, far: Array, rough: Array) -> float:
-    """Ratio of the secants at 1 and 3 sizes, channels weighed by their scatter, shrunk by what scatter makes of it."""
-    weight = 1.0 / np.repeat(np.maximum(rough, 1e-300), len(far) // len(rough))
-    power = float((weight * far) @ far)
-    if not power:
-        return 1.0
-    excess = float((weight * near) @ far) / power - 1.0
-    scatter = 2.0 * len(far) / power / INDEPENDENT
-    share = max(0.0, 1.0 - scatter / excess**2) if excess else 0.0  # James & Stein, Berkeley Symp. 4 (1961) 361
-    return float(np.clip(1.0 + share * excess, LEAST_WARP, LARGEST_WARP))

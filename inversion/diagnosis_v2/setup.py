@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scipy.fft import dct, idct
-from scipy.linalg import block_diag
-
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
@@ -21,8 +18,6 @@ from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 
 ERODED = 0.05  # share of the bird beyond which a run is not smooth in its parameters, as in a campaign's Dataset
-SLOW = 12  # cosines a channel that carry what is not known of a signature; the faster ones are filtered out of it
-NEIGHBOURS = 5  # cosines over which a spectrum is averaged
 STEP = 1e-3  # of the ranges: central differences of the emulator
 
 
@@ -44,7 +39,6 @@ class Setup:
     lows: Array
     highs: Array
     runs: Mapping[str, Histories]
-    scatter: Array
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -75,22 +69,9 @@ class Setup:
         return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
 
     @property
-    def scatter_draws(self) -> Array:
-        """(c, channels * m) directions, one standard deviation each, of a single coarse run's scatter: its slow part."""
-        blocks = [idct(np.diag(np.sqrt(power[:SLOW]))[:, :], n=len(self.time), norm="ortho") for power in self.scatter]
-        return np.asarray(block_diag(*blocks))
-
-    @property
     def rough(self) -> Array:
         """(channels,) variance by which a coarse run leaves what is smooth in its inputs."""
         return np.array([self.emulator.channels[c].rough() for c in self.channels])
-
-    @property
-    def mesh_share(self) -> Array:
-        """(channels,) share by which a response may err on the coarse mesh: as the curve itself does in the middle."""
-        z = np.full((1, len(self.lows)), 0.5)
-        pairs = zip(*(np.split(one[0], len(self.channels)) for one in (self.mesh.at(z), self.coarse(z))), strict=True)
-        return np.array([np.sqrt((m**2).mean() / max(float((f**2).mean()), 1e-300)) for m, f in pairs])
 
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
@@ -136,52 +117,13 @@ def make_setup(
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
     parts = (plan, data.time, tuple(channels), emulator)
     none = MeshCorrection.none(len(data.time) * len(channels))
-    bare = Setup(*parts, none, {}, {}, lows, highs, runs, np.zeros((0, 0)))
+    bare = Setup(*parts, none, {}, {}, lows, highs, runs)
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
     mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
-    rough = np.array([emulator.channels[c].rough() for c in channels])
-    learnt, lost = learn_responses(plan, stacks, rough)
-    scatter = scatter_spectrum(bare, stacks, rough)
-    responses = {name: filtered(one, scatter) for name, one in learnt.items()}
-    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs, scatter)
-
-
-def scatter_spectrum(bare: Setup, stacks: Mapping[str, Array], rough: Array) -> Array:
-    """(channels, m) power of a coarse run's scatter by cosines: of what the campaign's runs leave of the emulator.
-
-    rough: (channels,) its variance; the residuals, in sample, are smaller and give the spectrum's form alone.
-    """
-    done = [i for i in range(len(bare.plan.unit)) if f"coarse {i}" in stacks]
-    off = np.array([stacks[f"coarse {i}"] for i in done]) - bare.coarse(bare.plan.unit[done])
-    found = []
-    for part, variance in zip(np.split(off, len(rough), axis=1), rough, strict=True):
-        power = averaged_spectrum((dct(part, norm="ortho", axis=1) ** 2).mean(axis=0))
-        found.append(power * variance * part.shape[1] / max(float(power.sum()), 1e-300))
-    return np.array(found)
-
-
-def averaged_spectrum(power: Array) -> Array:
-    """(m,) mean over neighbours."""
-    kernel = np.ones(NEIGHBOURS)
-    return np.convolve(power, kernel, "same") / np.convolve(np.ones(len(power)), kernel, "same")
-
-
-def filtered(response: Response, scatter: Array) -> Response:
-    """The response without what is scatter."""
-    return replace(response, signature=smoothed(response.signature, response.scatter * scatter))
-
-
-def smoothed(curve: Array, noise: Array) -> Array:
-    """(grid,) a curve, every cosine shrunk by its share of noise (Wiener 1949); noise: (channels, m) power by cosines."""
-    parts = []
-    for part, own in zip(np.split(curve, len(noise)), noise, strict=True):
-        wave = dct(part, norm="ortho")
-        power = averaged_spectrum(wave**2)
-        parts.append(idct(wave * np.maximum(0.0, 1.0 - np.minimum(own / np.maximum(power, 1e-30), 1.0)), norm="ortho"))
-    return np.concatenate(parts)
-
+    responses, lost = learn_responses(plan, stacks)
+    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,8 +12,9 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis_v2.discrepancy import Shape, shape_of
 from birdstrike.inversion.diagnosis_v2.instrument import InstrumentEffect, signature
-from birdstrike.inversion.diagnosis_v2.record import Record, Window, read_record
+from birdstrike.inversion.diagnosis_v2.record import Record, read_record
 from birdstrike.inversion.diagnosis_v2.setup import Setup
+from birdstrike.inversion.observations.reader import Expected
 
 LATEST_SHIFT = 6e-5  # s: three plausible sizes of the time offset, which the record's end leaves free
 
@@ -113,11 +113,7 @@ def read_shot(
     name: str, setup: Setup, measured: Measured, group: str, baseline: bool = False, tolerance: float | None = None
 ) -> Shot:
     """The record's channels that the setup has, in the window of the simulation."""
-    case = setup.plan.case
     own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
-    units = {c: sensor.unit for c, sensor in case.sensors.items()}
-    stated: Mapping[str, float] = {c: sensor.noise for c, sensor in case.sensors.items() if sensor.noise}
-    uncertain = LATEST_SHIFT + 4.0 * case.inversion.nuisance.get("time_offset", 0.0)
-    window = Window(0.0, float(setup.time[-1]) - LATEST_SHIFT, case.first_contact - uncertain)
-    record = read_record(replace(measured, channels=own), units, window, dict(stated), tolerance)
+    expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
+    record = read_record(replace(measured, channels=own), expected, tolerance)
     return Shot(name, setup, record, group, baseline)

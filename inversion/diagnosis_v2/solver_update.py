@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.inversion.diagnosis_v2.hypotheses import NONE, Suspect, suspects
-from birdstrike.inversion.diagnosis_v2.plan import ONE_SIDED, level
+from birdstrike.inversion.diagnosis_v2.plan import LEVEL
 from birdstrike.inversion.diagnosis_v2.ranking import Ranking
 from birdstrike.inversion.diagnosis_v2.refit import Problem
 from birdstrike.inversion.diagnosis_v2.responses import Response, updated
-from birdstrike.inversion.diagnosis_v2.setup import Setup, smoothed, stack
+from birdstrike.inversion.diagnosis_v2.setup import Setup, stack
 from birdstrike.inversion.diagnosis_v2.strikes import Strikes
 from birdstrike.solver.case.case import Case
 
@@ -58,8 +58,7 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
             if f"{one.suspect.name} there {i}" in runs and f"{one.suspect.name} without {i}" in runs
         ]
         if changes:
-            mean = smoothed(np.mean(changes, axis=0), first.setup.scatter * 2.0 / len(changes))
-            responses[one.suspect.name] = updated(response, one.b, mean, first.setup.rough, len(changes))
+            responses[one.suspect.name] = updated(response, one.b, np.array(changes))
     return _with_responses(problem, first.setup, responses)
 
 
@@ -93,8 +92,7 @@ def _beyond(ranking: Ranking, label: str) -> bool:
     if one.response is None:
         return False
     b = one.response.b(float(np.clip(ranking.evidence[label].h[0], *one.limits)))
-    learnt = ONE_SIDED[-1][0] if one.one_sided else level(one.response.known)
-    return abs(b) > OUTSIDE * learnt
+    return abs(b) > OUTSIDE * one.response.reach
 
 
 def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:

@@ -24,7 +24,8 @@ from birdstrike.inversion.diagnosis_v2.shots import Shot
 
 PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
-TRENDS = 10  # Legendre polynomials in time by which a signature may be off: down to a tenth of the record, as it bends
+TRENDS = 5  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
+SHARE = 0.1  # of a signature: how far the answers of two sound models to one effect lie apart
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
@@ -61,9 +62,8 @@ class Block:
 @dataclass(frozen=True)
 class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the residual at the places,
-    J by one prior standard deviation of each parameter, G and D of each suspect, the runs' scatter; at: name -> their
-    indices; dz: (r,) how far the places lie from the prior's middle; scatter: label -> standard deviation in the
-    scatter's columns; groups: in the order of J; noise: Cholesky factor (n, n).
+    J by one prior standard deviation of each parameter, G and D of each suspect; at: name -> their
+    indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky factor (n, n).
     """
 
     blocks: tuple[Block, ...]
@@ -71,7 +71,6 @@ class System:
     columns: Array
     at: Mapping[str, slice]
     dz: Array
-    scatter: Mapping[str, float]
     groups: tuple[str, ...]
     noise: Array
     numerical: Mapping[str, Array]
@@ -117,7 +116,6 @@ def build(
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
             parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label])
-    parts["scatter"] = _scatter(shots)
     parts["changed"] = _changed(shots, shapes, known, means)
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
@@ -141,10 +139,9 @@ def build(
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
-    scatter = {one.label: float(np.sqrt(one.response.scatter)) for one in found if one.response}
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
-    return System(tuple(blocks), smooth, columns, at, middle, scatter, groups, chol, _named(shots, variances), weights, moved)
+    return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
 
 
 def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
@@ -352,22 +349,26 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
 
 
 def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
-    """(n, q) what is not known of a signature for h = 1: its size and its trends in time, in each channel by itself."""
+    """(n, q) what is not known of a signature for h = 1: the regression's error, and its size and slow trends in time.
+
+    The trends, in each channel by itself, stand for what another sound model would answer.
+    """
     blocks: list[Array] = []
-    first = 0
+    first, regression = 0, []
     for shot in shots:
         n = len(shot.record.values)
-        spread = np.hypot(shot.setup.responses[one.name].spread, shot.setup.mesh_share)
-        own = column[first : first + n] * shot.per_point(spread)
+        own = column[first : first + n]
         first += n
         if not np.any(own):
+            regression.append(np.zeros((n, len(one.response.doubt))))
             blocks.append(np.zeros((n, 0)))
             continue
+        regression.append(shot.sample(shot.setup.responses[one.name].doubt).T)
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
-        blocks.append(np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
-    return np.asarray(block_diag(*blocks))
+        blocks.append(SHARE * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
+    return np.hstack([np.vstack(regression), np.asarray(block_diag(*blocks))])
 
 
 def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:
@@ -404,9 +405,3 @@ def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]
             of = shot.record.channel == i
             ratios.append(float((own[of] ** 2).mean() / max(float((mean[of] ** 2).mean()), 1e-300)))
     return float(np.sqrt(np.mean(ratios))) if ratios else 0.0
-
-
-def _scatter(shots: Sequence[Shot]) -> Array:
-    """(n, q) directions of a single coarse run's scatter, in the measured shots."""
-    blocks = [shot.sample(shot.setup.scatter_draws).T * float(not shot.baseline) for shot in shots]
-    return np.vstack(blocks)
