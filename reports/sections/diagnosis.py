@@ -1,4 +1,4 @@
-"""Sections of a diagnosis: verdict and sentence, before and after, every effect, what could hide."""
+"""Sections of a diagnosis: the first screen (what is missing, how sure, what to do), then what it rests on."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.words import HEADS
+from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.formatting import quantity as in_words
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
-from birdstrike.reports.figures.diagnosis import before_after_figure, consistency_figure
+from birdstrike.reports.figures.diagnosis import probability_figure, required_figure, residual_figure
 from birdstrike.solver.case.effects import SHOWN
+
+MOST_ROWS = 12
 
 
 @dataclass(frozen=True)
 class DiagnosisResults:
-    """Content of diagnosis.json, and the table of diagnosis.csv."""
+    """Content of diagnosis.json, and the tables of the curves, by shot."""
 
     content: Mapping[str, Any]
-    curves: pd.DataFrame
+    curves: Mapping[str, pd.DataFrame]
 
     @property
     def units(self) -> dict[str, str]:
@@ -30,81 +33,87 @@ class DiagnosisResults:
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
-    """Verdict, sentence, the curves and residuals before and after, the error in figures."""
+    """One sentence, probabilities, residuals before and after, required discrepancy, the next measurement, warnings."""
     content = results.content
-    after = content["after"] is not None
-    caption = (
-        "The record, the calibrated model before and after the effect is added, and below what each misses; the band "
-        "is two standard deviations of noise and numerical error together."
-        if after
-        else "The record, the calibrated model, and below what it misses; the band is two standard deviations of noise "
-        "and numerical error together."
-    )
-    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}")]
-    if content["warnings"]:
-        blocks.append(Warnings(tuple(content["warnings"])))
-    blocks += [drawing("before-after", before_after_figure(results.curves, results.units), caption), _errors(results)]
+    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}.")]
     if content["next_measurement"]:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
-    blocks += [
-        Paragraph(f"The data allow a pair of effects: {' and '.join(p['effects'])} (p = {p['p_consistent']:.2f}).")
-        for p in content["pairs"]
-    ]
-    if content["remainder"]:
-        blocks.append(
-            Paragraph(f"{content['remainder']['sentence'][0].upper()}{content['remainder']['sentence'][1:]}.")
-        )
-    blocks += [_parameters(content)]
-    return Section("diagnosis", "Diagnosis: before and after", tuple(blocks))
+    bars = "Posterior probability of each model, by family. Prior: 0.5 that nothing is missing, the rest shared equally among families and their effects."
+    blocks.append(drawing("probabilities", probability_figure(content), bars))
+    first = next(iter(results.curves.values()))
+    words = "Record and calibrated model before and after the effect is added; below, the residuals. Bands, two standard deviations: measurement noise (grey), noise with numerical error and model-form error (blue)."
+    blocks.append(drawing("residuals", residual_figure(first, results.units), words))
+    needed = "The smallest model-form error with which each model is consistent with the record. A model far to the right needs an implausibly wrong simulation."
+    blocks.append(drawing("required", required_figure(content["effects"], content["confidence_set"]), needed))
+    if content["warnings"]:
+        blocks.append(Warnings(tuple(content["warnings"][:5])))
+    return Section("diagnosis", "What is missing", tuple(blocks))
 
 
-def _errors(results: DiagnosisResults) -> Table:
-    """RMS errors, fitted and held out."""
+def errors_section(results: DiagnosisResults) -> Section:
+    """Errors before and after by shot and sensor, fitted and by the solver; held out; parameters."""
     content, units = results.content, results.units
-    before, after = error(content["before"]), error(content["after"]) if content["after"] else None
-    rows = [
-        (
-            f"{name.replace('_', ' ')}, RMS",
-            in_words(value, units[name]),
-            in_words(after["rmse"][name], units[name]) if after else "–",
-        )
-        for name, value in before["rmse"].items()
+    blocks: list[Block] = []
+    for shot in content["shots"]:
+        rows = []
+        before, after = shot["before"], shot["after"]
+        for name, value in before["rmse"].items():
+            solver = [in_words(s["solver"]["rmse"][name], units[name]) if s and s.get("solver") else "–" for s in (before, after)]
+            fitted = in_words(after["rmse"][name], units[name]) if after else "–"
+            rows.append((name.replace("_", " "), in_words(value, units[name]), fitted, *solver))
+        head = ("sensor", "before, fitted", "after, fitted", "before, solver", "after, solver")
+        blocks.append(Table(head, tuple(rows), f"RMS error in shot {shot['name']}; solver: one run of the declared case at the fit.", frozenset({1, 2, 3, 4})))
+    held = tuple((name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items())
+    if held:
+        blocks.append(Table(("predicted without being fitted", "before", "after"), held, "Whitened RMS (1: noise, numerical error and model-form error together).", frozenset({1, 2})))
+    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    rows = tuple((plain(n), _interval(e), _interval(after[n]) if n in after else "–") for n, e in before.items())
+    blocks.append(Table(("parameter", "before", "after"), rows, "Calibrated parameters with 95 % intervals; the difference is the bias that the missing effect had caused."))
+    return Section("errors", "Error and parameters before and after", tuple(blocks))
+
+
+def effects_section(results: DiagnosisResults) -> Section:
+    """Every effect: probability, magnitude, required discrepancy, what could have been detected."""
+    content = results.content
+    head = ("model", "probability", "magnitude (95 %)", "required model error", "least detectable", "most alike")
+    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"][:MOST_ROWS])
+    words = f"The {MOST_ROWS} likeliest models. Least detectable: found four times of five at a false-alarm rate of 5 %."
+    blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
+    blocks += [
+        Paragraph(f"The 95 % set holds the pair {' and '.join(p['effects'])} (probability {p['probability']:.2f}).")
+        for p in content["pairs"][:5]
     ]
-    for name, value in before.get("declared", {}).items():
-        here = in_words(after["declared"][name], units[name]) if after and "declared" in after else "–"
-        rows.append((f"{name.replace('_', ' ')}, RMS, on the declared mesh alone", in_words(value, units[name]), here))
-    rows.append(
-        (
-            "all, against noise and numerical error (1 = noise)",
-            two(before["weighted"]),
-            two(after["weighted"]) if after else "–",
-        )
+    return Section("effects", "Every effect considered", tuple(blocks))
+
+
+def basis_section(results: DiagnosisResults) -> Section:
+    """Noise, discrepancy and its source, baselines, simulations, effects that the case cannot carry."""
+    content, units = results.content, results.units
+    noise = tuple(
+        (name.replace("_", " "), in_words(e["sigma"], units[name], 2), e["source"], str(e["points"]), f"{100 * e['numerical_share']:.0f} %", _late(content, name))
+        for name, e in content["noise"]["sensors"].items()
     )
-    rows.append(("all, against measurement noise alone", two(before["raw"]), two(after["raw"]) if after else "–"))
-    for name, one in content["held_out"].items():
-        chosen = f" (trained without it: {one['chosen'] or 'no effect'})" if one["verdict"] != "not repeated" else ""
-        rows.append((f"held-out {name.replace('_', ' ')}{chosen}", two(one["before"]), two(one["after"])))
-    return Table(("error", "before", "after"), tuple(rows), _caption(content), frozenset({1, 2}))
+    discrepancy = content["discrepancy"]
+    shares = ", ".join(f"{100 * a:.2g} % of the peak ({kind.replace('_', ' ')})" for kind, a in discrepancy["amplitude"].items())
+    blocks: list[Block] = [
+        Table(("sensor", "noise", "source", "points", "numerical share", "uninformative from"), noise, "Noise and numerical error; from when on the curve tells nothing because the model error has grown threefold."),
+        Paragraph(f"Model-form error: {discrepancy['source']}; {shares}."),
+    ]
+    if content["baseline"]:
+        base = content["baseline"]
+        rms = ", ".join(f"{name.replace('_', ' ')} {in_words(v, units[name])}" for name, v in base["residual_rms"].items() if name in units)
+        gain = f" Minimum detectable effects are {base['gain']:.1f} times smaller with it." if base["gain"] else ""
+        blocks.append(Paragraph(f"Baseline {', '.join(base['shots'])}: residual RMS {rms}.{gain}"))
+    strikes = content["strikes"]
+    blocks.append(Paragraph(f"Simulations: {strikes['paid']} run, {strikes['reused']} found stored."))
+    if content["refused"]:
+        blocks.append(Paragraph("Not applicable to this case: " + "; ".join(f"{n}: {r}" for n, r in content["refused"].items()) + "."))
+    return Section("basis", "What the answer rests on", tuple(blocks))
 
 
-def error(state: Mapping[str, Any]) -> Mapping[str, Any]:
-    """rmse, weighted, raw of a state: the solver's own where there is a strike, else the fitted ones."""
-    return state.get("solver") or state
-
-
-def _caption(content: Mapping[str, Any]) -> str:
-    """Whose curves the errors are of."""
-    made = [state for label in ("before", "after") if (state := content[label])]
-    struck = all(state.get("solver") for state in made)
-    mesh = ", with what finer meshes add" if any("declared" in error(state) for state in made) else ""
-    whose = (
-        f"of one strike of the solver at each fit{mesh}" if struck else "of the fitted curves where no strike was made"
-    )
-    fitted = " -> ".join(two(state["weighted"]) for state in made)
-    return (
-        f"The error before and after, {whose} (the fitted curves foretold {fitted} against noise and numerical error). "
-        "Held out: selection and refit were repeated without that part of the data; nothing is fitted to another shot."
-    )
+def _late(content: Mapping[str, Any], name: str) -> str:
+    time = content["discrepancy"]["growth"].get(name, {}).get("uninformative_from")
+    return "–" if time is None else f"{1e3 * time:.2g} ms"
 
 
 def two(value: float | None) -> str:
@@ -112,52 +121,29 @@ def two(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
 
 
-def _parameters(content: Mapping[str, Any]) -> Table:
-    """Calibrated parameters before and after, with intervals."""
-    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
-    rows = [
-        (name, _interval(entry), _interval(after[name]) if name in after else "–") for name, entry in before.items()
-    ]
-    return Table(("parameter", "before", "after"), tuple(rows), "The calibrated parameters, with 95 % intervals.")
-
-
 def _interval(entry: Mapping[str, Any]) -> str:
     low, high = (in_words(x, entry["unit"]) for x in entry["interval_95"])
-    return f"{in_words(entry['value'], entry['unit'], 4)} ({low} to {high})"
-
-
-def effects_section(results: DiagnosisResults) -> Section:
-    """Every effect: p, evidence, magnitude, twins, what could have been detected, what the parameters absorb."""
-    content = results.content
-    caption = "What the data say of every model; blue: in the confidence set."
-    picture = drawing("effects", consistency_figure(content["effects"], content["alpha"]), caption)
-    head = ("effect", "p", "log evidence", "magnitude (95 %)", "twins (cosine)", "least detectable", "absorbed")
-    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"])
-    words = "Every model, refitted. Absorbed: share of the effect's signature that the calibrated parameters imitate."
-    return Section("effects", "Every effect of the library", (picture, Table(head, rows, words, frozenset({1, 2, 6}))))
+    note = "" if entry.get("identified", True) else "; not identifiable from this record"
+    return f"{in_words(entry['value'], entry['unit'], 4)} ({low} to {high}){note}"
 
 
 def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
-    unit = one["unit"]
-    twins = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in one["twins"].items()) or "–"
-    share = "–" if one["absorbed"] is None else f"{100 * one['absorbed']:.0f} %"
+    share = one["required_discrepancy"]
+    alike = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2]) or "–"
     return (
-        one["name"], f"{one['p_consistent']:.3f}", f"{one['log_evidence']:+.1f}", magnitude(one), twins,
-        "–" if least is None else _sized(least, unit).lstrip("+"), share,
+        one["name"].replace("_", " "), f"{one['probability']:.3f}", magnitude(one),
+        "–" if share is None else f"{100 * share:.2g} %", "–" if least is None else _sized(least, one["unit"]).lstrip("+"), alike,
     )  # fmt: skip
 
 
 def magnitude(one: Mapping[str, Any]) -> str:
     """ "+0.2 mm (+0.1 to +0.3)"."""
-    unit = one["unit"]
     if one["magnitude"] is None:
         return "–"
-    if one["interval_95"] is None:
-        return f"{_sized(one['magnitude'], unit)} (limit of the search reached)"
-    low, high = (
-        _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
-    )
-    return f"{_sized(one['magnitude'], unit)} ({low} to {high})"
+    if one["at_limit"]:
+        return f"at least {_sized(one['interval_95'][0], one['unit'])}"
+    low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
+    return f"{_sized(one['magnitude'], one['unit'])} ({low} to {high})"
 
 
 def _sized(value: float, unit: str) -> str:

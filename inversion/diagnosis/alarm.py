@@ -1,0 +1,74 @@
+"""The alarm: how often would a record without any effect look as much like one with an effect as this does?
+
+Statistic: the posterior odds of all single effects and of something else against none, by the prior's shares, at fixed
+amplitudes of the discrepancy: by Neyman and Pearson the best test of none against that mixture. Its distribution under
+none is simulated in the linear system; the p-value is the mean over the amplitudes' posterior under none (posterior
+predictive: Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import logsumexp
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.ranking import Ranking
+
+DRAWS = 2000
+KEPT = 0.05  # posterior weight of an amplitude below which it cannot move the p-value
+ALPHA = 0.05
+
+
+def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
+    """p-value of none, parameters and discrepancy free."""
+    fit = ranking.fits[NONE]
+    weights = fit.evidence.weights
+    kept = np.flatnonzero(weights > KEPT * weights.max())
+    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    priors = np.array([ranking.models[label].prior for label in labels])
+    other = ranking.models[SOMETHING_ELSE].prior
+    rng = np.random.default_rng(seed)
+    p = [_at(fit.judge, int(node), labels, priors, other, rng, draws) for node in kept]
+    return float(np.average(p, weights=weights[kept]))
+
+
+def _at(judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int) -> float:
+    """The p-value at one set of amplitudes."""
+    system, amplitudes = judge.system, judge.combinations[node]
+    J = system.at["J"]
+    wanted = [0, *range(J.start, J.stop), *(system.at[label].start for label in labels)]
+    white, smooth = [], []
+    for block, other, a in zip(system.blocks, system.other, amplitudes, strict=True):
+        scale = 1.0 / np.sqrt(1.0 + a**2 * block.lam)
+        white.append(scale[:, None] * (block.T @ judge.columns[np.ix_(block.rows, wanted)]))
+        more = block.T @ (other.F - block.F) @ block.T.T
+        smooth.append(scale[:, None] * more * scale)
+    x = np.vstack(white)
+    r = J.stop - J.start
+    directions = np.linalg.qr(x[:, 1 : 1 + r])[0]  # what parameters can do is left out of the statistic
+    out = np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]])
+    out = out - directions @ (directions.T @ out)
+    S = np.asarray(block_diag(*smooth))
+    S = S - directions @ (directions.T @ S)
+    S = S - (S @ directions) @ directions.T
+    values, vectors = np.linalg.eigh(0.5 * (S + S.T))
+    samples = rng.standard_normal((draws, len(x)))
+    samples -= (samples @ directions) @ directions.T
+    score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], priors, values, vectors, other_prior)
+    return float((1 + (score[1:] >= score[0]).sum()) / (draws + 1))
+
+
+def odds(samples: Array, G: Array, priors: Array, values: Array, vectors: Array, other: float) -> Array:
+    """(q,) log of the weighted sum of Bayes factors against none of whitened residuals (q, p).
+
+    G: (p, m) whitened signatures for one prior standard deviation; values, vectors: of something else's covariance.
+    """
+    power = (G**2).sum(axis=0)
+    singles = 0.5 * (samples @ G) ** 2 / (1.0 + power) - 0.5 * np.log1p(power)
+    along = (samples @ vectors) ** 2
+    kept = np.maximum(values, 0.0)
+    rest = 0.5 * along @ (kept / (1.0 + kept)) - 0.5 * np.log1p(kept).sum()
+    return logsumexp(np.column_stack([singles + np.log(priors), rest + np.log(other)]), axis=1)

@@ -1,0 +1,163 @@
+"""The next measurement: the sensor, or the baseline, with the highest expected posterior probability of the truth.
+
+For each model that may be true and each rival, the squared distance of their curves with parameters and the rival's
+magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to every
+distance, so that it can never make the expected answer worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.candidate_sensors import described
+from birdstrike.inversion.diagnosis.discrepancy import OTHER_REMAINDER, REMAINDER, shape_of, started
+from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.plan import level
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.setup import stack
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
+
+RIVALS, LEAST = 6, 0.01  # models compared; posterior probability below which a model is no rival
+NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
+POINTS = 60  # instants of a candidate
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: all, best first."""
+
+    channel: str
+    separates: tuple[str, ...]
+    expected: float
+    now: float
+    what: str
+    candidates: tuple[Mapping[str, Any], ...] = field(default=())
+
+    @property
+    def sentence(self) -> str:
+        """For the user."""
+        rivals = ", ".join(self.separates)
+        return (
+            f"{self.what}: of those compared it separates {rivals} best; the expected probability of the right one rises "
+            f"from {self.now:.2f} to {self.expected:.2f}"
+        )
+
+
+def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
+    """The best candidate; None where there are no two rivals or nothing to add."""
+    rivals = [
+        label
+        for label in sorted(ranking.shares, key=lambda name: -ranking.shares[name])
+        if label in ranking.models and len(ranking.models[label].members) == 1 and ranking.shares[label] >= LEAST
+    ][:RIVALS]
+    if len(rivals) < 2:
+        return None
+    gram, columns = record_information(ranking, rivals)
+    sizes = np.array([float(ranking.evidence[label].h[0]) for label in rivals])
+    weights = np.array([ranking.shares[label] for label in rivals])
+    now = expected(gram, columns, sizes, weights)
+    found = []
+    for name, sensor in shot.setup.plan.coarse.sensors.items():
+        if name in shot.channels or sensor.kind == "contact_force":
+            continue
+        more = sensor_information(ranking, shot, name, rivals)
+        if more is not None:
+            found.append((expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}"))
+    if not found:
+        return None
+    found.sort(reverse=True)
+    best, name, what = found[0]
+    listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
+    return Proposal(name, tuple(rivals), best, now, what, listed)
+
+
+def record_information(ranking: Ranking, rivals: list[str]) -> tuple[Array, int]:
+    """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
+    fit = ranking.fits[NONE]
+    at = fit.system.at
+    node = int(ranking.evidence[rivals[0]].weights.argmax())
+    J = np.arange(at["J"].start, at["J"].stop)
+    index = np.concatenate([J, [at[label].start for label in rivals]])
+    gram = fit.judge.grams.node(node)[np.ix_(index, index)].copy()
+    gram[: len(J), : len(J)] += np.eye(len(J))
+    return gram, len(J)
+
+
+def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
+    """Expected posterior probability of the truth among the rivals; weights: as likely as each is now."""
+    prior = weights / weights.sum()
+    total = 0.0
+    for i, size in enumerate(sizes):
+        odds = 0.0
+        for j in range(len(sizes)):
+            if i == j:
+                continue
+            free = np.array([*range(r), r + j])
+            cross = gram[r + i, free]
+            left = gram[r + i, r + i] - cross @ np.linalg.solve(gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free)), cross)
+            odds += np.exp(-0.5 * max(float(left), 0.0) * size**2)
+        total += prior[i] / (1.0 + odds)
+    return total
+
+
+def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str]) -> Array | None:
+    """(r + q, r + q) that one more sensor in the shot adds; None where its curves are missing or zero."""
+    setup, fit = shot.setup, ranking.fits[NONE]
+    runs, plan = setup.runs, setup.plan
+    done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
+    t = np.linspace(0.0, float(setup.time[-1]), POINTS)
+    curves = np.array([stack(runs[f"coarse {i}"], t, [name]) for i in done])
+    peak = float(np.abs(curves).max())
+    if not peak:
+        return None
+    k = len(setup.lows)
+    u = plan.unit[done] - fit.places.z[shot.group]
+    basis = np.column_stack([np.ones(len(u)), u, *(u[:, i] * u[:, j] for i in range(k) for j in range(i, k))])
+    coefficients = np.linalg.lstsq(basis, curves, rcond=None)[0]
+    J = np.zeros((POINTS, len(fit.system.groups) * k))
+    at = fit.system.groups.index(shot.group) * k
+    J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
+    G = [_response(ranking, shot, label, name, t, coefficients[0]) for label in rivals]
+    X = np.column_stack([J, *G])
+    covariance = _error(shot, name, t, coefficients[0], peak)
+    return X.T @ np.linalg.solve(covariance, X)
+
+
+def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:
+    """(t,) a rival's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
+    one = ranking.models[label].members[0]
+    if one.response is None:
+        clock = one.name == "time_offset" and "." not in label
+        return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
+    plan, runs = shot.setup.plan, shot.setup.runs
+    if one.one_sided:
+        far, base = f"{one.name} 3 0", f"coarse {plan.near_centre(0)}"
+        if far not in runs or base not in runs:
+            return np.zeros(len(t))
+        return (stack(runs[far], t, [name]) - stack(runs[base], t, [name])) / 3.0
+    column = [k.name for k in plan.two_sided].index(one.name)
+    moved = level(plan.two_sided[column])
+    pairs = [i for i in range(len(plan.signs)) if f"pair {i} +1" in runs and f"pair {i} -1" in runs]
+    half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
+    return plan.signs[pairs, column] @ np.array(half) / (moved * len(pairs))
+
+
+def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
+    """(t, t) covariance of a candidate: noise, and a discrepancy as large as a baseline would leave."""
+    setup, sensor = shot.setup, shot.setup.plan.coarse.sensors[name]
+    fine = [i for i in setup.plan.fine_points() if f"fine {i}" in setup.runs and f"coarse {i}" in setup.runs]
+    draws = np.array([
+        stack(setup.runs[f"fine {i}"], t, [name]) - stack(setup.runs[f"coarse {i}"], t, [name]) for i in fine
+    ])
+    shape = shape_of(draws, curve, t)
+    size = REMAINDER.get(sensor.kind, OTHER_REMAINDER) * peak * shape.growth
+    kernel = started(t, t, shot.onset, shape.length)
+    level = sensor.noise or NOISE * peak
+    spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(shot.record.traces[0].times))), 1e-12)
+    return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)

@@ -1,0 +1,75 @@
+"""What could have been detected: the size of each effect that a test finds four times of five, and a baseline's gain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import norm
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.refit import Fit
+
+POWER, ALPHA = 0.8, 0.05
+SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
+
+
+def information(fit: Fit, labels: list[str], node: int | None = None) -> Array:
+    """(labels,) information on each effect's h alone, parameters free, at the likeliest amplitudes."""
+    judge, at = fit.judge, fit.system.at
+    gram = judge.grams.node(int(fit.evidence.weights.argmax()) if node is None else node)
+    J = np.arange(at["J"].start, at["J"].stop)
+    own = np.array([at[label].start for label in labels])
+    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    return np.diag(gram)[own] - np.einsum("ij,ij->j", gram[np.ix_(J, own)], inner)
+
+
+def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
+    """Effect -> SI magnitude; None where even the largest that is looked for stays unseen."""
+    fit = ranking.fits[NONE]
+    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    found: dict[str, float | None] = {}
+    for (label, one), power in zip(singles.items(), information(fit, list(singles)), strict=True):
+        h = SIGNAL / np.sqrt(max(float(power), 1e-300))
+        found[label] = None if h > one.limits[1] else abs(one.magnitude(h))
+    return found
+
+
+def absorbed(ranking: Ranking) -> dict[str, float]:
+    """Effect -> share of its signature that the parameters imitate."""
+    fit = ranking.fits[NONE]
+    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
+    left = information(fit, labels)
+    shares = 1.0 - left / np.maximum(whole, 1e-300)
+    return {label: float(np.clip(s, 0.0, 1.0)) for label, s in zip(labels, shares, strict=True)}
+
+
+def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
+    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part."""
+    fit = ranking.fits[NONE]
+    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    gram, at = fit.judge.grams.node(int(fit.evidence.weights.argmax())), fit.system.at
+    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
+    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    left = gram[np.ix_(own, own)] - gram[np.ix_(own, J)] @ inner
+    size = np.sqrt(np.maximum(np.diag(left), 1e-300))
+    cosine = left / np.outer(size, size)
+    found: dict[str, dict[str, float]] = {}
+    for i, label in enumerate(labels):
+        order = [j for j in np.argsort(-np.abs(cosine[i])) if j != i and labels[j].split(".")[0] != label.split(".")[0]]
+        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:most]}
+    return found
+
+
+def gain(with_baseline: Mapping[str, float | None], without: Mapping[str, float | None]) -> float | None:
+    """Median factor by which minimum detectable effects shrink."""
+    ratios = [
+        other / own
+        for label, own in with_baseline.items()
+        if own and (other := without.get(label)) is not None
+    ]
+    return float(np.median(ratios)) if ratios else None

@@ -1,0 +1,176 @@
+"""Every model ranked: all on one linear system about the fit without effects, then those that matter about their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.evidence import Evidence, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.hypotheses import (
+    NONE,
+    SOMETHING_ELSE,
+    Hypothesis,
+    by_family,
+    hypotheses,
+)
+from birdstrike.inversion.diagnosis.refit import Fit, Problem
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
+
+MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
+MOST_REFITS = 8
+PAIRS_TRIED = 60  # by a bound without the doubt of signatures
+NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """fits: refitted models by label; evidence: every model's; shares: posterior probabilities."""
+
+    problem: Problem
+    models: Mapping[str, Hypothesis]
+    fits: Mapping[str, Fit]
+    evidence: Mapping[str, Evidence]
+    shares: Mapping[str, float]
+
+    @property
+    def confidence_set(self) -> tuple[str, ...]:
+        """The 95 % credible set."""
+        return credible_set(self.shares)
+
+    @property
+    def families(self) -> dict[str, float]:
+        """Probabilities by family."""
+        return by_family(self.shares, tuple(self.models.values()))
+
+
+def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, refits: int = MOST_REFITS) -> Ranking:
+    """All models of the library over the problem's shots."""
+    models = {one.label: one for one in hypotheses(problem.found)}
+    none = problem.refit(models[NONE])
+    other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
+    progress(0.3)
+    evidence = {NONE: none.evidence, SOMETHING_ELSE: other.evidence}
+    singles = [label for label, one in models.items() if len(one.members) == 1]
+    systems = [none, other, *_as_baseline(problem, models[NONE], none)]
+    begins: dict[str, Fit] = {}
+    for label in singles:
+        tried = [(fit.judge.model(models[label]), fit) for fit in systems]
+        evidence[label], begins[label] = min(tried, key=lambda one: _astray(*one))
+    progress(0.5)
+    fits = {NONE: none, SOMETHING_ELSE: other}
+    _refit_best(problem, models, singles, evidence, fits, begins, refits)
+    progress(0.8)
+    best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
+    evidence |= _pairs(fits.get(best, none), models, singles, evidence)
+    progress(1.0)
+    return Ranking(problem, models, fits, evidence, probabilities(evidence))
+
+
+def _astray(evidence: Evidence, fit: Fit) -> float:
+    """How far the model's parameters lie from where the system was linearised, in ranges: its errors belong there."""
+    step = 0.0
+    for i, group in enumerate(fit.system.groups):
+        z = fit.places.z[group]
+        mean = 0.5 + PRIOR_SD * evidence.z[i * len(z) : (i + 1) * len(z)]
+        inside = np.clip(mean, 0.0, 1.0)
+        step = max(step, float(np.abs(fit.system.roughness * (inside - z)).max()))
+    return step
+
+
+def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
+    """The system where the shots' parameters are a baseline's: a fit without the missing effect is led away from it."""
+    baselines = [shot.group for shot in problem.shots if shot.baseline]
+    if not baselines:
+        return []
+    z = {shot.group: fit.places.z[shot.group if shot.baseline else baselines[0]] for shot in problem.shots}
+    return [problem.refit(none, Places(z, {}), steps=0)]
+
+
+def _refit_best(
+    problem: Problem,
+    models: Mapping[str, Hypothesis],
+    singles: list[str],
+    evidence: dict[str, Evidence],
+    fits: dict[str, Fit],
+    begins: Mapping[str, Fit],
+    most: int,
+) -> None:
+    """Refit the singles within reach of the best, the likeliest first; what a refit finds takes its place."""
+    score = {label: evidence[label].log_evidence + float(np.log(models[label].prior)) for label in singles}
+    order = sorted(singles, key=lambda label: -score[label])
+    for label in order[:most]:
+        found = max(score.values())
+        if score[label] < found - MATTERS:
+            break
+        refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
+        fits[label] = refitted
+        evidence[label] = refitted.evidence
+        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+
+
+def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
+    """Where the linear system puts the model."""
+    return Places(dict(begin.places.z), {
+        one.label: float(np.clip(h, *one.limits)) for one, h in zip(hypothesis.members, evidence.h, strict=True)
+    })
+
+
+def _pairs(
+    about: Fit, models: Mapping[str, Hypothesis], singles: list[str], evidence: Mapping[str, Evidence]
+) -> dict[str, Evidence]:
+    """The pairs, on the system of the best single; those that could matter with the doubt of their signatures.
+
+    The likeliest node alone tells which; the others stay at the better of their singles, which a pair's extra
+    magnitude can only lower by its Occam factor.
+    """
+    pairs = [one for one in models.values() if len(one.members) == 2]
+    if not pairs:
+        return {}
+    judge = about.judge
+    weights = about.evidence.weights
+    kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
+    quick = _quick_pairs(judge, pairs, int(weights.argmax()), singles)
+    reference = judge.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
+    offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
+    found: dict[str, Evidence] = {}
+    order = np.argsort(-quick)
+    for rank_of, i in enumerate(order):
+        one = pairs[int(i)]
+        if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
+            full = judge.model(one, only=kept)
+            found[one.label] = _shifted(full, offset)
+        else:
+            base = max(evidence[m.label].log_evidence for m in one.members)
+            found[one.label] = _shifted(evidence[_better(one, evidence)], 0.0, base - 1.0, one)
+    return found
+
+
+def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int, singles: list[str]) -> Array:
+    """(pairs,) log evidence at one node, without the doubt of signatures: rank-two updates of one decomposition."""
+    at, gram = judge.system.at, judge.grams.node(node)
+    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in singles])
+    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, [0, *own])])
+    reduced = gram[np.ix_([0, *own], [0, *own])] - gram[np.ix_([0, *own], J)] @ inner
+    gram, pull = judge.scale**2 * reduced[1:, 1:], judge.scale * reduced[1:, 0]
+    index = {label: i for i, label in enumerate(singles)}
+    found = np.empty(len(pairs))
+    for j, pair in enumerate(pairs):
+        at = [index[m.label] for m in pair.members]
+        inner = np.eye(2) + gram[np.ix_(at, at)]
+        found[j] = 0.5 * pull[at] @ np.linalg.solve(inner, pull[at]) - 0.5 * np.linalg.slogdet(inner)[1]
+        found[j] += np.log(pair.prior)
+    return found
+
+
+def _better(pair: Hypothesis, evidence: Mapping[str, Evidence]) -> str:
+    return max((m.label for m in pair.members), key=lambda label: evidence[label].log_evidence)
+
+
+def _shifted(one: Evidence, by: float, to: float | None = None, hypothesis: Hypothesis | None = None) -> Evidence:
+    value = one.log_evidence + by if to is None else to
+    return Evidence(
+        hypothesis or one.hypothesis, value, one.h, one.h_cov, one.z, one.z_cov, one.weights, one.amplitudes
+    )
