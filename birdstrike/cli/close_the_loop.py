@@ -34,6 +34,12 @@ def command(
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
     trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
+    baseline: Annotated[
+        list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
+    ] = [],  # noqa: B006 (typer copies it)
+    baseline_case: Annotated[
+        list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
+    ] = [],  # noqa: B006
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -56,6 +62,8 @@ def command(
         trainer=trainer.value,
         diagnosis=diagnosis,
         retry_failed=retry_failed,
+        baseline=baseline,
+        baseline_case=[load_case(one, overrides(settings)) for one in baseline_case],
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )

@@ -11,11 +11,10 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say
-from birdstrike.inversion.formatting import quantity
+from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
 
 if TYPE_CHECKING:
-    from birdstrike.inversion.diagnosis.answer import Answer
+    from birdstrike.inversion.diagnosis.answer import Diagnosis
 
 MOST_ROWS = 12
 
@@ -23,7 +22,9 @@ MOST_ROWS = 12
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
-    measured: Annotated[list[str], typer.Option(help="Measured-data CSV, or a shipped curve; again for further shots.")],
+    measured: Annotated[
+        list[str], typer.Option(help="Measured-data CSV, or a shipped curve; again for further shots.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder of the diagnosis; run again to resume.")],
     shot_case: Annotated[
         list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
@@ -39,6 +40,7 @@ def command(
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
+    retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -46,16 +48,17 @@ def command(
 
     Example: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --out diagnosis
     """
-    from birdstrike.inversion.diagnosis.diagnose import Options, diagnose
-    from reports.diagnosis import write_diagnosis_page
+    from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
+    from birdstrike.reports.page.diagnosis import write_diagnosis_page
     from birdstrike.solver.case.case import load_case
 
-    options = Options(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
+    options = DiagnosisOptions(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
-    found = diagnose(cases, measured, out, doe, heldout, options, baseline, clean)
+    found = diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean)
     page = write_diagnosis_page(out)
+    warn(found.warnings, f"{out / 'diagnosis.json'}")
     for line in lines(found):
         say(line)
     console.print(table(found))
@@ -69,19 +72,17 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
     return progress_bar(label)
 
 
-def lines(found: Answer) -> Iterator[str]:
-    """What stands above the table: warnings, provenance, discrepancy, the verdict in words."""
+def lines(found: Diagnosis) -> Iterator[str]:
+    """What stands above the table: provenance, model error, the verdict in words."""
     from birdstrike.inversion.diagnosis.answer import HEADS
 
-    for warning in found.warnings:
-        yield f"warning: {warning}"
     if found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     yield f"model-form error: {found.discrepancy['source']}"
     yield f"{HEADS[found.verdict]}. {found.sentence}."
 
 
-def table(found: Answer) -> Table:
+def table(found: Diagnosis) -> Table:
     """The likeliest models."""
     from birdstrike.inversion.diagnosis.answer import magnitude_words
 
@@ -97,8 +98,10 @@ def table(found: Answer) -> Table:
     return shown_table
 
 
-def closing(found: Answer, out: Path, page: Path) -> Iterator[str]:
+def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, the next measurement, files."""
+    from birdstrike.inversion.formatting import quantity
+
     first, last = found.before.error, found.after.error if found.after else None
     parts = []
     for name, value in first["rmse"].items():
@@ -114,11 +117,15 @@ def closing(found: Answer, out: Path, page: Path) -> Iterator[str]:
     yield f"Written to {out}: {', '.join(files)}"
 
 
-def summary(found: Answer) -> dict[str, Any]:
+def summary(found: Diagnosis) -> dict[str, Any]:
     """What the --json line carries."""
     return {
         "verdict": found.verdict,
         "confidence_set": list(found.confidence_set),
+        "unnamed": found.unnamed,
+        "probabilities": {
+            name: found.probabilities[name] for name in found.confidence_set if name in found.probabilities
+        },
         "alarm": found.alarm,
         "weighted_before": found.before.error["weighted"],
         "weighted_after": found.after.error["weighted"] if found.after else None,

@@ -1,19 +1,28 @@
-"""Held out: each sensor, a block of time and each shot in turn is predicted by fits to the rest."""
+"""Before and after: what the model misses, by its fits, by data held out of them, and by the solver at the fits.
+
+Held out: each sensor, a block of time and each shot in turn is predicted by fits to the rest. The solver runs the case
+as declared, with the fitted parameters and effects written into it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from birdstrike.data.histories import Array
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.evidence import Judge
-from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
-from birdstrike.inversion.diagnosis.shots import Record
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.refit import Fit, Problem
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.setup import stack
+from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import Raw
+from birdstrike.solver.sensors.instrument import Instrument
 
 BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
 FEWEST = 5  # points left in a channel
@@ -122,3 +131,82 @@ def error_sd(shot: Shot, problem: Problem, fit: Fit) -> Array:
         growth = np.interp(trace.middle, shot.setup.time, problem.shapes[trace.name].growth)
         found[of] = (amplitude * trace.peak * growth) ** 2
     return np.sqrt(noise + numerical + found)
+
+
+@dataclass(frozen=True)
+class SolverRun:
+    """One run at a fit. curve: (n,) on the record's points; mismatch: RMS of the run less the fit by channel, SI."""
+
+    case: Case
+    curve: Array
+
+
+def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
+    """The declared case with the fit's parameters and effects."""
+    plan = shot.setup.plan
+    case = plan.case.with_values(plan.values(fit.places.z[shot.group]))
+    acting = [one for one in hypothesis.members if shot.name in one.shots]
+    common = {one.name: size_of(one, fit) for one in acting if one.label.split("@")[0] == one.name}
+    common = {name: value for name, value in common.items() if np.isfinite(value) and value}
+    if common:
+        case = case.with_effects({**case.effects, **common})
+    single = [one for one in acting if one.label.split("@")[0] != one.name]
+    table = _instruments(case, [(one, size_of(one, fit)) for one in single])
+    return case.overlaid(table) if table else case
+
+
+def size_of(one: Suspect, fit: Fit) -> float:
+    """SI magnitude where the fit stands, held to what was looked at."""
+    low, high = one.limits
+    return one.magnitude(float(np.clip(fit.places.h.get(one.label, 0.0), low, high)))
+
+
+def _instruments(case: Case, faults: Sequence[tuple[Suspect, float]]) -> Raw:
+    """Tables of the instruments of single sensors with a fault in each."""
+    table: Raw = {}
+    for one, x in faults:
+        sensor = one.fault.sensors[0] if one.fault else ""
+        own = case.instrument.get(sensor, Instrument())
+        changed = {
+            "sensor_gain": {"gain": own.gain * (1.0 + x)},
+            "time_offset": {"time_offset": quantity_text(own.time_offset + x, "s")},
+            "sensor_drift": {"drift": quantity_text(own.drift + x, "m/s")},
+            "sensor_bandwidth": {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(x, 1e-9)), "1/s")},
+        }[one.name]
+        table.setdefault("instrument", {}).setdefault(sensor, {}).update(changed)
+    return table
+
+
+def run_at(
+    wanted: Mapping[str, tuple[Shot, Fit, Hypothesis]], strikes: Strikes
+) -> tuple[dict[str, SolverRun], dict[str, str]]:
+    """Runs by label, and why the others failed."""
+    cases = {label: case_at(*one) for label, one in wanted.items()}
+    runs = strikes.run(cases)
+    found = {label: SolverRun(cases[label], carried(wanted[label][0], histories)) for label, histories in runs.items()}
+    return found, {label: strikes.failures[label] for label in cases if label not in runs}
+
+
+def carried(shot: Shot, histories: Histories) -> Array:
+    """(n,) a run's curve on the record's points."""
+    return shot.sample(stack(histories, shot.setup.time, shot.setup.channels)[None])[0]
+
+
+def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
+    """channel -> RMS of a residual (n,), SI."""
+    return {
+        trace.name: float(np.sqrt(np.mean(residual[shot.record.channel == i] ** 2)))
+        for i, trace in enumerate(shot.record.traces)
+    }
+
+
+def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:
+    """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters."""
+    members = tuple(replace(one, shots=(*one.shots, heldout.name)) for one in model.members)
+    curve = predicted(heldout, replace(model, members=members), fit.places.z[first.group], dict(fit.places.h))
+    error = error_sd(first, problem, fit)
+    sd = np.empty(len(curve))
+    for i, trace in enumerate(heldout.record.traces):
+        of = first.record.channel == first.channels.index(trace.name)
+        sd[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], error[of])
+    return Held("shot", float(np.sqrt(np.mean(((heldout.record.values - curve) / sd) ** 2))))

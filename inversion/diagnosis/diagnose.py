@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -13,25 +12,26 @@ from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
-from birdstrike.solver.case.write import case_toml
-from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Answer
-from birdstrike.inversion.diagnosis.pipeline import Options
-from birdstrike.inversion.diagnosis.pipeline import Pipeline, read_baselines
+from birdstrike.doe.campaign.run import retry_before
+from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
+from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
-from birdstrike.inversion.diagnosis.shots import Shot, read_shot
+from birdstrike.inversion.diagnosis.shots import read_shot
 from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.write import case_toml
 
-One = str | Path
-Record = str | Path | Measured
+CaseLike = str | Path | Case
+RecordLike = str | Path | Measured
 COLUMNS = ("measured", "sigma", "error", "before", "after", "before_solver", "after_solver")
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
 
 
 @dataclass(frozen=True)
-class Pair:
-    """A measured record and the case that it is a shot of."""
+class NamedRecord:
+    """A record, its name (the file's stem), and the case that it is a shot of."""
 
     name: str
     case: Case
@@ -39,132 +39,201 @@ class Pair:
 
 
 def diagnose(
-    case: One | Case | Sequence[One | Case],
-    measured: Record | Sequence[Record],
+    case: CaseLike | Sequence[CaseLike],
+    measured: RecordLike | Sequence[RecordLike],
     out: str | Path,
     doe: str | Path | None = None,
-    heldout: Record | None = None,
-    options: Options | None = None,
-    baseline: Sequence[Record] = (),
-    baseline_case: Sequence[One | Case] = (),
-) -> Answer:
+    heldout: RecordLike | None = None,
+    options: DiagnosisOptions | None = None,
+    retry_failed: bool = False,
+    baseline: Sequence[RecordLike] = (),
+    baseline_case: Sequence[CaseLike] = (),
+) -> Diagnosis:
     """Diagnose one record, or several shots of one rig, and write `diagnosis.json`, curves and the case with the effect.
 
     Parameters
     ----------
-    case, measured : one of each, or a case for every record (a single case serves all).
+    case, measured : one of each, or a case for every record in order (a single case serves all).
     out : folder; simulations stay in `out/runs`, so that the same call resumes.
     doe : folder of a finished campaign of the case, whose runs are used where they fit.
     heldout : another record of the first case, which nothing is fitted to.
-    baseline, baseline_case : shots of the rig in which nothing is suspected; a case for each, or none at all.
+    options : how to diagnose.
+    retry_failed : runs with a failure on record are tried again.
+    baseline, baseline_case : shots of the rig in which nothing is suspected (none: those that the first case names in
+        `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
 
     Raises
     ------
     UserError, RunFailed
-        The input cannot be used; the simulations failed.
+        The input cannot be used; the simulations failed. A baseline that cannot serve is left out with a warning.
     """
-    choice, folder = options or Options(), Path(out)
+    choice, folder = options or DiagnosisOptions(), Path(out)
+    choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
-    shots = paired(case, measured)
-    clean = paired(list(baseline_case) or [shots[0].case], list(baseline)) if baseline else []
+    shots = named_records(case, measured)
     other = None if heldout is None else read(heldout)
     refuse(shots, other)
+    clean, warnings = clean_shots(shots, baseline, baseline_case)
     folder.mkdir(parents=True, exist_ok=True)
     further = () if doe is None else (Path(doe) / "runs",)
-    with choice.counter() as shown, Strikes(folder / "runs", further, choice.workers, shown) as strikes:
-        setups = all_setups([*shots, *clean], shots[0], strikes, choice)
+    with (
+        choice.counter() as shown,
+        Strikes(folder / "runs", further, choice.workers, shown, choice.retry) as strikes,
+    ):
+        setups = all_setups(shots, clean, strikes, choice)
         read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
-        by_name = {Path(one.record.path).stem: setups[case_hash(one.case)] for one in clean if case_hash(one.case) in setups}
-        baselines = read_baselines(read_shots[0].setup, [one.record for one in clean], read_shots[0], by_name)
-        held: Shot | None = None
-        if other is not None:
-            held = read_shot("held out", read_shots[0].setup, other, "shots")
-        found = Pipeline(read_shots, baselines, choice, strikes).answer(held)
+        records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+        baselines = read_baselines(records, channels_of(shots))
+        held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
+        found = Pipeline(read_shots, baselines, choice, strikes, warnings).diagnosis(held)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
 
 
-def paired(case: Any, measured: Any) -> list[Pair]:
+def named_records(
+    case: CaseLike | Sequence[CaseLike], measured: RecordLike | Sequence[RecordLike]
+) -> list[NamedRecord]:
     """Every record with its case; raises UserError when their numbers do not fit."""
     records = [read(one) for one in (measured if isinstance(measured, list | tuple) else [measured])]
     given = list(case) if isinstance(case, list | tuple) else [case]
-    cases = [load_case(one) if isinstance(one, str | Path) else one for one in given]
-    if len(cases) == 1:
-        cases = cases * len(records)
+    return matched([loaded(one) for one in given], records)
+
+
+def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
+    """Records with their cases in order; a single case serves all."""
+    cases = [*cases] * (len(records) if len(cases) == 1 else 1)
     if len(cases) != len(records):
-        raise UserError(f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order")
+        raise UserError(
+            f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order"
+        )
     names = [Path(one.path).stem or f"shot{i + 1}" for i, one in enumerate(records)]
     unique = [name if names.count(name) == 1 else f"{name}_{i + 1}" for i, name in enumerate(names)]
-    return [Pair(name, own, record) for name, own, record in zip(unique, cases, records, strict=True)]
+    return [NamedRecord(name, own, record) for name, own, record in zip(unique, cases, records, strict=True)]
 
 
-def read(measured: Record) -> Measured:
+def loaded(case: CaseLike) -> Case:
+    """A case from its file or as it is."""
+    return load_case(case) if isinstance(case, str | Path) else case
+
+
+def read(measured: RecordLike) -> Measured:
     """A record from its file or as it is."""
     return measured if isinstance(measured, Measured) else read_measured(resolve_measured(measured))
 
 
-def refuse(shots: Sequence[Pair], heldout: Measured | None) -> None:
-    """Raise MeasuredError for channels that a case lacks and for records too short, before anything is simulated."""
+def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
+    """Raise MeasuredError for channels that a case lacks and for short records, before anything is simulated."""
     errors: list[str] = []
     for one in shots:
-        known = ", ".join(one.case.sensors)
+        known, end = ", ".join(one.case.sensors), float(one.record.time[-1])
         errors += [
             f'{one.record.path}: channel "{n}" is no sensor of case {one.case.name}; its sensors: {known}'
             for n in one.record.channels
             if n not in one.case.sensors
         ]
-        if float(one.record.time[-1]) < SHORTEST * one.case.time.end:
+        if end < SHORTEST * one.case.time.end:
             errors.append(
-                f"{one.record.path}: ends at {1e3 * float(one.record.time[-1]):.3g} ms, the simulation at "
-                f"{1e3 * one.case.time.end:.3g} ms; shorten time.end, or use the whole record"
+                f"{one.record.path}: ends at {1e3 * end:.3g} ms, the simulation at {1e3 * one.case.time.end:.3g} ms; "
+                "shorten time.end, or use the whole record"
             )
-    if heldout is not None:
-        errors += [f'{heldout.path}: channel "{n}" is missing' for n in shots[0].record.channels if n not in heldout.channels]
+    missing = [n for n in shots[0].record.channels if heldout is not None and n not in heldout.channels]
+    errors += [
+        f'{heldout.path if heldout else ""}: channel "{n}" is missing; it must have the channels of the first record'
+        for n in missing
+    ]
     if errors:
         raise MeasuredError(errors)
 
 
-def all_setups(pairs: Sequence[Pair], first: Pair, strikes: Strikes, choice: Options) -> dict[str, Setup]:
-    """Setups by the case's hash, one for each different case, with the sensors of the first record."""
+def clean_shots(
+    shots: Sequence[NamedRecord], baseline: Sequence[RecordLike], baseline_case: Sequence[CaseLike]
+) -> tuple[list[NamedRecord], tuple[str, ...]]:
+    """The baselines that can serve, and a warning for each of the others; raises UserError for a file that is not there.
+
+    The case's own baselines are taken where none is given.
+    """
+    first = shots[0].case
+    given: Sequence[RecordLike] = baseline or first.diagnosis.baselines
+    if baseline_case and len(baseline_case) != len(given):
+        counts = f"{len(given)} baselines and {len(baseline_case)} of their cases"
+        raise UserError(f"{counts}: give a --baseline-case for each --baseline in order, or none at all")
+    cases = [loaded(one) for one in baseline_case] or [first] * len(given)
+    warnings: list[str] = []
+    readable: list[tuple[Case, Measured]] = []
+    for own, one in zip(cases, given, strict=True):
+        path = one if isinstance(one, Measured) else resolve_measured(one)
+        try:
+            readable.append((own, read(path)))
+        except MeasuredError as error:
+            warnings.append(left_out(f"baseline {one}", "; ".join(error.errors)))
+    named = matched([own for own, _ in readable], [record for _, record in readable]) if readable else []
+    found = []
+    for one in named:
+        if reason := unfit(one.record, one.case, first, channels_of(shots)):
+            warnings.append(left_out(f"baseline {one.name}", reason))
+        else:
+            found.append(one)
+    return found, tuple(warnings)
+
+
+def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:
+    """Channels of all measured records, those of the first before the others."""
+    return tuple(dict.fromkeys(channel for one in shots for channel in one.record.channels))
+
+
+def all_setups(
+    shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], strikes: Strikes, choice: DiagnosisOptions
+) -> dict[str, Setup]:
+    """Setups by the case's hash, one for each different case, with the measured channels."""
     found: dict[str, Setup] = {}
-    for one in pairs:
+    for one in (*shots, *clean):
         key = case_hash(one.case)
         if key in found:
             continue
-        channels = [c for c in first.record.channels if c in one.case.sensors]
+        channels = [channel for channel in channels_of(shots) if channel in one.case.sensors]
         plan = make_plan(one.case, choice.runs, choice.seed)
         with choice.display(f"Simulations and emulator of {one.case.name}") as progress:
             found[key] = make_setup(plan, channels, simulate_plan(plan, strikes), progress)
     return found
 
 
-def write(found: Answer, folder: Path) -> Answer:
-    """Write all files, diagnosis.json last; returns the answer with the name of its case file."""
+def write(found: Diagnosis, folder: Path) -> Diagnosis:
+    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file."""
     if found.case is not None and found.after is not None:
-        path = folder / f"{found.case.name}_with_{found.after.model.replace('.', '_').replace('@', '_of_')}.toml"
+        model = found.after.model.replace(".", "_").replace("@", "_of_")
+        path = folder / f"{found.case.name}_with_{model}.toml"
         write_atomically(path, case_text(found, found.case))
         found = replace(found, case_after=path.name)
-    for i, (shot, channels) in enumerate(found.curves.items()):
-        name = "diagnosis.csv" if i == 0 else f"diagnosis_{shot}.csv"
-        tables = [
-            pd.DataFrame({"channel": c, "time_s": one["time"], **{key: one[key] for key in COLUMNS}})
-            for c, one in channels.items()
-        ]
-        text = pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n")
-        write_atomically(folder / name, text)
+    for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
+        write_curves(folder / name, channels)
     found.save(folder / "diagnosis.json")
     return found
 
 
-def case_text(found: Answer, case: Case) -> str:
+def curve_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of curves: of the first shot diagnosis.csv."""
+    return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:
+    """Record, errors and models of one shot, channel below channel."""
+    tables = [
+        pd.DataFrame({"channel": channel, "time_s": one["time"], **{key: one[key] for key in COLUMNS}})
+        for channel, one in channels.items()
+    ]
+    write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))
+
+
+def case_text(found: Diagnosis, case: Case) -> str:
     """TOML of the case after, headed by what it is."""
-    head = [found.sentence]
+    head = [f"{found.sentence}."]
     if found.verdict != ATTRIBUTED:
-        head.append(f"This case has {found.after.model if found.after else ''} in it, the likeliest; it is not attributed.")
-    head.append("The calibrated parameters are the refitted ones.")
+        model = found.after.model if found.after else ""
+        head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
+    head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
     return "".join(f"# {line}\n" for line in head) + case_toml(case)
 
 
-__all__ = ["Options", "diagnose"]
+__all__ = ["DiagnosisOptions", "diagnose", "quiet", "uncounted"]

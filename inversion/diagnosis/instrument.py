@@ -16,8 +16,8 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.effects.instrument import transducers
+from birdstrike.solver.effects.registry import effects
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
 

@@ -14,17 +14,19 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.candidate_sensors import described
-from birdstrike.inversion.diagnosis.discrepancy import OTHER_REMAINDER, REMAINDER, shape_of, started
+from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
+from birdstrike.inversion.diagnosis.evidence import Judge
 from birdstrike.inversion.diagnosis.hypotheses import NONE
-from birdstrike.inversion.diagnosis.plan import level
+from birdstrike.inversion.diagnosis.plan import PREFIX, slope
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.solver.sensors.sensor import Sensor
 
 RIVALS, LEAST = 6, 0.01  # models compared; posterior probability below which a model is no rival
 NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
+BASELINE = "baseline"  # candidate's name of a clean shot
 POINTS = 60  # instants of a candidate
 
 
@@ -58,17 +60,19 @@ def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     ][:RIVALS]
     if len(rivals) < 2:
         return None
-    gram, columns = record_information(ranking, rivals)
+    gram, columns = record_information(ranking.fits[NONE].judge, rivals, _likeliest(ranking, rivals))
     sizes = np.array([float(ranking.evidence[label].h[0]) for label in rivals])
     weights = np.array([ranking.shares[label] for label in rivals])
     now = expected(gram, columns, sizes, weights)
-    found = []
+    found = [*_baseline(ranking, rivals, sizes, weights)]
     for name, sensor in shot.setup.plan.coarse.sensors.items():
         if name in shot.channels or sensor.kind == "contact_force":
             continue
         more = sensor_information(ranking, shot, name, rivals)
         if more is not None:
-            found.append((expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}"))
+            found.append(
+                (expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}")
+            )
     if not found:
         return None
     found.sort(reverse=True)
@@ -77,14 +81,29 @@ def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     return Proposal(name, tuple(rivals), best, now, what, listed)
 
 
-def record_information(ranking: Ranking, rivals: list[str]) -> tuple[Array, int]:
+def _likeliest(ranking: Ranking, rivals: list[str]) -> int:
+    """The combination of amplitudes that the likeliest rival has."""
+    return int(ranking.evidence[rivals[0]].weights.argmax())
+
+
+def _baseline(ranking: Ranking, rivals: list[str], sizes: Array, weights: Array) -> list[tuple[float, str, str]]:
+    """A clean shot as a candidate, where there is none: the model error that it leaves is the usual remainder."""
+    problem, fit = ranking.problem, ranking.fits[NONE]
+    if any(shot.baseline for shot in problem.shots):
+        return []
+    now = fit.judge.combinations[_likeliest(ranking, rivals)]
+    left = np.minimum(now, [remainder(kind) for kind in fit.judge.kinds])
+    judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None])
+    value = expected(*record_information(judge, rivals, 0), sizes, weights)
+    return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
+
+
+def record_information(judge: Judge, rivals: list[str], node: int) -> tuple[Array, int]:
     """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
-    fit = ranking.fits[NONE]
-    at = fit.system.at
-    node = int(ranking.evidence[rivals[0]].weights.argmax())
+    at = judge.system.at
     J = np.arange(at["J"].start, at["J"].stop)
     index = np.concatenate([J, [at[label].start for label in rivals]])
-    gram = fit.judge.grams.node(node)[np.ix_(index, index)].copy()
+    gram = judge.grams.node(node)[np.ix_(index, index)].copy()
     gram[: len(J), : len(J)] += np.eye(len(J))
     return gram, len(J)
 
@@ -100,7 +119,9 @@ def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
                 continue
             free = np.array([*range(r), r + j])
             cross = gram[r + i, free]
-            left = gram[r + i, r + i] - cross @ np.linalg.solve(gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free)), cross)
+            left = gram[r + i, r + i] - cross @ np.linalg.solve(
+                gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free)), cross
+            )
             odds += np.exp(-0.5 * max(float(left), 0.0) * size**2)
         total += prior[i] / (1.0 + odds)
     return total
@@ -132,32 +153,44 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str
 def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:
     """(t,) a rival's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
     one = ranking.models[label].members[0]
+    if shot.name not in one.shots:
+        return np.zeros(len(t))
     if one.response is None:
         clock = one.name == "time_offset" and "." not in label
         return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
+    known = [known.name for known in shot.setup.plan.known]
+    return slopes(shot, name, t)[known.index(one.name)] if one.name in known else np.zeros(len(t))
+
+
+def slopes(shot: Shot, name: str, t: Array) -> Array:
+    """(effects, t) signatures of the plan's effects at a sensor for one plausible size, as `learn_responses` has them."""
     plan, runs = shot.setup.plan, shot.setup.runs
-    if one.one_sided:
-        far, base = f"{one.name} 3 0", f"coarse {plan.near_centre(0)}"
-        if far not in runs or base not in runs:
-            return np.zeros(len(t))
-        return (stack(runs[far], t, [name]) - stack(runs[base], t, [name])) / 3.0
-    column = [k.name for k in plan.two_sided].index(one.name)
-    moved = level(plan.two_sided[column])
-    pairs = [i for i in range(len(plan.signs)) if f"pair {i} +1" in runs and f"pair {i} -1" in runs]
+    pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
+    if len(pairs) < len(plan.known):
+        return np.zeros((len(plan.known), len(t)))
     half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
-    return plan.signs[pairs, column] @ np.array(half) / (moved * len(pairs))
+    codes = plan.signs[pairs] * [slope(known) for known in plan.known]
+    return np.linalg.lstsq(codes, np.array(half), rcond=None)[0]
 
 
 def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
     """(t, t) covariance of a candidate: noise, and a discrepancy as large as a baseline would leave."""
     setup, sensor = shot.setup, shot.setup.plan.coarse.sensors[name]
     fine = [i for i in setup.plan.fine_points() if f"fine {i}" in setup.runs and f"coarse {i}" in setup.runs]
-    draws = np.array([
-        stack(setup.runs[f"fine {i}"], t, [name]) - stack(setup.runs[f"coarse {i}"], t, [name]) for i in fine
-    ])
+    draws = np.array(
+        [stack(setup.runs[f"fine {i}"], t, [name]) - stack(setup.runs[f"coarse {i}"], t, [name]) for i in fine]
+    )
     shape = shape_of(draws, curve, t)
-    size = REMAINDER.get(sensor.kind, OTHER_REMAINDER) * peak * shape.growth
+    size = remainder(sensor.kind) * peak * shape.growth
     kernel = started(t, t, shot.onset, shape.length)
     level = sensor.noise or NOISE * peak
     spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(shot.record.traces[0].times))), 1e-12)
     return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)
+
+
+def described(name: str, sensor: Sensor) -> str:
+    """A sensor in words: its kind and place, and its name where the case declares it."""
+    place = None if sensor.place is None else [1e3 * x for x in sensor.place]
+    where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from the plate's centre"
+    declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
+    return f"{sensor.noun}{where}{declared}"

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import hadamard
@@ -20,7 +21,6 @@ from birdstrike.data.histories import Array
 from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.candidate_sensors import with_probes
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects
@@ -199,3 +199,38 @@ def spread(unit: Array) -> tuple[int, ...]:
 def labelled(cases: Sequence[Mapping[str, Case]]) -> dict[str, Case]:
     """Several sets of cases as one."""
     return {label: case for part in cases for label, case in part.items()}
+
+
+PREFIX = "probe_"
+PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
+"""Place's name -> shares of length and width from the plate's centre."""
+
+
+def with_probes(case: Case) -> Case:
+    """The case with every candidate sensor that it does not have; the strike itself is not touched.
+
+    An external solver writes what its deck asks for, and nothing more.
+    """
+    if case.solver.name == "external":
+        return case
+    return case.with_sensors(candidates(case))
+
+
+def candidates(case: Case) -> dict[str, Any]:
+    """Tables of the candidate sensors."""
+    found: dict[str, Any] = {}
+    taken = {(sensor.kind, tuple(round(x, 4) for x in sensor.place or ())) for sensor in case.sensors.values()}
+    for name, (along, across) in PLACES.items():
+        place = (along * case.plate.length, across * case.plate.width)
+        at = [f"{1e3 * x:.6g} mm" for x in place]
+        if ("displacement", (round(place[0], 4), round(place[1], 4))) not in taken and not case.plate.rigid:
+            found[f"{PREFIX}displacement_{name}"] = {"kind": "displacement", "at": at}
+    for name in ("centre", "fore", "side") if not case.plate.rigid else ():
+        place = (PLACES[name][0] * case.plate.length, PLACES[name][1] * case.plate.width)
+        at = [f"{1e3 * x:.6g} mm" for x in place]
+        if ("strain", (round(place[0], 4), round(place[1], 4))) not in taken:
+            found[f"{PREFIX}strain_{name}"] = {"kind": "strain", "at": at}
+    kinds = {sensor.kind for sensor in case.sensors.values()}
+    if "reaction_force" not in kinds:
+        found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}
+    return found

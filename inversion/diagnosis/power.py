@@ -1,4 +1,7 @@
-"""What could have been detected: the size of each effect that a test finds four times of five, and a baseline's gain."""
+"""What could have been detected: the size of each effect that a test finds four times of five, a baseline's gain.
+
+Also what the calibrated parameters can do: imitate an effect, or be led astray by one that the model lacks.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,10 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
 
 POWER, ALPHA = 0.8, 0.05
+STEP = 1e-3  # of a range: for the derivative of a parameter's scale
 SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
 
 
@@ -67,9 +72,21 @@ def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
 
 def gain(with_baseline: Mapping[str, float | None], without: Mapping[str, float | None]) -> float | None:
     """Median factor by which minimum detectable effects shrink."""
-    ratios = [
-        other / own
-        for label, own in with_baseline.items()
-        if own and (other := without.get(label)) is not None
-    ]
+    ratios = [other / own for label, own in with_baseline.items() if own and (other := without.get(label)) is not None]
     return float(np.median(ratios)) if ratios else None
+
+
+def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
+    """Effect -> what one plausible size of it, absent from the model, adds to each parameter of the first shot, SI."""
+    fit, shot = ranking.fits[NONE], ranking.problem.shots[0]
+    space, at = shot.setup.plan.space, fit.system.at
+    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
+    moved = PRIOR_SD * np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    k = len(space.names)
+    first = fit.system.groups.index(shot.group) * k
+    z = np.clip(fit.places.z[shot.group], STEP, 1.0 - STEP)
+    width = (space.to_physical((z + STEP)[None])[0] - space.to_physical((z - STEP)[None])[0]) / (2.0 * STEP)
+    shifts = width[:, None] * moved[first : first + k]
+    return {label: {name: float(shifts[i, j]) for i, name in enumerate(space.names)} for j, label in enumerate(labels)}

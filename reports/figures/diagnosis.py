@@ -10,7 +10,19 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from birdstrike.data.units import display, to_display
-from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, WIDE, legend_above, styled
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WIDE,
+    legend_above,
+    styled,
+)
 
 FAMILIES = {
     "none": GREY,
@@ -34,8 +46,16 @@ def probability_figure(content: Mapping[str, Any]) -> Figure:
     place = np.arange(len(rows))[::-1]
     for y, (name, family, probability, inside) in zip(place, rows, strict=True):
         axes.barh(y, max(probability, 0.002), color=FAMILIES.get(family, GREY), alpha=1.0 if inside else 0.35)
-        axes.text(min(probability + 0.01, 0.93), y, f"{probability:.2f}" if probability >= 0.005 else "< 0.01", va="center")
-    axes.set_yticks(place, [f"{name.replace('_', ' ')}  ({family.replace('_', ' ')})" if name != family else name.replace("_", " ") for name, family, _, _ in rows])
+        axes.text(
+            min(probability + 0.01, 0.93), y, f"{probability:.2f}" if probability >= 0.005 else "< 0.01", va="center"
+        )
+    axes.set_yticks(
+        place,
+        [
+            f"{name.replace('_', ' ')}  ({family.replace('_', ' ')})" if name != family else name.replace("_", " ")
+            for name, family, _, _ in rows
+        ],
+    )
     axes.set_xlim(0.0, 1.0)
     axes.set_xlabel("posterior probability; full colour: the 95 % set")
     return figure
@@ -95,7 +115,9 @@ def required_figure(effects: Sequence[Mapping[str, Any]], confidence_set: Sequen
     """The smallest model error, as a share of the peak, with which each model is consistent."""
     known = [one for one in effects if one["name"] != "something_else"]
     none = [one for one in known if one["name"] == "none"]
-    rest = sorted((one for one in known if one["name"] != "none"), key=lambda one: one["required_discrepancy"] or 9.9)[:11]
+    rest = sorted((one for one in known if one["name"] != "none"), key=lambda one: one["required_discrepancy"] or 9.9)[
+        :11
+    ]
     rows = none + rest
     figure = Figure(figsize=(WIDE, 0.25 * len(rows) + 0.9), layout="constrained")
     axes = figure.subplots()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -13,6 +14,7 @@ from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png
 from birdstrike.reports.page.render import rendered
+from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.diagnosis import (
     DiagnosisResults,
     basis_section,
@@ -40,6 +42,16 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
     return DiagnosisResults(content, curves)
 
 
+def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results], Section | None]:
+    """A section of a diagnosis as one of a loop's page: None where its folder holds no diagnosis."""
+
+    def section(results: Results) -> Section | None:
+        place = results.folder / "diagnosis"
+        return make(read_diagnosis(place)) if (place / "diagnosis.json").is_file() else None
+
+    return section
+
+
 def write_diagnosis_page(folder: str | Path) -> Path:
     """Write `diagnosis.html` and two figures as PNG beside diagnosis.json; the page's path."""
     place = Path(folder)
@@ -53,7 +65,12 @@ def write_diagnosis_page(folder: str | Path) -> Path:
 
 def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
-    made: list[Section] = [verdict_section(results), errors_section(results), effects_section(results), basis_section(results)]
+    made: list[Section] = [
+        verdict_section(results),
+        errors_section(results),
+        effects_section(results),
+        basis_section(results),
+    ]
     record = ", ".join(results.curves)
     kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
     return rendered(

@@ -28,11 +28,13 @@ from birdstrike.reports.sections import (
     summary,
     surrogates,
 )
-from birdstrike.reports.sections.diagnosis import effects_section, verdict_section
+from birdstrike.reports.sections.diagnosis import basis_section, effects_section, errors_section, verdict_section
 
 Maker = Callable[[Results], Section | None]
 
-DIAGNOSIS: tuple[Maker, ...] = (in_report(verdict_section), in_report(effects_section))
+DIAGNOSIS: tuple[Maker, ...] = tuple(
+    in_report(make) for make in (verdict_section, errors_section, effects_section, basis_section)
+)
 SECTIONS: tuple[Maker, ...] = (
     summary.section,
     setup.section,

@@ -58,17 +58,42 @@ def errors_section(results: DiagnosisResults) -> Section:
         rows = []
         before, after = shot["before"], shot["after"]
         for name, value in before["rmse"].items():
-            solver = [in_words(s["solver"]["rmse"][name], units[name]) if s and s.get("solver") else "–" for s in (before, after)]
+            solver = [
+                in_words(s["solver"]["rmse"][name], units[name]) if s and s.get("solver") else "–"
+                for s in (before, after)
+            ]
             fitted = in_words(after["rmse"][name], units[name]) if after else "–"
             rows.append((name.replace("_", " "), in_words(value, units[name]), fitted, *solver))
         head = ("sensor", "before, fitted", "after, fitted", "before, solver", "after, solver")
-        blocks.append(Table(head, tuple(rows), f"RMS error in shot {shot['name']}; solver: one run of the declared case at the fit.", frozenset({1, 2, 3, 4})))
-    held = tuple((name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items())
+        blocks.append(
+            Table(
+                head,
+                tuple(rows),
+                f"RMS error in shot {shot['name']}; solver: one run of the declared case at the fit.",
+                frozenset({1, 2, 3, 4}),
+            )
+        )
+    held = tuple(
+        (name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items()
+    )
     if held:
-        blocks.append(Table(("predicted without being fitted", "before", "after"), held, "Whitened RMS (1: noise, numerical error and model-form error together).", frozenset({1, 2})))
+        blocks.append(
+            Table(
+                ("predicted without being fitted", "before", "after"),
+                held,
+                "Whitened RMS (1: noise, numerical error and model-form error together).",
+                frozenset({1, 2}),
+            )
+        )
     before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
     rows = tuple((plain(n), _interval(e), _interval(after[n]) if n in after else "–") for n, e in before.items())
-    blocks.append(Table(("parameter", "before", "after"), rows, "Calibrated parameters with 95 % intervals; the difference is the bias that the missing effect had caused."))
+    blocks.append(
+        Table(
+            ("parameter", "before", "after"),
+            rows,
+            "Calibrated parameters with 95 % intervals; the difference is the bias that the missing effect had caused.",
+        )
+    )
     return Section("errors", "Error and parameters before and after", tuple(blocks))
 
 
@@ -77,7 +102,9 @@ def effects_section(results: DiagnosisResults) -> Section:
     content = results.content
     head = ("model", "probability", "magnitude (95 %)", "required model error", "least detectable", "most alike")
     rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"][:MOST_ROWS])
-    words = f"The {MOST_ROWS} likeliest models. Least detectable: found four times of five at a false-alarm rate of 5 %."
+    words = (
+        f"The {MOST_ROWS} likeliest models. Least detectable: found four times of five at a false-alarm rate of 5 %."
+    )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
     blocks += [
         Paragraph(f"The 95 % set holds the pair {' and '.join(p['effects'])} (probability {p['probability']:.2f}).")
@@ -90,24 +117,45 @@ def basis_section(results: DiagnosisResults) -> Section:
     """Noise, discrepancy and its source, baselines, simulations, effects that the case cannot carry."""
     content, units = results.content, results.units
     noise = tuple(
-        (name.replace("_", " "), in_words(e["sigma"], units[name], 2), e["source"], str(e["points"]), f"{100 * e['numerical_share']:.0f} %", _late(content, name))
+        (
+            name.replace("_", " "),
+            in_words(e["sigma"], units[name], 2),
+            e["source"],
+            str(e["points"]),
+            f"{100 * e['numerical_share']:.0f} %",
+            _late(content, name),
+        )
         for name, e in content["noise"]["sensors"].items()
     )
     discrepancy = content["discrepancy"]
-    shares = ", ".join(f"{100 * a:.2g} % of the peak ({kind.replace('_', ' ')})" for kind, a in discrepancy["amplitude"].items())
+    shares = ", ".join(
+        f"{100 * a:.2g} % of the peak ({kind.replace('_', ' ')})" for kind, a in discrepancy["amplitude"].items()
+    )
     blocks: list[Block] = [
-        Table(("sensor", "noise", "source", "points", "numerical share", "uninformative from"), noise, "Noise and numerical error; from when on the curve tells nothing because the model error has grown threefold."),
+        Table(
+            ("sensor", "noise", "source", "points", "numerical share", "uninformative from"),
+            noise,
+            "Noise and numerical error; from when on the curve tells nothing because the model error has grown threefold.",
+        ),
         Paragraph(f"Model-form error: {discrepancy['source']}; {shares}."),
     ]
     if content["baseline"]:
         base = content["baseline"]
-        rms = ", ".join(f"{name.replace('_', ' ')} {in_words(v, units[name])}" for name, v in base["residual_rms"].items() if name in units)
+        rms = ", ".join(
+            f"{name.replace('_', ' ')} {in_words(v, units[name])}"
+            for name, v in base["residual_rms"].items()
+            if name in units
+        )
         gain = f" Minimum detectable effects are {base['gain']:.1f} times smaller with it." if base["gain"] else ""
         blocks.append(Paragraph(f"Baseline {', '.join(base['shots'])}: residual RMS {rms}.{gain}"))
     strikes = content["strikes"]
     blocks.append(Paragraph(f"Simulations: {strikes['paid']} run, {strikes['reused']} found stored."))
     if content["refused"]:
-        blocks.append(Paragraph("Not applicable to this case: " + "; ".join(f"{n}: {r}" for n, r in content["refused"].items()) + "."))
+        blocks.append(
+            Paragraph(
+                "Not applicable to this case: " + "; ".join(f"{n}: {r}" for n, r in content["refused"].items()) + "."
+            )
+        )
     return Section("basis", "What the answer rests on", tuple(blocks))
 
 

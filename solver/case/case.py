@@ -20,13 +20,13 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.load import override_table, read_case, with_table
+from birdstrike.solver.case.load import override_table, read_case, with_baselines, with_table
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
-from birdstrike.solver.case.settings import InversionSettings, SolverSettings
+from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
@@ -57,6 +57,7 @@ class Case(Section):
     solver: SolverSettings = SolverSettings()
     external: External | None = None
     inversion: InversionSettings = InversionSettings()
+    diagnosis: DiagnosisSettings = DiagnosisSettings()
     effects: Effects = Field(default_factory=dict)
     instrument: dict[str, Instrument] = Field(default_factory=dict)
 
@@ -172,7 +173,7 @@ class Case(Section):
 def load_case(path: str | Path, overrides: Mapping[str, str] | None = None) -> Case:
     """Case from a TOML file or a shipped case's name, `--set` texts laid over it; raises CaseError with all errors."""
     table = with_table(overlay(read_case(path), override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_deck(table, Path.cwd()), Path(path).stem)
+    return case_from_table(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path(path).stem)
 
 
 def case_from_table(table: Raw, name: str = "case") -> Case:

@@ -31,7 +31,7 @@ def _find(name: str | Path, beside: Path | None = None, asked_by: str = "") -> P
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
-    raw = with_deck(with_table(_parse(path), path.parent), path.parent)
+    raw = with_baselines(with_deck(with_table(_parse(path), path.parent), path.parent), path.parent)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw
@@ -75,6 +75,21 @@ def _one_override(key: str, text: str) -> Raw:
         except tomllib.TOMLDecodeError:
             continue
     raise CaseError(f'"{key}" is not a dotted case key; write --set plate.thickness="8 mm"')
+
+
+def with_baselines(raw: Raw, folder: Path) -> Raw:
+    """The case's table with whole paths in `diagnosis.baselines`; the names of shipped curves stay as they are."""
+    section = raw.get("diagnosis")
+    names = section.get("baselines") if isinstance(section, dict) else None
+    if not isinstance(names, list):
+        return raw
+    return raw | {"diagnosis": {**section, "baselines": [_whole_path(name, folder) for name in names]}}
+
+
+def _whole_path(name: Any, folder: Path) -> Any:
+    """A path from the case's folder; what is no text, or no file there, is left for others to judge."""
+    path = folder / Path(name).expanduser() if isinstance(name, str) else None
+    return str(path.resolve()) if path is not None and path.is_file() else name
 
 
 COLUMNS = 'its columns are "rho [kg/m^3],p [MPa]" or "mu,p [MPa]"'
