@@ -10,6 +10,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png
@@ -23,6 +24,9 @@ from birdstrike.reports.sections.diagnosis import (
     verdict_section,
 )
 
+SECTIONS = (verdict_section, errors_section, effects_section, basis_section)
+"""What the page is made of, in order; a loop's page shows the same."""
+
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
     """diagnosis.json and the curves of a folder; raises UserError where they are missing or damaged."""
@@ -35,11 +39,11 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
         content = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise UserError(f"{path} is damaged; repeat birdstrike diagnose") from error
-    names = content["record"].get("shots", ["record"])
-    curves = {names[0]: pd.read_csv(folder / "diagnosis.csv")}
-    for name in names[1:]:
-        curves[name] = pd.read_csv(folder / f"diagnosis_{name}.csv")
-    return DiagnosisResults(content, curves)
+    shots = content["record"].get("shots")
+    if shots is None:
+        raise UserError(f"{path} is of an earlier version; repeat birdstrike diagnose with another --out")
+    files = dict(zip(shots, curve_files(shots), strict=True))
+    return DiagnosisResults(content, {name: pd.read_csv(folder / file) for name, file in files.items()})
 
 
 def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results], Section | None]:
@@ -65,12 +69,7 @@ def write_diagnosis_page(folder: str | Path) -> Path:
 
 def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
-    made: list[Section] = [
-        verdict_section(results),
-        errors_section(results),
-        effects_section(results),
-        basis_section(results),
-    ]
+    made: list[Section] = [make(results) for make in SECTIONS]
     record = ", ".join(results.curves)
     kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
     return rendered(

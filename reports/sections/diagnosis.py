@@ -11,12 +11,12 @@ import pandas as pd
 from birdstrike.data.units import from_si
 from birdstrike.inversion.diagnosis.answer import HEADS
 from birdstrike.inversion.formatting import plain
-from birdstrike.inversion.formatting import quantity as in_words
+from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
-from birdstrike.reports.figures.diagnosis import probability_figure, required_figure, residual_figure
+from birdstrike.reports.figures.diagnosis import curves_figure, in_words, probability_figure, residual_figure
 from birdstrike.solver.case.effects import SHOWN
 
-MOST_ROWS = 12
+MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 
 @dataclass(frozen=True)
@@ -33,84 +33,119 @@ class DiagnosisResults:
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
-    """One sentence, probabilities, residuals before and after, required discrepancy, the next measurement, warnings."""
+    """One sentence, probabilities with what each model requires, residuals, the next measurement, warnings."""
     content = results.content
     blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}.")]
+    likely = (
+        "Left: how likely each model is, by family; full colour: the 95 % set. Beforehand it is as likely as not that "
+        "nothing is missing, and the other half is shared equally among families and their effects. Right: the "
+        "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
+        "record; a model that needs more than a sound simulation errs by (1 to 3 %) is not believable."
+    )
+    blocks.append(drawing("probabilities", probability_figure(content), likely))
+    left = (
+        "What the calibrated model leaves of the record, before and after the likeliest effect is added. Within the "
+        "blue band the residual means nothing."
+        if content["after"]
+        else "What the calibrated model leaves of the record. Within the blue band the residual means nothing."
+    )
+    first = next(iter(results.curves.values()))
+    blocks.append(drawing("residuals", residual_figure(first, results.units), left))
     if content["next_measurement"]:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
-    bars = "Posterior probability of each model, by family. Prior: 0.5 that nothing is missing, the rest shared equally among families and their effects."
-    blocks.append(drawing("probabilities", probability_figure(content), bars))
-    first = next(iter(results.curves.values()))
-    words = "Record and calibrated model before and after the effect is added; below, the residuals. Bands, two standard deviations: measurement noise (grey), noise with numerical error and model-form error (blue)."
-    blocks.append(drawing("residuals", residual_figure(first, results.units), words))
-    needed = "The smallest model-form error with which each model is consistent with the record. A model far to the right needs an implausibly wrong simulation."
-    blocks.append(drawing("required", required_figure(content["effects"], content["confidence_set"]), needed))
     if content["warnings"]:
-        blocks.append(Warnings(tuple(content["warnings"][:5])))
-    return Section("diagnosis", "What is missing", tuple(blocks))
+        blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
+    return Section("diagnosis", "Diagnosis: what the model lacks", tuple(blocks))
 
 
 def errors_section(results: DiagnosisResults) -> Section:
-    """Errors before and after by shot and sensor, fitted and by the solver; held out; parameters."""
+    """Errors before and after by shot and sensor, held out, and the parameters with the bias that was caused."""
     content, units = results.content, results.units
     blocks: list[Block] = []
     for shot in content["shots"]:
-        rows = []
-        before, after = shot["before"], shot["after"]
-        for name, value in before["rmse"].items():
-            solver = [
-                in_words(s["solver"]["rmse"][name], units[name]) if s and s.get("solver") else "–"
-                for s in (before, after)
-            ]
-            fitted = in_words(after["rmse"][name], units[name]) if after else "–"
-            rows.append((name.replace("_", " "), in_words(value, units[name]), fitted, *solver))
-        head = ("sensor", "before, fitted", "after, fitted", "before, solver", "after, solver")
-        blocks.append(
-            Table(
-                head,
-                tuple(rows),
-                f"RMS error in shot {shot['name']}; solver: one run of the declared case at the fit.",
-                frozenset({1, 2, 3, 4}),
-            )
-        )
+        name = f"Shot {shot['name']} of case {shot['case']}"
+        words = f"{name}: the record and the calibrated model before and after the effect is added."
+        blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
+        blocks.append(_errors(shot, units))
     held = tuple(
         (name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items()
     )
     if held:
-        blocks.append(
-            Table(
-                ("predicted without being fitted", "before", "after"),
-                held,
-                "Whitened RMS (1: noise, numerical error and model-form error together).",
-                frozenset({1, 2}),
-            )
+        words = (
+            "Predicted by models fitted to the rest of the data: RMS of the residual over noise, numerical and model "
+            "error together; 1 is as good as can be expected."
         )
-    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
-    rows = tuple((plain(n), _interval(e), _interval(after[n]) if n in after else "–") for n, e in before.items())
-    blocks.append(
-        Table(
-            ("parameter", "before", "after"),
-            rows,
-            "Calibrated parameters with 95 % intervals; the difference is the bias that the missing effect had caused.",
-        )
+        blocks.append(Table(("held out", "before", "after"), held, words, frozenset({1, 2})))
+    blocks.append(_parameters(content))
+    return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
+
+
+def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """RMS errors of one shot, of the fits and of the solver."""
+    rows = []
+    states = (shot["before"], shot["after"])
+    for name in shot["before"]["rmse"]:
+        fitted = [with_unit(s["rmse"][name], units[name]) if s else "–" for s in states]
+        solver = [with_unit(s["solver"]["rmse"][name], units[name]) if s and s["solver"] else "–" for s in states]
+        rows.append((name.replace("_", " "), *fitted, *solver))
+    for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
+        solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
+        rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
+    head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
+    words = (
+        f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh. Solver: one simulation of the "
+        "declared case at the fit; what it has more is the error of the declared mesh."
     )
-    return Section("errors", "Error and parameters before and after", tuple(blocks))
+    return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
+
+
+def _parameters(content: Mapping[str, Any]) -> Table:
+    """Calibrated parameters before and after; their difference is the bias."""
+    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    rows = tuple(
+        (
+            plain(name),
+            _interval(entry),
+            _interval(after[name]) if name in after else "–",
+            with_unit(entry["value"] - after[name]["value"], entry["unit"]) if name in after else "–",
+        )
+        for name, entry in before.items()
+    )
+    words = (
+        "Calibrated parameters with 95 % intervals. Bias: by how much the parameter was wrong because the model had to "
+        "imitate the missing effect."
+    )
+    return Table(("parameter", "before", "after", "bias before"), rows, words)
 
 
 def effects_section(results: DiagnosisResults) -> Section:
-    """Every effect: probability, magnitude, required discrepancy, what could have been detected."""
+    """Every effect: probability, magnitude, required model error, what could have been detected."""
     content = results.content
-    head = ("model", "probability", "magnitude (95 %)", "required model error", "least detectable", "most alike")
-    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"][:MOST_ROWS])
+    head = ("model", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
+    listed = content["effects"][:MOST_ROWS]
+    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in listed)
     words = (
-        f"The {MOST_ROWS} likeliest models. Least detectable: found four times of five at a false-alarm rate of 5 %."
+        f"The {len(rows)} likeliest of {len(content['effects'])} models. Least detectable: the magnitude that a shot "
+        "like this shows four times of five, at a false-alarm rate of 5 %. Most alike: cosine between the changes of "
+        "the record, once the parameters have taken their part; at 1 no record of these sensors separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
-    blocks += [
-        Paragraph(f"The 95 % set holds the pair {' and '.join(p['effects'])} (probability {p['probability']:.2f}).")
-        for p in content["pairs"][:5]
-    ]
-    return Section("effects", "Every effect considered", tuple(blocks))
+    pairs = [f"{' and '.join(p['effects'])} (probability {p['probability']:.2f})" for p in content["pairs"]]
+    if pairs:
+        blocks.append(Paragraph(f"Pairs of effects in the 95 % set: {'; '.join(pairs[:MOST_PAIRS])}."))
+    if content["next_measurement"] and len(content["next_measurement"]["candidates"]) > 1:
+        blocks.append(_candidates(content["next_measurement"]))
+    return Section("effects", "Diagnosis: every effect considered, and what to measure next", tuple(blocks))
+
+
+def _candidates(proposal: Mapping[str, Any]) -> Table:
+    """What else could be measured, the best first."""
+    rows = tuple((one["what"], f"{one['expected_probability']:.2f}") for one in proposal["candidates"][:MOST_PAIRS])
+    words = (
+        f"Next measurements, the best first: expected probability of the right model among "
+        f"{', '.join(in_words(name) for name in proposal['separates'])}; with the record alone {proposal['now']:.2f}."
+    )
+    return Table(("measurement", "expected probability"), rows, words, frozenset({1}))
 
 
 def basis_section(results: DiagnosisResults) -> Section:
@@ -119,47 +154,53 @@ def basis_section(results: DiagnosisResults) -> Section:
     noise = tuple(
         (
             name.replace("_", " "),
-            in_words(e["sigma"], units[name], 2),
-            e["source"],
-            str(e["points"]),
-            f"{100 * e['numerical_share']:.0f} %",
+            with_unit(entry["sigma"], units[name], 2),
+            entry["source"],
+            str(entry["points"]),
+            f"{100 * entry['numerical_share']:.0f} %",
             _late(content, name),
         )
-        for name, e in content["noise"]["sensors"].items()
+        for name, entry in content["noise"]["sensors"].items()
     )
+    words = (
+        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve tells "
+        "nothing, because the model error has grown threefold."
+    )
+    head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
+    blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(content))]
+    if content["baseline"]:
+        blocks.append(Paragraph(_baseline(content["baseline"], units)))
+    runs = content["strikes"]
+    blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored."))
+    if content["refused"]:
+        reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in content["refused"].items())
+        blocks.append(Paragraph(f"Effects that this case cannot carry: {reasons}."))
+    return Section("basis", "Diagnosis: what the answer rests on", tuple(blocks))
+
+
+def _model_error(content: Mapping[str, Any]) -> str:
+    """Source and size of the model error."""
     discrepancy = content["discrepancy"]
     shares = ", ".join(
-        f"{100 * a:.2g} % of the peak ({kind.replace('_', ' ')})" for kind, a in discrepancy["amplitude"].items()
+        f"{100 * share:.2g} % of the peak ({kind.replace('_', ' ')})"
+        for kind, share in discrepancy["amplitude"].items()
     )
-    blocks: list[Block] = [
-        Table(
-            ("sensor", "noise", "source", "points", "numerical share", "uninformative from"),
-            noise,
-            "Noise and numerical error; from when on the curve tells nothing because the model error has grown threefold.",
-        ),
-        Paragraph(f"Model-form error: {discrepancy['source']}; {shares}."),
-    ]
-    if content["baseline"]:
-        base = content["baseline"]
-        rms = ", ".join(
-            f"{name.replace('_', ' ')} {in_words(v, units[name])}"
-            for name, v in base["residual_rms"].items()
-            if name in units
-        )
-        gain = f" Minimum detectable effects are {base['gain']:.1f} times smaller with it." if base["gain"] else ""
-        blocks.append(Paragraph(f"Baseline {', '.join(base['shots'])}: residual RMS {rms}.{gain}"))
-    strikes = content["strikes"]
-    blocks.append(Paragraph(f"Simulations: {strikes['paid']} run, {strikes['reused']} found stored."))
-    if content["refused"]:
-        blocks.append(
-            Paragraph(
-                "Not applicable to this case: " + "; ".join(f"{n}: {r}" for n, r in content["refused"].items()) + "."
-            )
-        )
-    return Section("basis", "What the answer rests on", tuple(blocks))
+    return f"Model error, that of a sound simulation beside noise and mesh: {discrepancy['source']}; found: {shares}."
+
+
+def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """What the baselines told."""
+    rms = ", ".join(
+        f"{name.replace('_', ' ')} {with_unit(value, units[name])}"
+        for name, value in base["residual_rms"].items()
+        if name in units
+    )
+    gain = f" With it, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
+    return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}"
 
 
 def _late(content: Mapping[str, Any], name: str) -> str:
+    """From when on a channel tells nothing."""
     time = content["discrepancy"]["growth"].get(name, {}).get("uninformative_from")
     return "–" if time is None else f"{1e3 * time:.2g} ms"
 
@@ -170,28 +211,35 @@ def two(value: float | None) -> str:
 
 
 def _interval(entry: Mapping[str, Any]) -> str:
-    low, high = (in_words(x, entry["unit"]) for x in entry["interval_95"])
+    low, high = (with_unit(x, entry["unit"]) for x in entry["interval_95"])
     note = "" if entry.get("identified", True) else "; not identifiable from this record"
-    return f"{in_words(entry['value'], entry['unit'], 4)} ({low} to {high}){note}"
+    return f"{with_unit(entry['value'], entry['unit'])} ({low} to {high}){note}"
 
 
 def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
+    """One model's figures."""
     share = one["required_discrepancy"]
-    alike = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2]) or "–"
+    alike = ", ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
+    probability = f"{one['probability']:.3f}" if one["probability"] >= 0.001 else "< 0.001"
     return (
-        one["name"].replace("_", " "), f"{one['probability']:.3f}", magnitude(one),
-        "–" if share is None else f"{100 * share:.2g} %", "–" if least is None else _sized(least, one["unit"]).lstrip("+"), alike,
-    )  # fmt: skip
+        in_words(one["name"]),
+        probability,
+        magnitude(one),
+        "–" if share is None else f"{100 * share:.2g} %",
+        "–" if least is None else _sized(least, one["unit"]).lstrip("+"),
+        alike or "–",
+    )
 
 
 def magnitude(one: Mapping[str, Any]) -> str:
     """ "+0.2 mm (+0.1 to +0.3)"."""
     if one["magnitude"] is None:
         return "–"
-    if one["at_limit"]:
-        return f"at least {_sized(one['interval_95'][0], one['unit'])}"
+    if one["at_bound"]:
+        return f"at least {_sized(min(one['interval_95'], key=abs), one['unit'])}"
     low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
-    return f"{_sized(one['magnitude'], one['unit'])} ({low} to {high})"
+    shown = SHOWN.get(one["unit"], one["unit"])
+    return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
 
 
 def _sized(value: float, unit: str) -> str:

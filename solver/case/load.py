@@ -81,7 +81,7 @@ def with_baselines(raw: Raw, folder: Path) -> Raw:
     """The case's table with whole paths in `diagnosis.baselines`; the names of shipped curves stay as they are."""
     section = raw.get("diagnosis")
     names = section.get("baselines") if isinstance(section, dict) else None
-    if not isinstance(names, list):
+    if not isinstance(section, dict) or not isinstance(names, list):
         return raw
     return raw | {"diagnosis": {**section, "baselines": [_whole_path(name, folder) for name in names]}}
 

@@ -10,8 +10,8 @@ import pytest
 
 from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
-from birdstrike.inversion.diagnosis.diagnose import Options, diagnose, paired
-from reports.diagnosis import write_diagnosis_page
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose, named_records
+from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.simulate import simulate
 
@@ -60,7 +60,7 @@ def answered(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
     folder = tmp_path_factory.mktemp("diagnosis")
     clean = shot(folder, "clean", 1)
     loose = shot(folder, "loose", 2, plate={"edges": "pinned"})
-    options = Options(workers=1, runs=9)
+    options = DiagnosisOptions(workers=1, runs=9)
     found = diagnose(tiny(), loose, folder / "out", options=options, baseline=[clean])
     return folder, loose, clean, options, found
 
@@ -116,7 +116,7 @@ def test_the_page_is_written_and_points_nowhere(answered) -> None:  # noqa: ANN0
 def test_records_and_cases_must_fit() -> None:
     record = Measured(np.array([0.0, 1e-3]), {"displacement_centre": np.array([0.0, 1e-3])}, {}, {"displacement_centre": "m"})
     with pytest.raises(UserError, match="one case, or one for each"):
-        paired([tiny(), tiny()], [record, record, record])
+        named_records([tiny(), tiny()], [record, record, record])
 
 
 def test_an_unknown_channel_is_refused_before_anything_is_simulated(tmp_path: Path) -> None:
