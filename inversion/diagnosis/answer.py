@@ -13,7 +13,7 @@ from scipy.stats import norm
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
 from birdstrike.data.units import display
-from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, error_sd, predicted, rms_by_channel
+from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, expected_residual, predicted, rms_by_channel
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Ranking
@@ -75,7 +75,7 @@ class EffectFigures:
 class State:
     """The model before or after.
 
-    rmse: sensor -> SI; weighted: whitened RMS (1: noise, numerical error and discrepancy);
+    rmse: sensor -> SI; weighted: whitened RMS (1: noise, numerical error and discrepancy, less what the baselines show);
     raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
     interval_95, unit; solver: rmse of one run of the declared case, or None.
     """
@@ -304,29 +304,33 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
 
 def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None) -> State:
     """The model in one shot at its fit."""
-    fit = ranking.fits[label]
-    curve = curve_at(ranking, label, shot)
+    fit, curve = ranking.fits[label], curve_at(ranking, label, shot)
     residual = shot.record.values - curve
-    sd = error_sd(shot, ranking.problem, fit)
+    mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], fit)
     noise = np.sqrt(np.diag(shot.record.covariance()))
     solver = None
     if run is not None:
         off = shot.record.values - run.curve
         solver = {
             "rmse": rms_by_channel(shot, off),
-            "weighted": float(np.sqrt(np.mean((off / sd) ** 2))),
-            "raw": float(np.sqrt(np.mean((off / noise) ** 2))),
-            "off": float(np.sqrt(np.mean(((run.curve - curve) / sd) ** 2))),
+            "weighted": whitened(off - mean, sd),
+            "raw": whitened(off, noise),
+            "off": whitened(run.curve - curve, sd),
         }
     return State(
-        label,
-        rms_by_channel(shot, residual),
-        float(np.sqrt(np.mean((residual / sd) ** 2))),
-        float(np.sqrt(np.mean((residual / noise) ** 2))),
-        in_short(held),
-        parameters(fit, shot),
-        solver,
+        model=label,
+        rmse=rms_by_channel(shot, residual),
+        weighted=whitened(residual - mean, sd),
+        raw=whitened(residual, noise),
+        heldout=in_short(held),
+        parameters=parameters(fit, shot),
+        solver=solver,
     )
+
+
+def whitened(residual: Array, sd: Array) -> float:
+    """RMS of a residual over its standard deviation."""
+    return float(np.sqrt(np.mean((residual / sd) ** 2)))
 
 
 def in_short(held: list[Held]) -> dict[str, float | None]:
@@ -363,8 +367,9 @@ def parameters(fit: Fit, shot: Shot) -> dict[str, dict[str, Any]]:
 
 def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, SolverRun]) -> dict[str, Any]:
     """channel -> columns of diagnosis.csv."""
-    fit = ranking.fits[after or NONE]
-    sd, noise = error_sd(shot, ranking.problem, fit), np.sqrt(np.diag(shot.record.covariance()))
+    label = after or NONE
+    mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], ranking.fits[label])
+    noise = np.sqrt(np.diag(shot.record.covariance()))
     fitted = {"before": curve_at(ranking, NONE, shot)}
     if after:
         fitted["after"] = curve_at(ranking, after, shot)
@@ -378,6 +383,7 @@ def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, S
             "measured": trace.values,
             "sigma": noise[of],
             "error": sd[of],
+            "baseline": mean[of],
             "before": fitted["before"][of],
             "after": fitted["after"][of] if after else blank,
             "before_solver": runs["before"].curve[of] if "before" in runs else blank,
@@ -391,7 +397,7 @@ def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
 
     numerical_share: of standard deviations; `numerical` and `numerical_enlarged` of earlier versions stay empty.
     """
-    whole = error_sd(shot, ranking.problem, ranking.fits[NONE]) ** 2
+    whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE])[1] ** 2
     numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
     sensors = {}
     for i, trace in enumerate(shot.record.traces):

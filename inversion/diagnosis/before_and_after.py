@@ -100,8 +100,8 @@ def _predicted(
     z = np.clip(z, shot.setup.lows, shot.setup.highs)
     sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
     residual = shot.record.values - predicted(shot, hypothesis, z, sizes)
-    sd = error_sd(shot, problem, fit)
-    return float(np.sqrt(np.mean((residual[points] / sd[points]) ** 2)))
+    mean, sd = expected_residual(shot, problem, hypothesis, fit)
+    return float(np.sqrt(np.mean(((residual - mean)[points] / sd[points]) ** 2)))
 
 
 def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, float]) -> Array:
@@ -119,18 +119,32 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
     return curve
 
 
-def error_sd(shot: Shot, problem: Problem, fit: Fit) -> Array:
-    """(n,) standard deviation of noise, numerical error and discrepancy together at the fit's amplitudes, SI."""
-    noise = np.diag(shot.record.covariance())
-    numerical = fit.judge.system.numerical_variance(shot.name)
-    found = np.zeros(len(noise))
-    for i, trace in enumerate(shot.record.traces):
-        of = shot.record.channel == i
-        kind = shot.kinds[i]
-        amplitude = np.hypot(fit.evidence.amplitudes.get(kind, 0.0), problem.known.fixed.get(kind, 0.0))
-        growth = np.interp(trace.middle, shot.setup.time, problem.shapes[trace.name].growth)
-        found[of] = (amplitude * trace.peak * growth) ** 2
-    return np.sqrt(noise + numerical + found)
+def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit) -> tuple[Array, Array]:
+    """(n,) mean and standard deviation of a measured shot's residual where the model is right, SI.
+
+    Noise, numerical error and discrepancy at the likeliest amplitudes; what the baselines' residuals tell of the shot's
+    is its mean, and no part of its spread (conditional normal distribution).
+    """
+    system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
+    left = columns[:, 0] - columns[:, system.at["J"]] @ evidence.z
+    for one, size in zip(model.members, evidence.h, strict=True):
+        left = left - size * columns[:, system.at[one.label].start]
+    counts = [len(own.record.values) for own in problem.shots]
+    starts = dict(zip([own.name for own in problem.shots], np.cumsum([0, *counts]), strict=False))
+    clean = np.repeat([own.baseline for own in problem.shots], counts)
+    here = slice(int(starts[shot.name]), int(starts[shot.name]) + len(shot.record.values))
+    mean, covariance = np.zeros(len(left)), np.zeros((len(left), len(left)))
+    amplitudes = fit.judge.combinations[int(evidence.weights.argmax())]
+    for block, amplitude in zip(system.blocks, amplitudes, strict=True):
+        own = np.flatnonzero((block.rows >= here.start) & (block.rows < here.stop))
+        known = np.flatnonzero(clean[block.rows])
+        whole = block.F + amplitude**2 * block.U
+        gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
+        mean[block.rows[own]] = gain.T @ left[block.rows[known]]
+        rest = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
+        covariance[np.ix_(block.rows[own], block.rows[own])] = rest
+    noise = system.noise[here, here]
+    return noise @ mean[here], np.sqrt(np.einsum("ij,jk,ik->i", noise, covariance[here, here], noise))
 
 
 @dataclass(frozen=True)
@@ -204,9 +218,10 @@ def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, f
     """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters."""
     members = tuple(replace(one, shots=(*one.shots, heldout.name)) for one in model.members)
     curve = predicted(heldout, replace(model, members=members), fit.places.z[first.group], dict(fit.places.h))
-    error = error_sd(first, problem, fit)
-    sd = np.empty(len(curve))
+    expected = expected_residual(first, problem, model, fit)
+    mean, sd = np.empty(len(curve)), np.empty(len(curve))
     for i, trace in enumerate(heldout.record.traces):
         of = first.record.channel == first.channels.index(trace.name)
-        sd[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], error[of])
-    return Held("shot", float(np.sqrt(np.mean(((heldout.record.values - curve) / sd) ** 2))))
+        for found, values in zip((mean, sd), expected, strict=True):
+            found[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], values[of])
+    return Held("shot", float(np.sqrt(np.mean(((heldout.record.values - curve - mean) / sd) ** 2))))

@@ -25,7 +25,7 @@ from birdstrike.solver.case.write import case_toml
 
 CaseLike = str | Path | Case
 RecordLike = str | Path | Measured
-COLUMNS = ("measured", "sigma", "error", "before", "after", "before_solver", "after_solver")
+COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
 
 

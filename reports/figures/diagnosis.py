@@ -98,7 +98,8 @@ def _required(axes: Axes, y: float, share: float | None, colour: str, inside: bo
     alpha = 1.0 if inside else 0.4
     axes.plot([SHARES[0], end], [y, y], color=colour, lw=2.0, alpha=alpha)
     axes.plot(end, y, ">" if share is None else "o", color=colour, markersize=5, alpha=alpha, clip_on=False)
-    told = "over 50 %" if share is None else f"{100.0 * share:.2g} %"
+    least = share is not None and 100.0 * share <= SHARES[0]
+    told = "over 50 %" if share is None else f"{'up to ' if least else ''}{100.0 * share:.2g} %"
     right = end > 8.0
     axes.annotate(
         told,
@@ -144,20 +145,21 @@ def _residuals(axes: Axes, part: pd.DataFrame, name: str, unit: str) -> None:
     axes.fill_between(time, -band, band, color=SKY, alpha=0.25, lw=0, label=words)
     axes.fill_between(time, -noise, noise, color=GREY, alpha=0.45, lw=0, label="2 sd: noise alone")
     axes.axhline(0.0, color=GREY, lw=0.7)
-    for key, (colour, dash) in STATES.items():
-        if np.isfinite(values[key]).any():
-            label = f"record less model, {key}"
-            axes.plot(time, values["measured"] - values[key], color=colour, linestyle=dash, lw=1.2, label=label)
+    residuals = {key: values["measured"] - values["baseline"] - values[key] for key in STATES}
+    residuals = {key: one for key, one in residuals.items() if np.isfinite(one).any()}
+    for key, one in residuals.items():
+        colour, dash = STATES[key]
+        axes.plot(time, one, color=colour, linestyle=dash, lw=1.2, label=f"record less model, {key}")
     axes.set_title(f"{name.replace('_', ' ')}, residual [{shown or '-'}]")
-    largest = np.nanmax(np.abs([values["measured"] - values[key] for key in STATES if np.isfinite(values[key]).any()]))
-    top = 1.15 * max(float(largest), float(np.median(band)))
+    largest = max(float(np.nanmax(np.abs(one))) for one in residuals.values())
+    top = 1.15 * max(largest, float(np.median(band)))
     axes.set_ylim(-top, top)
 
 
 def _displayed(part: pd.DataFrame, unit: str) -> tuple[Any, dict[str, Any], str]:
     """Time [ms] and columns in the unit that is shown."""
     scale, shown = to_display(1.0, unit), display(1.0, unit)[1]
-    columns = ("measured", "sigma", "error", "before", "after", "before_solver", "after_solver")
+    columns = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
     return 1e3 * part["time_s"].to_numpy(), {key: scale * part[key].to_numpy(float) for key in columns}, shown
 
 

@@ -44,10 +44,9 @@ def verdict_section(results: DiagnosisResults) -> Section:
     )
     blocks.append(drawing("probabilities", probability_figure(content), likely))
     left = (
-        "What the calibrated model leaves of the record, before and after the likeliest effect is added. Within the "
-        "blue band the residual means nothing."
-        if content["after"]
-        else "What the calibrated model leaves of the record. Within the blue band the residual means nothing."
+        f"What the calibrated model{', before and after the likeliest effect is added,' if content['after'] else ''} "
+        f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
+        "inside the blue band is what noise, mesh and the usual error of a simulation make."
     )
     first = next(iter(results.curves.values()))
     blocks.append(drawing("residuals", residual_figure(first, results.units), left))
@@ -163,8 +162,8 @@ def basis_section(results: DiagnosisResults) -> Section:
         for name, entry in content["noise"]["sensors"].items()
     )
     words = (
-        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve tells "
-        "nothing, because the model error has grown threefold."
+        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
+        "tells nothing, because the model error has grown threefold."
     )
     head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
     blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(content))]
