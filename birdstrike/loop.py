@@ -97,10 +97,10 @@ def close_the_loop(
     """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
 
     case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
-    with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same rig
-    in which nothing is suspected, each with its baseline_case where they are not of `case`. The campaign's workers are
-    started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed; after
-    either, and after Ctrl-C, the same call resumes.
+    with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
+    rig in which nothing is suspected, each with its baseline_case where they are not of `case`. The campaign's workers
+    are started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
+    after either, and after Ctrl-C, the same call resumes.
     """
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.solver.case.case import load_case

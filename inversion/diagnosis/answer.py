@@ -13,7 +13,13 @@ from scipy.stats import norm
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
 from birdstrike.data.units import display
-from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, expected_residual, predicted, rms_by_channel
+from birdstrike.inversion.diagnosis.before_and_after import (
+    Held,
+    SolverRun,
+    expected_residual,
+    predicted,
+    rms_by_channel,
+)
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Ranking
@@ -75,7 +81,7 @@ class EffectFigures:
 class State:
     """The model before or after.
 
-    rmse: sensor -> SI; weighted: whitened RMS (1: noise, numerical error and discrepancy, less what the baselines show);
+    rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
     raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
     interval_95, unit; solver: rmse of one run of the declared case, or None.
     """
@@ -190,7 +196,10 @@ def sentence_of(found: Diagnosis) -> str:
         else f"a model error of {100 * needs:.2g} % of the peak"
     )
     if found.verdict == NO_RESIDUAL:
-        return f"The calibrated model explains the record (p = {found.alarm:.2f}) with {alone}; no effect is missing that this record could show"
+        return (
+            f"The calibrated model explains the record (p = {found.alarm:.2f}) with {alone}; "
+            "no effect is missing that this record could show"
+        )
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]
         return (
@@ -198,7 +207,10 @@ def sentence_of(found: Diagnosis) -> str:
             f"{one.probability:.2f}; {_errors(found)}without it the record needs {alone}"
         )
     if found.verdict == UNEXPLAINED:
-        return f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else is likelier"
+        return (
+            f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else "
+            f"is likelier, with probability {found.probabilities[SOMETHING_ELSE]:.2f}"
+        )
     named = "; ".join(
         f"{one.name} {magnitude_words(one)} with {one.probability:.2f}"
         for one in likely[:MOST_NAMED]

@@ -39,7 +39,8 @@ def unfit(record: Measured, case: Case, first: Case, channels: Sequence[str]) ->
         return "its case has another plate; a baseline must be a shot at the same rig"
     if not any(channel in record.channels for channel in channels):
         own = ", ".join(record.channels)
-        return f"it has none of the shot's sensors ({', '.join(channels)}), only {own}; rename its columns, or leave it out"
+        lacking = f"it has none of the shot's sensors ({', '.join(channels)}), only {own}"
+        return f"{lacking}; rename its columns, or leave it out"
     end = case.time.end
     if float(record.time[-1]) < TRUNCATED * end:
         shown = f"it ends at {1e3 * float(record.time[-1]):.3g} ms, the simulation at {1e3 * end:.3g} ms"

@@ -49,7 +49,7 @@ def diagnose(
     baseline: Sequence[RecordLike] = (),
     baseline_case: Sequence[CaseLike] = (),
 ) -> Diagnosis:
-    """Diagnose one record, or several shots of one rig, and write `diagnosis.json`, curves and the case with the effect.
+    """Diagnose a record, or several shots of one rig; write `diagnosis.json`, curves and the case with the effect.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
 def clean_shots(
     shots: Sequence[NamedRecord], baseline: Sequence[RecordLike], baseline_case: Sequence[CaseLike]
 ) -> tuple[list[NamedRecord], tuple[str, ...]]:
-    """The baselines that can serve, and a warning for each of the others; raises UserError for a file that is not there.
+    """The baselines that can serve, a warning for each of the others; raises UserError for a file that is not there.
 
     The case's own baselines are taken where none is given.
     """

@@ -1,7 +1,7 @@
 """Instrument effects as signatures on the model's own curve: clock, gain, bandwidth, drift; in common and per sensor.
 
-reading(t) = (1 + gain) lowpass[signal](t - time_offset) + drift t, as solver/instrument.py has it; each signature is the
-change for one plausible size, so that no simulation is needed.
+reading(t) = (1 + gain) lowpass[signal](t - time_offset) + drift t, as solver/sensors/instrument.py has it; each
+signature is the change for one plausible size, so that no simulation is needed.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The next measurement: the sensor, or the baseline, with the highest expected posterior probability of the truth.
 
 For each model that may be true and each rival, the squared distance of their curves with parameters and the rival's
-magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to every
-distance, so that it can never make the expected answer worse.
+magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to
+every distance, so that it can never make the expected answer worse.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ POINTS = 60  # instants of a candidate
 
 @dataclass(frozen=True)
 class Proposal:
-    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: all, best first."""
+    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: best first."""
 
     channel: str
     separates: tuple[str, ...]
@@ -46,8 +46,8 @@ class Proposal:
         """For the user."""
         rivals = ", ".join(self.separates)
         return (
-            f"{self.what}: of those compared it separates {rivals} best; the expected probability of the right one rises "
-            f"from {self.now:.2f} to {self.expected:.2f}"
+            f"{self.what}: of those compared it separates {rivals} best; the expected probability of the right one "
+            f"rises from {self.now:.2f} to {self.expected:.2f}"
         )
 
 
@@ -163,7 +163,7 @@ def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, cur
 
 
 def slopes(shot: Shot, name: str, t: Array) -> Array:
-    """(effects, t) signatures of the plan's effects at a sensor for one plausible size, as `learn_responses` has them."""
+    """(effects, t) signatures at a sensor for one plausible size of each of the plan's effects, as `learn_responses`."""
     plan, runs = shot.setup.plan, shot.setup.runs
     pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
     if len(pairs) < len(plan.known):

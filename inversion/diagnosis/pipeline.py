@@ -250,8 +250,8 @@ class Pipeline:
             )
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(
-                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, or "
-                "something that is not in the library looks like it"
+                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
+                "or something that is not in the library looks like it"
             )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")

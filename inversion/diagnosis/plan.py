@@ -18,9 +18,9 @@ from scipy.linalg import hadamard
 from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
-from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects

@@ -130,7 +130,7 @@ LATEST_SHIFT = 6e-5  # s: three plausible sizes of the time offset, which the re
 
 @dataclass(frozen=True)
 class Shot:
-    """A record with its setup. group: shots of one group share the bird's parameters; baseline: nothing is suspected."""
+    """A record with its setup. group: its shots share the bird's parameters; baseline: nothing is suspected in it."""
 
     name: str
     setup: Setup

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
-from birdstrike.inversion.diagnosis.plan import LEVEL
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.refit import Problem
 from birdstrike.inversion.diagnosis.responses import Response, updated

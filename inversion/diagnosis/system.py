@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
-
 from scipy.special import eval_legendre
 
 from birdstrike.data.histories import Array

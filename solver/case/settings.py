@@ -141,7 +141,7 @@ class InversionSettings(Section):
 
 
 class DiagnosisSettings(Section):
-    """baselines: records of shots at the same rig in which nothing is suspected; paths as the reader made them whole."""
+    """baselines: records of shots at the same rig in which nothing is suspected; whole paths, or shipped names."""
 
     baselines: tuple[Annotated[str, FileName()], ...] = ()
 

@@ -55,12 +55,12 @@ def shot(folder: Path, name: str, seed: int, **changes: dict) -> Path:  # pyrigh
     found, rng = simulate(case), np.random.default_rng(seed)
     time = found.time[::2]
     channels = {k: v[::2] + NOISE * rng.standard_normal(len(time)) for k, v in found.channels.items()}
-    write_measured(folder / f"{name}.csv", Measured(time, channels, {}, {k: "m" for k in channels}, ("SIMULATED",)))
+    write_measured(folder / f"{name}.csv", Measured(time, channels, {}, dict.fromkeys(channels, "m"), ("SIMULATED",)))
     return folder / f"{name}.csv"
 
 
 @pytest.fixture(scope="module")
-def answered(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
+def answered(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("diagnosis")
     clean = shot(folder, "clean", 1)
     loose = shot(folder, "loose", 2, plate={"edges": "pinned"})
@@ -69,7 +69,7 @@ def answered(tmp_path_factory: pytest.TempPathFactory):  # noqa: ANN201
     return folder, loose, clean, options, found
 
 
-def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(answered) -> None:  # noqa: ANN001
+def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(answered) -> None:
     *_, found = answered
     assert found.alarm < 0.05
     assert any("clamp_rotation" in name for name in found.confidence_set)
@@ -78,7 +78,7 @@ def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(answered)
     assert magnitude > 0.0
 
 
-def test_the_format_keeps_its_keys(answered) -> None:  # noqa: ANN001
+def test_the_format_keeps_its_keys(answered) -> None:
     folder, *_ = answered
     content = json.loads((folder / "out" / "diagnosis.json").read_text())
     keys = {
@@ -95,14 +95,14 @@ def test_the_format_keeps_its_keys(answered) -> None:  # noqa: ANN001
     assert (folder / "out" / content["case_after"]).is_file()
 
 
-def test_the_second_call_simulates_nothing_and_says_the_same(answered) -> None:  # noqa: ANN001
+def test_the_second_call_simulates_nothing_and_says_the_same(answered) -> None:
     folder, loose, clean, options, found = answered
     again = diagnose(tiny(), loose, folder / "out", options=options, baseline=[clean])
     assert again.strikes["paid"] == 0
     assert again.confidence_set == found.confidence_set
 
 
-def test_a_baseline_that_cannot_serve_is_named_and_the_rest_goes_on(answered) -> None:  # noqa: ANN001
+def test_a_baseline_that_cannot_serve_is_named_and_the_rest_goes_on(answered) -> None:
     folder, loose, clean, options, _ = answered
     text = clean.read_text().splitlines()
     (folder / "short.csv").write_text("\n".join(text[:25]) + "\n")
@@ -110,7 +110,7 @@ def test_a_baseline_that_cannot_serve_is_named_and_the_rest_goes_on(answered) ->
     assert any("short is left out: it ends at" in line for line in found.warnings)
 
 
-def test_the_page_is_written_and_points_nowhere(answered) -> None:  # noqa: ANN001
+def test_the_page_is_written_and_points_nowhere(answered) -> None:
     folder, *_ = answered
     text = write_diagnosis_page(folder / "out").read_text()
     assert "What is missing" in text

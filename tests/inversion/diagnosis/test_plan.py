@@ -10,8 +10,7 @@ from birdstrike.inversion.diagnosis.instrument import instrument_effects, low_pa
 from birdstrike.inversion.diagnosis.plan import make_plan, spread, two_level
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import recorded
-from birdstrike.solver.sensors.instrument import Instrument
+from birdstrike.solver.sensors.instrument import Instrument, recorded
 
 
 def test_two_level_columns_are_orthogonal_and_balanced() -> None:
