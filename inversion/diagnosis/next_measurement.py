@@ -163,7 +163,7 @@ def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, cur
 
 
 def slopes(shot: Shot, name: str, t: Array) -> Array:
-    """(effects, t) signatures at a sensor for one plausible size of each of the plan's effects, as `learn_responses`."""
+    """(effects, t) signatures at a sensor, one plausible size of each of the plan's effects; see `learn_responses`."""
     plan, runs = shot.setup.plan, shot.setup.runs
     pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
     if len(pairs) < len(plan.known):

@@ -25,12 +25,12 @@ def tiny() -> Case:
     return case_from_table(
         {
             "plate": {
-                "length": "200 mm", "width": "200 mm", "thickness": "4 mm", "elements": [8, 8], "edges": "clamped",
+                "length": "300 mm", "width": "300 mm", "thickness": "6 mm", "elements": [10, 8], "edges": "clamped",
                 "material": {"young": "71 GPa", "poisson": 0.3, "density": "2780 kg/m^3", "yield_stress": "690 MPa"},
             },
             "bird": {
-                "shape": "hemispherical_cylinder", "diameter": "50 mm", "length": "80 mm", "density": "938 kg/m^3",
-                "method": "sph", "particles": 100,
+                "shape": "hemispherical_cylinder", "diameter": "60 mm", "length": "110 mm", "density": "938 kg/m^3",
+                "method": "sph", "particles": 120,
                 "material": {
                     "model": "null", "pressure_cutoff": "-0.4 MPa", "viscosity": "400 Pa s",
                     "eos": {"kind": "grueneisen", "C": "1670 m/s", "S1": 2.48},
@@ -40,7 +40,7 @@ def tiny() -> Case:
             "time": {"end": "0.9 ms", "output_interval": "10 us"},
             "sensors": {
                 "displacement_centre": {"kind": "displacement", "noise": "0.02 mm"},
-                "displacement_side": {"kind": "displacement", "at": ["50 mm", "0 mm"], "noise": "0.02 mm"},
+                "displacement_side": {"kind": "displacement", "at": ["75 mm", "0 mm"], "noise": "0.02 mm"},
             },
             "effects": {name: magnitude_text(one, 0.0) for name, one in effects().items() if name not in SOUGHT},
             "inversion": {"parameters": {"bird.material.viscosity": {"range": ["100 Pa s", "1000 Pa s"]}}},
@@ -51,7 +51,7 @@ def tiny() -> Case:
 
 def shot(folder: Path, name: str, seed: int, **changes: dict) -> Path:  # pyright: ignore[reportMissingTypeArgument]
     """A record by a mesh that the diagnosis does not have."""
-    case = tiny().with_mesh(900, (16, 16)).overlaid({"bird": {"jitter": 0.05}, **changes})
+    case = tiny().with_mesh(960, (20, 16)).overlaid({"bird": {"jitter": 0.05}, **changes})
     found, rng = simulate(case), np.random.default_rng(seed)
     time = found.time[::2]
     channels = {k: v[::2] + NOISE * rng.standard_normal(len(time)) for k, v in found.channels.items()}
