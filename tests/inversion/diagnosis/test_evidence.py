@@ -26,7 +26,9 @@ def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
     """A made-up shot of one kind of sensor: two parameters, five effects, a smooth discrepancy."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, POINTS)
-    waves = np.array([np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 2), rng.uniform(0, 6, EFFECTS + 2), strict=True)]).T
+    waves = np.array(
+        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 2), rng.uniform(0, 6, EFFECTS + 2), strict=True)]
+    ).T
     U = 400.0 * np.exp(-0.5 * ((t[:, None] - t) / 0.15) ** 2)
     F = np.eye(POINTS)
     J, G = 10.0 * waves[:, :2], size * waves[:, 2:]
@@ -65,7 +67,9 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     name = None if label == NONE else label
     exact = [multivariate_normal(np.zeros(POINTS), covariance(s, a, name)).logpdf(y) for a in nodes]
     expected = np.logaddexp(*exact) - np.log(2.0) + 0.5 * POINTS * np.log(2.0 * np.pi)
-    assert found == pytest.approx(float(expected), abs=1e-3)  # amplitudes of less than a thousandth of the weight are left out
+    assert found == pytest.approx(
+        float(expected), abs=1e-3
+    )  # amplitudes of less than a thousandth of the weight are left out
 
 
 def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:
@@ -111,8 +115,15 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
     at = {"y": slice(0, 1), "J": slice(1, 2), "e0": slice(2, 3)}
 
     def gain(rows: np.ndarray) -> float:
-        block = Block.of("displacement", np.arange(len(rows)), np.eye(len(rows)) + shared[np.ix_(rows, rows)], own[np.ix_(rows, rows)])
-        columns = np.column_stack([y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])])[rows]
+        block = Block.of(
+            "displacement",
+            np.arange(len(rows)),
+            np.eye(len(rows)) + shared[np.ix_(rows, rows)],
+            own[np.ix_(rows, rows)],
+        )
+        columns = np.column_stack(
+            [y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])]
+        )[rows]
         s = System((block,), {}, columns, at, np.zeros(1), ("shots",), np.eye(len(rows)), {}, np.ones(1), {})
         judge = Judge(s, known(np.array([0.5])))
         return judge.model(models()["e0"]).log_evidence - judge.model(models()[NONE]).log_evidence

@@ -33,12 +33,15 @@ def test_the_fine_mesh_is_eight_times_the_campaign_and_never_coarser_than_declar
     assert all(f >= d for f, d in zip(plan.fine.plate.elements, case.plate.elements, strict=True))
 
 
-@pytest.mark.parametrize(("name", "own"), [
-    ("sensor_gain", Instrument(gain=1.03)),
-    ("time_offset", Instrument(time_offset="0.02 ms")),
-    ("sensor_bandwidth", Instrument(bandwidth=f"{1.0 / (2.0 * np.pi * 3e-5)} Hz")),
-    ("sensor_drift", Instrument(drift="0.1 m/s")),
-])
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [
+        ("sensor_gain", Instrument(gain=1.03)),
+        ("time_offset", Instrument(time_offset="0.02 ms")),
+        ("sensor_bandwidth", Instrument(bandwidth=f"{1.0 / (2.0 * np.pi * 3e-5)} Hz")),
+        ("sensor_drift", Instrument(drift="0.1 m/s")),
+    ],
+)
 def test_a_signature_is_what_the_instrument_does(name: str, own: Instrument) -> None:
     time = np.linspace(0.0, 3e-3, 601)
     curve = 5e-3 * np.sin(900.0 * time) ** 2
@@ -61,7 +64,10 @@ def test_each_sensor_may_have_a_fault_of_its_own() -> None:
 
 
 def test_priors_sum_to_one_and_families_share_alike() -> None:
-    found = [Suspect(n, n, f, ("shot",)) for n, f in (("impact_speed", "impact"), ("plate_modulus", "plate"), ("plate_density", "plate"))]
+    found = [
+        Suspect(n, n, f, ("shot",))
+        for n, f in (("impact_speed", "impact"), ("plate_modulus", "plate"), ("plate_density", "plate"))
+    ]
     models = hypotheses(found)
     assert sum(one.prior for one in models) == pytest.approx(1.0)
     prior = {one.label: one.prior for one in models}
