@@ -144,6 +144,8 @@ SETTINGS = {
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
     'inversion.parameters."<key>".scale': "In which its designs spread.",
+    "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
+    "takes them; a path is relative to the case's file.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
     "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
     "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
@@ -265,6 +267,8 @@ def inversion() -> Iterator[Row]:
         yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", SETTINGS.get(key, "")
     key = "inversion.discrepancy.<sensor>"
     yield f"`{key}`", "%", "0 % .. 100 %", "none", SETTINGS[key]
+    key = "diagnosis.baselines"
+    yield f"`{key}`", "list: text", 'such as "clean.csv"', "none", SETTINGS[key]
 
 
 def of_kind(key: str) -> tuple[str, str] | None:

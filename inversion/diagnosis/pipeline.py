@@ -253,6 +253,11 @@ class Pipeline:
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
                 "or something that is not in the library looks like it"
             )
+        if stated := self.shots[0].setup.plan.case.inversion.nuisance:
+            found.append(
+                f"inversion.nuisance of {', '.join(stated)} is not carried by the models that are compared: the effects "
+                "of the same names stand for them; read their magnitudes against what was stated"
+            )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
         for shot in self.shots:

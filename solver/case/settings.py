@@ -3,30 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
-from pydantic_core import core_schema
 
 from birdstrike.data.units import UnitError, share
+from birdstrike.solver.case.external import Text
 from birdstrike.solver.case.sections import quantities, quantity_at
-from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, checked, complaint, each_of
-
-
-@dataclass(frozen=True)
-class FileName:
-    """The name of a measured-data file."""
-
-    def validate(self, value: Any) -> str:
-        """The name itself; raises PydanticCustomError."""
-        if not isinstance(value, str) or not value.strip():
-            raise complaint('must be the name of a measured-data file, such as "clean.csv"')
-        return value
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return checked(self.validate)
-
+from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, complaint, each_of
 
 NUISANCE = {
     "time_offset": Between("0 ms", "10 ms"),
@@ -143,7 +127,7 @@ class InversionSettings(Section):
 class DiagnosisSettings(Section):
     """baselines: records of shots at the same rig in which nothing is suspected; whole paths, or shipped names."""
 
-    baselines: tuple[Annotated[str, FileName()], ...] = ()
+    baselines: tuple[Annotated[str, Text('"clean.csv"')], ...] = ()
 
 
 def _discrepancy(sensor: str, given: Any) -> float:
