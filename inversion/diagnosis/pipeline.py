@@ -255,8 +255,8 @@ class Pipeline:
             )
         if stated := self.shots[0].setup.plan.case.inversion.nuisance:
             found.append(
-                f"inversion.nuisance of {', '.join(stated)} is not carried by the models that are compared: the effects "
-                "of the same names stand for them; read their magnitudes against what was stated"
+                f"inversion.nuisance of {', '.join(stated)} is not carried by the models that are compared: the "
+                "effects of the same names stand for them; read their magnitudes against what was stated"
             )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")

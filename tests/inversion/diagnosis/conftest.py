@@ -15,7 +15,8 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.write import case_toml
-from tests.inversion.diagnosis.rig import PARTICLES, shot, tiny
+from birdstrike.solver.effects.registry import effects
+from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, shot, tiny
 
 
 def command(folder: Path, out: str, *words: str) -> Result:
@@ -49,6 +50,8 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]
     shot(folder, "loose", 2, plate={"edges": "pinned"})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        sought = {name: effects()[name] for name in SOUGHT}
+        patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: sought)
         patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)

@@ -34,7 +34,7 @@ def record(late: float = 0.0, faster: float = 0.0) -> Measured:
 
 
 def diagnosed(folder: Path, shot: Measured) -> Diagnosis:
-    """By the oscillator, as stiff as a plate of its thickness, of which the damping is sought; simulations on threads."""
+    """By the oscillator, as stiff as a plate of its thickness, of which the damping is sought; on threads."""
     path = written(folder, deck=STIFFENED)
     text = re.sub(r'\[inversion\.parameters\."impact\.speed"\]\n.*\n', "", path.read_text(encoding="utf-8"))
     path.write_text(text, encoding="utf-8")
