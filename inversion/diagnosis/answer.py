@@ -188,7 +188,6 @@ def magnitude_words(one: EffectFigures) -> str:
 
 def sentence_of(found: Diagnosis) -> str:
     """One sentence that an engineer can put into a test report."""
-    likely = [one for one in found.effects if one.name in found.confidence_set]
     needs = found.required_discrepancy.get(NONE)
     alone = (
         "no discrepancy up to half of the peak"
@@ -211,17 +210,21 @@ def sentence_of(found: Diagnosis) -> str:
             f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else "
             f"is likelier, with probability {found.probabilities[SOMETHING_ELSE]:.2f}"
         )
-    named = "; ".join(
-        f"{one.name} {magnitude_words(one)} with {one.probability:.2f}"
-        for one in likely[:MOST_NAMED]
-        if one.magnitude is not None
-    )
     real = "The residual is real" if found.alarm < found.alpha else "The residual is not significant"
-    rest = len(found.confidence_set) - min(len(likely), MOST_NAMED)
+    listed = "; ".join(_named(found, name) for name in found.confidence_set[:MOST_NAMED])
+    rest = len(found.confidence_set) - MOST_NAMED
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
-    return (
-        f"{real} (p = {found.alarm:.2g}); the record does not decide between {named or 'the models of the set'}{more}"
-    )
+    return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
+
+
+def _named(found: Diagnosis, name: str) -> str:
+    """A model of the set with its magnitude and its probability."""
+    share = f"({found.probabilities.get(name, 0.0):.2f})"
+    if "+" in name:
+        return f"{' with '.join(name.split('+'))} {share}"
+    size = magnitude_words(found.named(name))
+    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, name)
+    return f"{told} {size} {share}" if size else f"{told} {share}"
 
 
 def _errors(found: Diagnosis) -> str:

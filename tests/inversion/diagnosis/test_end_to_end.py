@@ -37,9 +37,10 @@ def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(laborator
     found = laboratory.content()
     assert found["alarm"] < 0.05
     assert any("clamp_rotation" in name for name in found["confidence_set"])
-    (clamp,) = (one for one in found["effects"] if one["name"] == "clamp_rotation")
+    clamp = found["effects"][0]  # the likeliest first; on so coarse a mesh pairs that contain it share its probability
+    assert clamp["name"] == "clamp_rotation"
     assert clamp["magnitude"] > 0.0
-    assert clamp["probability"] > clamp["prior"]
+    assert found["required_discrepancy"]["clamp_rotation"] < 0.7 * found["required_discrepancy"]["none"]
 
 
 def test_the_file_has_all_its_keys(laboratory: Laboratory) -> None:
