@@ -106,7 +106,7 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
         if one.fault is not None:
             curve = curve + h * shot.instrument_signature(one.fault, grid)
         else:
-            curve = curve + h * shot.sample(shot.setup.responses[one.name].signature[None])[0]
+            curve = curve + h * shot.sample(shot.setup.responses[one.name].at(z)[None])[0]
     return curve
 
 
