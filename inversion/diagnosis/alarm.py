@@ -48,15 +48,16 @@ def _at(judge: Judge, node: int, labels: list[str], priors: Array, other_prior: 
         smooth.append(scale[:, None] * more * scale)
     x = np.vstack(white)
     r = J.stop - J.start
-    directions = np.linalg.qr(x[:, 1 : 1 + r])[0]  # what parameters can do is left out of the statistic
-    out = np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]])
-    out = out - directions @ (directions.T @ out)
-    S = np.asarray(block_diag(*smooth))
-    S = S - directions @ (directions.T @ S)
-    S = S - (S @ directions) @ directions.T
+    u, size, _ = np.linalg.svd(x[:, 1 : 1 + r], full_matrices=False)
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + size**2)  # whitens the parameters' and the unnamed errors' prior too
+
+    def whitened(columns: Array) -> Array:
+        return columns - u @ (shrink[:, None] * (u.T @ columns))
+
+    out = whitened(np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]]))
+    S = whitened(whitened(np.asarray(block_diag(*smooth))).T)
     values, vectors = np.linalg.eigh(0.5 * (S + S.T))
     samples = rng.standard_normal((draws, len(x)))
-    samples -= (samples @ directions) @ directions.T
     score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], priors, values, vectors, other_prior)
     return float((1 + (score[1:] >= score[0]).sum()) / (draws + 1))
 

@@ -115,7 +115,7 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
         if one.fault is not None:
             curve = curve + h * shot.instrument_signature(one.fault, grid)
         else:
-            curve = curve + h * shot.sample(shot.setup.responses[one.name].signature[None])[0]
+            curve = curve + h * shot.sample(shot.setup.responses[one.name].at(z)[None])[0]
     return curve
 
 
@@ -126,25 +126,22 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     is its mean, and no part of its spread (conditional normal distribution).
     """
     system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
-    left = columns[:, 0] - columns[:, system.at["J"]] @ evidence.z
+    J = columns[:, system.at["J"]]
+    parameters = len(system.groups) * len(shot.setup.lows)  # the other columns are small unnamed errors of the physics
+    left = columns[:, 0] - J[:, :parameters] @ evidence.z[:parameters]
     for one, size in zip(model.members, evidence.h, strict=True):
         left = left - size * columns[:, system.at[one.label].start]
-    counts = [len(own.record.values) for own in problem.shots]
-    starts = dict(zip([own.name for own in problem.shots], np.cumsum([0, *counts]), strict=False))
-    clean = np.repeat([own.baseline for own in problem.shots], counts)
-    here = slice(int(starts[shot.name]), int(starts[shot.name]) + len(shot.record.values))
-    mean, covariance = np.zeros(len(left)), np.zeros((len(left), len(left)))
+    whole = J[:, parameters:] @ J[:, parameters:].T
     amplitudes = fit.judge.combinations[int(evidence.weights.argmax())]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
-        own = np.flatnonzero((block.rows >= here.start) & (block.rows < here.stop))
-        known = np.flatnonzero(clean[block.rows])
-        whole = block.F + amplitude**2 * block.U
-        gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
-        mean[block.rows[own]] = gain.T @ left[block.rows[known]]
-        rest = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
-        covariance[np.ix_(block.rows[own], block.rows[own])] = rest
-    noise = system.noise[here, here]
-    return noise @ mean[here], np.sqrt(np.einsum("ij,jk,ik->i", noise, covariance[here, here], noise))
+        whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
+    counts = [len(own.record.values) for own in problem.shots]
+    known = np.flatnonzero(np.repeat([own.baseline for own in problem.shots], counts))
+    own = np.flatnonzero(np.repeat([one.name == shot.name for one in problem.shots], counts))
+    gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
+    covariance = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
+    noise = system.noise[np.ix_(own, own)]
+    return noise @ (gain.T @ left[known]), np.sqrt(np.einsum("ij,jk,ik->i", noise, covariance, noise))
 
 
 @dataclass(frozen=True)

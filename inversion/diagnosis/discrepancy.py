@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import f as fdist
 
 from birdstrike.data.histories import Array
 
@@ -29,6 +30,7 @@ FEWER = 7  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
 """Factor on the lengths over which the discrepancy changes with the parameters: those of the mesh correction."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
+CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
 FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
 
 
@@ -65,20 +67,21 @@ def alike(z: Array, other: Array, weight: Array, length: float = PARAMETER_LENGT
 def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
     """From draws (n, m) of what models of this kind differ by (meshes; a baseline's residual), and the curve (m,).
 
-    Growth: their running RMS over that up to the curve's peak, at least 1. Length: of the Matern 5/2 process with the
-    draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen & Williams 2006, eq. 4.17).
+    Growth: their RMS over a window against that about the curve's peak, as far as it is beyond chance, never below 1.
+    Length: of the Matern 5/2 process with the draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen &
+    Williams 2006, eq. 4.17).
     """
     span = float(time[-1] - time[0])
     if not len(draws) or not np.any(draws):
         return Shape(np.ones(len(time)), 0.1 * span)
-    power = _running((draws**2).mean(axis=0))
-    top = max(int(np.argmax(np.abs(curve))), len(time) // 10)
-    reference = float(power[: top + 1].mean())
-    growth = np.sqrt(np.maximum.accumulate(np.maximum(power / max(reference, 1e-300), 1.0)))
     smooth = np.array([_running(row, 0.02) for row in draws])
     slope = np.gradient(smooth, time, axis=1)
     length = float(np.sqrt(5.0 / 3.0 * (smooth**2).mean() / max((slope**2).mean(), 1e-300)))
-    return Shape(growth, float(np.clip(length, FASTEST * span, SLOWEST * span)))
+    length = float(np.clip(length, FASTEST * span, SLOWEST * span))
+    freedom = max(GROWTH_WINDOW * span / length, 1.0) * np.linalg.matrix_rank(draws)
+    power = _running((draws**2).mean(axis=0))
+    ratio = power / max(float(power[int(np.argmax(np.abs(curve)))]), 1e-300) / fdist.ppf(CHANCE, freedom, freedom)
+    return Shape(np.sqrt(np.maximum.accumulate(np.maximum(ratio, 1.0))), length)
 
 
 def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
+from birdstrike.inversion.diagnosis.discrepancy import alike, remainder, shape_of, started
 from birdstrike.inversion.diagnosis.evidence import Judge
 from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.plan import PREFIX, slope
@@ -144,10 +144,24 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str
     J = np.zeros((POINTS, len(fit.system.groups) * k))
     at = fit.system.groups.index(shot.group) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
+    J = np.hstack([J, _unnamed(ranking, shot, name, t)])
     G = [_response(ranking, shot, label, name, t, coefficients[0]) for label in rivals]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)
     return X.T @ np.linalg.solve(covariance, X)
+
+
+def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array) -> Array:
+    """(t, q) small errors of the physics at a candidate, in the order of the system's columns."""
+    problem, system = ranking.problem, ranking.fits[NONE].system
+    z = [ranking.fits[NONE].places.z[one.group] for one in problem.shots]
+    length = problem.options.parameter_length
+    alikeness = np.array([[alike(a, b, system.roughness, length) for b in z] for a in z])
+    share = np.linalg.cholesky(alikeness + 1e-9 * np.eye(len(z)))[problem.shots.index(shot)]
+    names = [n for n in problem.shots[0].setup.responses if all(n in one.setup.responses for one in problem.shots)]
+    known, found = [one.name for one in shot.setup.plan.known], slopes(shot, name, t)
+    own = np.array([found[known.index(n)] for n in names]).reshape(len(names), -1).T
+    return problem.options.unnamed * np.hstack([s * own for s in share])
 
 
 def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:

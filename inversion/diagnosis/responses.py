@@ -17,23 +17,43 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.plan import WIDEST, Known, Plan, slope
 
 LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
-FEWEST_LEFT = 3  # degrees of freedom that the regression must leave
+FEWEST_LEFT = 3  # pairs beyond the number of effects
+CHANGES = (0.0, 0.25, 0.5, 1.0, 2.0)
+"""Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is taken."""
+LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
+DIRECTIONS = 8  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
+VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
 
 
 @dataclass(frozen=True)
 class Response:
     """One effect's response.
 
-    signature: (grid,) SI for h = 1; doubt: (q, grid) directions of its error, one standard deviation each, for h = 1;
-    knots: magnitude in plausible sizes -> size h of the response, both increasing, linear between; reach: plausible
-    sizes up to which it was simulated.
+    signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over one
+    range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
+    spread: (k + 1, k + 1, channels) covariance of signature and slopes in units of the doubt; knots: magnitude in
+    plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it was
+    simulated.
     """
 
     known: Known
     signature: Array
+    slopes: Array
+    centre: Array
     doubt: Array
+    spread: Array
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
+
+    def at(self, z: Array) -> Array:
+        """(grid,) SI for h = 1 at parameters z (k,), fractions of the ranges."""
+        return self.signature + (z - self.centre) @ self.slopes
+
+    def doubt_at(self, z: Array) -> Array:
+        """(q, grid) directions of the signature's error at z (k,), one standard deviation each."""
+        a = np.append(1.0, z - self.centre)
+        size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
+        return self.doubt * np.repeat(size, len(self.signature) // len(size))
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -56,43 +76,101 @@ def _through(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
     return float(ys[i] + (x - xs[i]) * (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]))
 
 
-def learn_responses(plan: Plan, stacks: Mapping[str, Array]) -> tuple[dict[str, Response], dict[str, str]]:
-    """Every effect's response, and why the others have none; stacks: (grid,) curves by label."""
+def learn_responses(
+    plan: Plan, stacks: Mapping[str, Array], channels: int
+) -> tuple[dict[str, Response], dict[str, str]]:
+    """Every effect's response, and why the others have none; stacks: (grid,) curves by label.
+
+    Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel: an
+    effect's signature changes with the bird's viscosity, friction's above all.
+    """
     kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
-    freedom = len(kept) - len(plan.known)
-    if freedom < FEWEST_LEFT:
+    if len(kept) < len(plan.known) + FEWEST_LEFT:
         return {}, {known.name: "its simulations failed" for known in plan.known}
     half = np.array([0.5 * (stacks[f"pair {i} +1"] - stacks[f"pair {i} -1"]) for i in kept])
     x = plan.signs[kept] * [slope(known) for known in plan.known]
-    signatures = np.linalg.lstsq(x, half, rcond=None)[0]
-    left = np.linalg.svd(half - x @ signatures, full_matrices=False)
-    directions = (left[1][:freedom, None] * left[2][:freedom]) / np.sqrt(freedom)
-    spread = np.sqrt(np.diag(np.linalg.inv(x.T @ x)))
-    return {
-        known.name: Response(known, signature, own * directions, reach=2.0 * slope(known) if known.one_sided else slope(known))
-        for known, signature, own in zip(plan.known, signatures, spread, strict=True)
-    }, {}
+    z = plan.unit[[plan.pair_point(i) for i in kept]]
+    centre = z.mean(axis=0)
+    design = np.hstack([x, *(x * own[:, None] for own in (z - centre).T)])
+    parts = [_regressed(design, part, len(plan.known)) for part in np.split(half, channels, axis=1)]
+    mean = np.hstack([one[0] for one in parts])
+    covariance = np.stack([one[1] for one in parts], axis=-1)
+    doubt = np.hstack([one[2] for one in parts])
+    found: dict[str, Response] = {}
+    for j, known in enumerate(plan.known):
+        own = np.arange(j, len(mean), len(plan.known))
+        reach = (2.0 if known.one_sided else 1.0) * slope(known)
+        spread = covariance[np.ix_(own, own)]
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, doubt, spread, reach=reach)
+    return found, {}
+
+
+def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Array]:
+    """Coefficients (q, m), their covariance (q, q) in units of the doubt, and the doubt's directions (pairs, m).
+
+    Normal priors: vague for the first `count` coefficients, a share of the signature's size for its changes with the
+    parameters; share and scatter at their likeliest (MacKay, Neural Comput. 4 (1992) 415).
+    """
+    power = float((half**2).mean()) or 1.0
+    u, size, _ = np.linalg.svd(half / np.sqrt(power), full_matrices=False)
+    first = np.linalg.lstsq(design[:, :count], half, rcond=None)[0]
+    own = np.sqrt((first**2).mean(axis=1) / power)
+    scores = u * size / np.sqrt(half.shape[1])
+    best = max(
+        ((_log_evidence(design, scores, _prior(own, change, design), left), change, left) for change in CHANGES for left in LEFT),
+        key=lambda one: one[0],
+    )
+    _, change, left = best
+    prior = _prior(own, change, design)
+    kept = prior > 0.0
+    A = design[:, kept].T @ design[:, kept] / left + np.diag(1.0 / prior[kept])
+    inverse = np.zeros((len(prior), len(prior)))
+    inverse[np.ix_(kept, kept)] = np.linalg.inv(A)
+    mean = inverse @ design.T @ half / left
+    rest = half - design @ mean
+    _, s, v = np.linalg.svd(rest, full_matrices=False)
+    s, v = s[:DIRECTIONS], v[:DIRECTIONS]
+    scale = np.sqrt(power * left * half.shape[1] / max(float((s**2).sum()), 1e-300))
+    return mean, inverse / left, scale * s[:, None] * v
+
+
+def _prior(own: Array, change: float, design: Array) -> Array:
+    """(q,) prior variances of the coefficients, the half differences' mean square as unit."""
+    times = design.shape[1] // len(own) - 1
+    return np.concatenate([np.full(len(own), VAGUE**2), *([(change * own) ** 2] * times)])
+
+
+def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> float:
+    """Of the half differences' scores (pairs, components), each direction weighed as one observation."""
+    K = design * prior @ design.T + left * np.eye(len(design))
+    independent = float((scores**2).sum() ** 2 / ((scores**2).sum(axis=0) ** 2).sum())
+    sign, logdet = np.linalg.slogdet(K)
+    return -0.5 * independent * (float(logdet) + float(np.trace(np.linalg.solve(K, scores @ scores.T))))
 
 
 def updated(response: Response, b: float, changes: Array) -> Response:
     """The response after simulations with and without b sizes of it where it matters; changes: (pairs, grid).
 
-    The signature follows them as far as they are surer than the regression: the mean of both, weighed by their variances,
-    the scatter of the changes told by all pairs together.
+    There the mean of the changes is the signature, and their scatter what is not known of it.
     """
     change, count = changes.mean(axis=0), len(changes)
-    weight = 1.0 / np.maximum(_variance(response.doubt, changes), 1e-300)
-    power = float((weight * response.signature) @ response.signature)
-    h = float((weight * change) @ response.signature) / power if power else 0.0
+    power = float(response.signature @ response.signature)
+    h = float(change @ response.signature) / power if power else 0.0
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
+    k, channels = len(response.centre), response.spread.shape[-1]
     left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
-    return replace(response, signature=change / h, doubt=left, knots=_with_knot(response, b, h), reach=max(response.reach, abs(b)))
-
-
-def _variance(doubt: Array, changes: Array) -> Array:
-    """(grid,) variance of a signature's points, equal within a channel's neighbourhood: the mean of both sources."""
-    return (doubt**2).sum(axis=0) + changes.var(axis=0)
+    spread = np.zeros((k + 1, k + 1, channels))
+    spread[0, 0] = 1.0
+    return replace(
+        response,
+        signature=change / h,
+        slopes=np.zeros_like(response.slopes),
+        doubt=left,
+        spread=spread,
+        knots=_with_knot(response, b, h),
+        reach=max(response.reach, abs(b)),
+    )
 
 
 def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:

@@ -122,7 +122,7 @@ def make_setup(
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
     mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
-    responses, lost = learn_responses(plan, stacks)
+    responses, lost = learn_responses(plan, stacks, len(channels))
     return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
 
 

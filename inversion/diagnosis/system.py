@@ -24,7 +24,9 @@ from birdstrike.inversion.diagnosis.shots import Shot
 PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 5  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
-SHARE = 0.1  # of a signature: how far the answers of two sound models to one effect lie apart
+SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
+UNNAMED = 0.3
+PHYSICAL = 0.5  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
@@ -91,6 +93,8 @@ class Options:
     """Choices of the system that a sensitivity study changes."""
 
     parameter_length: float = PARAMETER_LENGTH
+    unnamed: float = UNNAMED
+    share: float = SHARE
 
 
 def build(
@@ -104,23 +108,28 @@ def build(
     """The system at the places."""
     groups = tuple(dict.fromkeys(shot.group for shot in shots))
     grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
-    signatures = {one.label: _signature(one, shots, grids) for one in found}
+    signatures = {one.label: _signature(one, shots, grids, places) for one in found}
     means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
     y = y - sum(h * signatures[label] for label, h in places.h.items())
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(chol)
-    parts: dict[str, Array] = {"y": y[:, None], "J": _jacobian(shots, places, groups) * PRIOR_SD}
+    z = [places.z[shot.group] for shot in shots]
+    weights = roughness(shots, places)
+    alikeness = np.array([[alike(a, b, weights, options.parameter_length) for b in z] for a in z])
+    share = np.linalg.cholesky(alikeness + 1e-9 * np.eye(len(z)))
+    unnamed = _unnamed(shots, places, share, options)
+    J = np.hstack([_jacobian(shots, places, groups) * PRIOR_SD, unnamed])
+    parts: dict[str, Array] = {"y": y[:, None], "J": J}
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
-            parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label])
+            parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label], places, options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
-    weights = roughness(shots, places)
-    directions = _numerical(shots, places, weights, options)
+    directions = _numerical(shots, places, share)
     numerical = white(directions)
     cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
     variances = np.split((directions**2).sum(axis=1), cuts)
@@ -131,13 +140,13 @@ def build(
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
         own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
         cut = np.ix_(rows, rows)
-        if not known.own_is_free:
-            shared = 0.5 * shared + 0.5 * white.both(_physical(shots, kind, signatures, found, peaks))
+        own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, places, kind, peaks))
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
+    middle = np.concatenate([middle, np.zeros(unnamed.shape[1])])
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
     return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
@@ -150,12 +159,8 @@ def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
 def roughness(shots: Sequence[Shot], places: Places) -> Array:
     """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters.
 
-    Those of the mesh correction. Where it is constant: one range for the most sensitive parameter, the others by how
-    much less they move the curves.
+    One range for the parameter that moves the curves most, the others by how much less they move them.
     """
-    lengths = shots[0].setup.mesh.lengths
-    if lengths is not None and len(lengths) == len(shots[0].setup.lows):
-        return 1.0 / np.asarray(lengths)
     size = np.zeros(len(shots[0].setup.lows))
     for shot in shots:
         jacobian = shot.sample(shot.setup.jacobian(places.z[shot.group]).T)
@@ -181,7 +186,7 @@ class Whitener:
         return self(self(matrix).T)
 
 
-def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array]) -> Array:
+def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
     """(n,) change of all records for h = 1."""
     parts: list[Array] = []
     for shot, grid in zip(shots, grids, strict=True):
@@ -190,7 +195,7 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array]) -> A
         elif one.fault is not None:
             parts.append(shot.instrument_signature(one.fault, grid))
         else:
-            parts.append(shot.sample(shot.setup.responses[one.name].signature[None])[0])
+            parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.group])[None])[0])
     return np.concatenate(parts)
 
 
@@ -206,7 +211,24 @@ def _jacobian(shots: Sequence[Shot], places: Places, groups: Sequence[str]) -> A
     return np.vstack(rows)
 
 
-def _numerical(shots: Sequence[Shot], places: Places, weights: Array, options: Options) -> Array:
+def _unnamed(shots: Sequence[Shot], places: Places, share: Array, options: Options) -> Array:
+    """(n, q) signatures of the solver's effects in all shots, baselines too: small errors of the model's physics.
+
+    Model and test differ by a little of everything that the library lists and more; without these directions every such
+    error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
+    Shots share them as far as their parameters are alike; beside that each shot has its own, for no shot is repeated
+    exactly.
+    """
+    names = [name for name in shots[0].setup.responses if all(name in shot.setup.responses for shot in shots)]
+    own = [
+        np.array([shot.sample(shot.setup.responses[name].at(places.z[shot.group])[None])[0] for name in names]).reshape(len(names), -1).T
+        for shot in shots
+    ]
+    shared = [np.vstack([share[i, j] * own[i] for i in range(len(shots))]) for j in range(len(shots))]
+    return options.unnamed * np.hstack(shared)
+
+
+def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
     """(n, q) directions, one standard deviation each, of emulator and mesh correction.
 
     The mesh correction's leave-one-out errors are draws; half of their variance is given to a process of their size
@@ -214,10 +236,6 @@ def _numerical(shots: Sequence[Shot], places: Places, weights: Array, options: O
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
     factors = [_own_factors(shot, places.z[shot.group]) for shot in shots]
-    z = [places.z[shot.group] for shot in shots]
-    share = np.linalg.cholesky(
-        np.array([[alike(a, b, weights, options.parameter_length) for b in z] for a in z]) + 1e-9 * np.eye(len(z))
-    )
     width = max(one.shape[1] for one in factors)
     factors = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in factors]
     columns = []
@@ -288,25 +306,17 @@ def _discrepancy(
     return whole
 
 
-def _physical(
-    shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect], peaks: Sequence[Array]
-) -> Array:
-    """(n, n) discrepancy of amplitude 1 along the library's own signatures, alike in all effects of the solver.
-
-    What a model errs by is physics too: stiffness, timing, momentum transfer a little off. Where no baseline tells it, half
-    of the discrepancy's variance is given to such errors, else any of them would be taken for the effect that it imitates
-    (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007: a discrepancy without physics misleads).
-    """
-    of_kind = np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots])
-    peak = np.concatenate([own[shot.record.channel] for shot, own in zip(shots, peaks, strict=True)])
-    rows = []
-    for one in found:
-        column = np.where(of_kind, signatures[one.label], 0.0)
-        size = float(np.sqrt(np.mean((column[of_kind] / peak[of_kind]) ** 2))) if of_kind.any() else 0.0
-        if one.response and size > 1e-6:
-            rows.append(column / size)
-    n = len(of_kind)
-    return np.array(rows).T @ np.array(rows) / len(rows) if rows else np.zeros((n, n))
+def _physical(shots: Sequence[Shot], places: Places, kind: str, peaks: Sequence[Array]) -> Array:
+    """(n, n) what each shot has for itself along the library's signatures, for an amplitude of 1, alike in all of them."""
+    blocks = []
+    for shot, peak in zip(shots, peaks, strict=True):
+        of_kind = np.array(shot.kinds)[shot.record.channel] == kind
+        share = np.where(of_kind, 1.0 / peak[shot.record.channel], 0.0)
+        curves = [shot.sample(one.at(places.z[shot.group])[None])[0] for one in shot.setup.responses.values()]
+        sizes = [float(np.sqrt(np.mean((share * curve)[of_kind] ** 2))) if of_kind.any() else 0.0 for curve in curves]
+        rows = np.array([np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6])
+        blocks.append(rows.T @ rows / len(rows) if len(rows) else np.zeros((len(share), len(share))))
+    return np.asarray(block_diag(*blocks))
 
 
 def _block(
@@ -347,7 +357,7 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
     return np.asarray(block_diag(*blocks))
 
 
-def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
+def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
     """(n, q) what is not known of a signature for h = 1: the regression's error, and its size and slow trends in time.
 
     The trends, in each channel by itself, stand for what another sound model would answer.
@@ -362,11 +372,11 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array) -> Array:
             regression.append(np.zeros((n, len(one.response.doubt))))
             blocks.append(np.zeros((n, 0)))
             continue
-        regression.append(shot.sample(shot.setup.responses[one.name].doubt).T)
+        regression.append(shot.sample(shot.setup.responses[one.name].doubt_at(places.z[shot.group])).T)
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
-        blocks.append(SHARE * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
+        blocks.append(size * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
     return np.hstack([np.vstack(regression), np.asarray(block_diag(*blocks))])
 
 

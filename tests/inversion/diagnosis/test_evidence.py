@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -146,16 +148,23 @@ def test_shots_with_the_same_identified_parameters_share_their_discrepancy() -> 
     assert alike(np.array([0.0, 0.0]), np.array([0.0, 1.0]), weight) == pytest.approx(float(matern52(np.array(3.0))))
 
 
+def response(signature: np.ndarray, **more: Any) -> Response:
+    """Of one parameter and one channel; its signature does not change with the parameter."""
+    q, slopes = len(signature), np.zeros((1, len(signature)))
+    spread = np.diag([1.0, 0.0])[:, :, None]
+    return Response(None, signature, slopes, np.zeros(1), 0.1 * np.ones((1, q)), spread, **more)  # pyright: ignore[reportArgumentType]
+
+
 def test_a_response_that_bends_and_its_inverse() -> None:
     response = Response(None, np.ones(4), np.zeros((1, 4)), ((-5.0, -2.0), (0.0, 0.0), (1.0, 1.6), (3.0, 3.0)))  # pyright: ignore[reportArgumentType]
     assert response.h(1.0) == pytest.approx(1.6)
-    assert response.h(2.0) == pytest.approx(2.3)
-    assert response.b(response.h(2.3)) == pytest.approx(2.3)
+    assert bent.h(2.0) == pytest.approx(2.3)
+    assert bent.b(bent.h(2.3)) == pytest.approx(2.3)
 
 
 def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None:
     """Two plausible sizes change the curves by three times the signature: the response is steeper than learnt."""
-    old = Response(None, np.ones(10), 0.1 * np.ones((1, 10)))  # pyright: ignore[reportArgumentType]
+    old = response(np.ones(10))
     changes = 3.0 + 0.01 * np.random.default_rng(0).standard_normal((4, 10))
     new = updated(old, 2.0, changes)
     assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
@@ -164,5 +173,5 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
 
 
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
-    old = Response(None, np.ones(10), 0.1 * np.ones((1, 10)))  # pyright: ignore[reportArgumentType]
+    old = response(np.ones(10))
     assert updated(old, 2.0, -3.0 * np.ones((4, 10))) is old
