@@ -129,7 +129,10 @@ def effects_section(results: DiagnosisResults) -> Section:
         "the record, once the parameters have taken their part; at 1 no record of these sensors separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
-    pairs = [f"{' and '.join(p['effects'])} (probability {p['probability']:.2f})" for p in content["pairs"]]
+    pairs = [
+        f"{' and '.join(in_words(name) for name in p['effects'])} (probability {p['probability']:.2f})"
+        for p in content["pairs"]
+    ]
     if pairs:
         blocks.append(Paragraph(f"Pairs of effects in the 95 % set: {'; '.join(pairs[:MOST_PAIRS])}."))
     if content["next_measurement"] and len(content["next_measurement"]["candidates"]) > 1:
