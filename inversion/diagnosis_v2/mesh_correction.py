@@ -74,6 +74,21 @@ class MeshCorrection:
         kernel = self.processes[0].kernel
         return np.atleast_1d(np.asarray(kernel.k1.k2.length_scale))  # pyright: ignore[reportAttributeAccessIssue]
 
+    @property
+    def leverage(self) -> float:
+        """Mean share of a point's own scatter in the correction: of the mean, and tr H of the largest component's process.
+
+        A leave-one-out error holds the fine run's own scatter, of which the correction has this share of the variance
+        (Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 2nd ed. 2009, sect. 7.6).
+        """
+        n = max(len(self.errors), 1)
+        if not self.processes:
+            return 1.0 / n
+        one = self.processes[0]
+        smooth = one.kernel.k1(one.model.X_train_)  # pyright: ignore[reportAttributeAccessIssue]
+        own = np.linalg.solve(smooth + one.kernel.k2.noise_level * np.eye(n), smooth)  # pyright: ignore[reportAttributeAccessIssue]
+        return min((1.0 + float(np.trace(own))) / n, 1.0)
+
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
         return EXTRAPOLATED * self.at(z[None])[0]
