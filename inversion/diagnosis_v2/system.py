@@ -232,8 +232,7 @@ def _directions(shot: Shot, z: Array) -> Array:
 def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
     """(n, q) directions, one standard deviation each, of emulator and mesh correction.
 
-    The mesh correction's leave-one-out errors hold the fine run's own scatter; the correction has its leverage of it. They are
-    draws; half of their variance is given to a process of their size
+    Half of the mesh correction's variance is given to a process of their size
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
@@ -250,8 +249,7 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
 def _own_factors(shot: Shot, z: Array) -> Array:
     """(n, q) of one shot."""
     emulator = shot.sample(shot.setup.emulator_factor(z).T).T
-    errors = shot.setup.mesh.errors
-    drawn = np.sqrt(shot.setup.mesh.leverage) * shot.sample(errors).T / np.sqrt(max(len(errors), 1))
+    drawn = shot.sample(shot.setup.mesh.factor(z)).T
     process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
     return np.hstack([emulator, np.sqrt(0.5) * drawn, np.sqrt(0.5) * process])
 
