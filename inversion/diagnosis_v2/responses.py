@@ -21,7 +21,7 @@ FEWEST_LEFT = 3  # pairs beyond the number of effects
 CHANGES = (0.0, 0.25, 0.5, 1.0, 2.0)
 """Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is taken."""
 LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
-DIRECTIONS = 8  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
+DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
 VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
 
 
