@@ -35,11 +35,13 @@ def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
     return float(np.average(p, weights=weights[kept]))
 
 
-def _at(judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int) -> float:
+def _at(
+    judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int
+) -> float:
     """The p-value at one set of amplitudes."""
     system, amplitudes = judge.system, judge.combinations[node]
-    J = system.at["J"]
-    wanted = [0, *range(J.start, J.stop), *(system.at[label].start for label in labels)]
+    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
+    wanted = [0, *free, *(system.at[label].start for label in labels)]
     white, smooth = [], []
     for block, other, a in zip(system.blocks, system.other, amplitudes, strict=True):
         scale = 1.0 / np.sqrt(1.0 + a**2 * block.lam)
@@ -47,8 +49,8 @@ def _at(judge: Judge, node: int, labels: list[str], priors: Array, other_prior: 
         more = block.T @ (other.F - block.F) @ block.T.T
         smooth.append(scale[:, None] * more * scale)
     x = np.vstack(white)
-    r = J.stop - J.start
-    u, size, _ = np.linalg.svd(x[:, 1 : 1 + r], full_matrices=False)
+    r = len(free)
+    u, size, _ = np.linalg.svd(x[:, 1 : 1 + r] * sizes, full_matrices=False)
     shrink = 1.0 - 1.0 / np.sqrt(1.0 + size**2)  # whitens the parameters' and the unnamed errors' prior too
 
     def whitened(columns: Array) -> Array:

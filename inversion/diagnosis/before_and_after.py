@@ -126,13 +126,13 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     is its mean, and no part of its spread (conditional normal distribution).
     """
     system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
-    J = columns[:, system.at["J"]]
-    parameters = len(system.groups) * len(shot.setup.lows)  # the other columns are small unnamed errors of the physics
-    left = columns[:, 0] - J[:, :parameters] @ evidence.z[:parameters]
+    node = int(evidence.weights.argmax())
+    J, unnamed = columns[:, system.at["J"]], fit.judge.unnamed[node] * columns[:, system.at["unnamed"]]
+    left = columns[:, 0] - J @ evidence.z[: J.shape[1]]
     for one, size in zip(model.members, evidence.h, strict=True):
         left = left - size * columns[:, system.at[one.label].start]
-    whole = J[:, parameters:] @ J[:, parameters:].T
-    amplitudes = fit.judge.combinations[int(evidence.weights.argmax())]
+    whole = unnamed @ unnamed.T
+    amplitudes = fit.judge.combinations[node]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
         whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
     counts = [len(own.record.values) for own in problem.shots]

@@ -19,14 +19,14 @@ from birdstrike.data.histories import Array
 LEAST, MOST = 0.002, 0.10
 """Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better than
 0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010, ch. 12)."""
-NODES = 14  # a factor of 1.35: some sixty independent values tell an amplitude to a tenth
+NODES = 10  # a factor of 1.5 apart
 REMAINDER = {"displacement": 0.005, "strain": 0.01}
 OTHER_REMAINDER = 0.03
 """Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
 a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
-SPREAD_OWN = 2.0  # factor, one standard deviation, within which the independent part is known: marginalised
+SPREAD_OWN = 1.3  # factor, one standard deviation, within which the independent part is known: marginalised
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record tells it to a factor; too large a one costs little
-FEWER = 7  # nodes where there are more than two kinds of sensors
+FEWER = 6  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
 """Factor on the lengths over which the discrepancy changes with the parameters: those of the mesh correction."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
@@ -132,13 +132,13 @@ def unknown_or_stated(
     flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
     own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
     known = all(kind in stated for kind in kinds)
-    source = "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
+    source = (
+        "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
+    )
     return Amplitudes(found, flat, own, False, source)
 
 
-def beside_baselines(
-    shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES
-) -> Amplitudes:
+def beside_baselines(shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES) -> Amplitudes:
     """With baselines. shared: kind -> amplitude that the baselines alone show; scale: for a sensitivity study."""
     number = nodes if len(shared) <= 2 else FEWER
     factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, number)

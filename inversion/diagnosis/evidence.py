@@ -27,7 +27,8 @@ meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (
 
 @dataclass(frozen=True)
 class Evidence:
-    """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean."""
+    """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean;
+    unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions."""
 
     hypothesis: Hypothesis
     log_evidence: float
@@ -37,6 +38,7 @@ class Evidence:
     z_cov: Array
     weights: Array
     amplitudes: Mapping[str, float]
+    unnamed: float
 
 
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
@@ -79,10 +81,28 @@ class Grams:
         return self.at(np.array([number]), range(self.x[0].shape[1]))[0]
 
 
+UNNAMED = (0.03, 0.1, 0.3, 1.0)
+"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model of
+the very test to one that is as wrong as what a laboratory cannot measure."""
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Some columns with parameters and unnamed errors integrated out, at some nodes.
+
+    S: (nodes, c, c) their information; W: (nodes, r, c) what the free directions take of them; logdet: (nodes,).
+    """
+
+    S: Array
+    W: Array
+    logdet: Array
+
+
 class Judge:
     """Evaluates models on one system.
 
-    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior.
+    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node is
+    one amplitude of the discrepancy for each kind of sensor, and one size of the unnamed errors.
     """
 
     def __init__(
@@ -92,12 +112,15 @@ class Judge:
         places: Mapping[str, float] | None = None,
         scale: float = MAGNITUDE_SD,
         combinations: Array | None = None,
+        unnamed: Sequence[float] = UNNAMED,
     ) -> None:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
-        self.combinations = known.combinations() if combinations is None else combinations
+        amplitudes = known.combinations() if combinations is None else combinations
+        weights = known.log_weights() if combinations is None else np.full(len(amplitudes), -np.log(len(amplitudes)))
+        self.combinations = np.tile(amplitudes, (len(unnamed), 1))
+        self.unnamed = np.repeat(np.asarray(unnamed), len(amplitudes))
+        self.log_weights = np.tile(weights, len(unnamed)) - np.log(len(unnamed))
         self.kinds = tuple(known.nodes)
-        flat = np.full(len(self.combinations), -np.log(len(self.combinations)))
-        self.log_weights = known.log_weights() if combinations is None else flat
         columns = system.columns.copy()
         columns[:, 0] += columns[:, system.at["J"]] @ system.dz
         for label, h in self.places.items():
@@ -107,9 +130,45 @@ class Judge:
 
     @cached_property
     def other_grams(self) -> Grams:
-        """With something else in the error: of the residual and the parameters alone."""
-        few = self.columns[:, : self.system.at["J"].stop]
+        """With something else in the error: of the residual and the free directions alone."""
+        few = self.columns[:, : self.system.at["unnamed"].stop]
         return Grams.of(self.system.other, few, self.combinations)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Columns of the parameters, then of the unnamed errors."""
+        return np.arange(self.system.at["J"].start, self.system.at["unnamed"].stop)
+
+    def sizes(self, nodes: Array) -> Array:
+        """(nodes, r) prior standard deviations of the free directions."""
+        J, P = self.system.at["J"], self.system.at["unnamed"]
+        return np.hstack(
+            [np.ones((len(nodes), J.stop - J.start)), np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)]
+        )
+
+    def reduced(self, grams: Grams, nodes: Array, columns: Sequence[int]) -> Reduced:
+        """Columns with the free directions integrated out."""
+        free, d = self.free, self.sizes(nodes)
+        whole = grams.at(nodes, [*free, *columns])
+        r = len(free)
+        own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
+        cross = d[:, :, None] * whole[:, :r, r:]
+        W = np.linalg.solve(own, cross)
+        S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
+        return Reduced(S, W, np.linalg.slogdet(own)[1])
+
+    @cached_property
+    def singles(self) -> tuple[dict[str, int], Reduced]:
+        """The residual and every effect's signature at all nodes; label -> place among them, 0 the residual."""
+        labels = [
+            name
+            for name in self.system.at
+            if name not in ("y", "J", "unnamed", "changed") and not name.startswith("doubt of ")
+        ]
+        columns = [0, *(self.system.at[name].start for name in labels)]
+        return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
+            self.grams, np.arange(len(self.combinations)), columns
+        )
 
     def model(
         self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Array | None = None
@@ -118,56 +177,72 @@ class Judge:
 
         only: nodes that are evaluated; the others' posterior weight is taken as 0.
         """
-        count = len(hypothesis.members)
-        first = self._evaluate(hypothesis, np.zeros(count), only)
-        if not count:
+        members = [one.label for one in hypothesis.members]
+        nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
+        if hypothesis.label == SOMETHING_ELSE:
+            reduced = self.reduced(self.other_grams, nodes, [0])
+            return self._evaluated(hypothesis, nodes, reduced, np.zeros(0), self.other_grams)
+        index, quick = self.singles
+        at = [0, *(index[label] for label in members)]
+        reduced = Reduced(quick.S[np.ix_(nodes, at, at)], quick.W[nodes][:, :, at], quick.logdet[nodes])
+        first = self._evaluated(hypothesis, nodes, reduced, np.full(len(members), self.scale), self.grams)
+        if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
-        return self._evaluate(hypothesis, np.asarray(first.h if sizes is None else sizes), kept)
+        columns, factor = self._doubted(members, np.asarray(first.h if sizes is None else sizes))
+        return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
 
-    def _evaluate(self, hypothesis: Hypothesis, sizes: Array, only: Array | None) -> Evidence:
-        """Marginal likelihood at every node, with what is not known of the signatures as further columns."""
-        at, members = self.system.at, hypothesis.members
-        labels = [one.label for one in members]
-        index, factor = list(range(at["J"].start, at["J"].stop)), [1.0] * (at["J"].stop - at["J"].start)
-        for label in labels:
-            index.append(at[label].start)
-            factor.append(self.scale)
-        for label, size in zip(labels, sizes, strict=True):
-            further = ("changed", self.system.moved.get(label, 0.0))
-            for name, sd in ((f"doubt of {label}", 1.0), further):
+    def _doubted(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
+        """Columns of the residual, the signatures and what is not known of them at these sizes; their prior deviations."""
+        at = self.system.at
+        columns, factor = [0, *(at[label].start for label in members)], [self.scale] * len(members)
+        for label, size in zip(members, sizes, strict=True):
+            for name, sd in ((f"doubt of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
                 if size and sd and name in at:
-                    index += list(range(at[name].start, at[name].stop))
-                    factor += [abs(size) * sd] * (at[name].stop - at[name].start)
-        different = hypothesis.label == SOMETHING_ELSE
-        grams = self.other_grams if different else self.grams
-        kept = np.arange(len(self.combinations)) if only is None else np.asarray(only)
-        f = np.concatenate([[1.0], factor])
-        whole = f[:, None] * grams.at(kept, [0, *index]) * f
-        A = np.eye(len(factor)) + whole[:, 1:, 1:]
-        b = whole[:, 1:, 0]
+                    columns += list(range(at[name].start, at[name].stop))
+                    factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
+        return columns, np.array(factor)
+
+    def _evaluated(
+        self, hypothesis: Hypothesis, nodes: Array, reduced: Reduced, factor: Array, grams: Grams
+    ) -> Evidence:
+        """Marginal likelihood at the nodes, then all together."""
+        q, members = len(hypothesis.members), hypothesis.members
+        S = reduced.S[:, 1:, 1:] * factor[:, None] * factor
+        b = reduced.S[:, 1:, 0] * factor
+        A = S + np.eye(len(factor))
         covariance = np.linalg.inv(A)
         best = np.einsum("nij,nj->ni", covariance, b)
-        quadratic = whole[:, 0, 0] - np.einsum("ni,ni->n", b, best)
-        logs = -0.5 * (quadratic + grams.logdet[kept] + np.linalg.slogdet(A)[1])
-        r, q = at["J"].stop - at["J"].start, len(labels)
-        own = slice(r, r + q)
-        logs = logs + _one_sided(members, best[:, own], covariance[:, own, own])
-        return self._summed(hypothesis, kept, logs + self.log_weights[kept], best, covariance, r, q)
-
-    def _summed(
-        self, hypothesis: Hypothesis, kept: Array, logs: Array, best: Array, covariance: Array, r: int, q: int
-    ) -> Evidence:
-        """The nodes together."""
-        total = float(logsumexp(logs))
+        quadratic = reduced.S[:, 0, 0] - np.einsum("ni,ni->n", b, best)
+        logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
+        logs = logs + _one_sided(members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
         w = np.exp(logs - logsumexp(logs))
-        own = slice(r, r + q)
-        h, h_cov = _mixture(w, self.scale * best[:, own], self.scale**2 * covariance[:, own, own])
-        z, z_cov = _mixture(w, best[:, :r], covariance[:, :r, :r])
+        h, h_cov = _mixture(w, self.scale * best[:, :q], self.scale**2 * covariance[:, :q, :q])
+        d = self.sizes(nodes)
+        z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
         weights = np.zeros(len(self.combinations))
-        weights[kept] = w
+        weights[nodes] = w
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
-        return Evidence(hypothesis, total, h, h_cov, z, z_cov, weights, mean)
+        unnamed = float(np.exp(weights @ np.log(self.unnamed)))
+        z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
+        return Evidence(hypothesis, float(logsumexp(logs)), h, h_cov, z, z_cov, weights, mean, unnamed)
+
+    def _parameters(
+        self, grams: Grams, nodes: Array, w: Array, reduced: Reduced, factor: Array, covariance: Array
+    ) -> Array:
+        """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
+        count = self.system.at["J"].stop - self.system.at["J"].start
+        top = np.argsort(-w)[:FEW]
+        found = np.zeros((count, count))
+        for i in top:
+            d = self.sizes(nodes[i : i + 1])[0]
+            own = grams.at(nodes[i : i + 1], list(self.free))[0] * d[:, None] * d + np.eye(len(d))
+            taken = reduced.W[i, :count, 1:] * factor
+            found += w[i] * (np.linalg.inv(own)[:count, :count] + taken @ covariance[i] @ taken.T)
+        return found / w[top].sum()
+
+
+FEW = 3  # nodes from which the parameters' covariance is taken
 
 
 def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:

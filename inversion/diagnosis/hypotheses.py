@@ -32,7 +32,15 @@ FAMILY = {
     "bird_yaw": "impact",
 }
 GROUP_FAMILY = {"plate and support": "plate", "bird and impact": "bird", "instrument": "instrument", "user": "user"}
-OF_SHOT = ("impact_speed", "impact_angle", "impact_offset", "impact_offset_across", "bird_yaw", "bird_mass", "bird_length")
+OF_SHOT = (
+    "impact_speed",
+    "impact_angle",
+    "impact_offset",
+    "impact_offset_across",
+    "bird_yaw",
+    "bird_mass",
+    "bird_length",
+)
 """Effects that another shot of the rig need not have; trigger offsets too."""
 
 
@@ -99,7 +107,9 @@ def _by_shot(one: Suspect) -> list[Suspect]:
     """The effect in all shots and, where it may belong to a single one, in each."""
     if len(one.shots) == 1 or one.name not in (*OF_SHOT, "time_offset"):
         return [one]
-    each = [Suspect(f"{one.label}@{shot}", one.name, one.family, (shot,), one.response, one.fault) for shot in one.shots]
+    each = [
+        Suspect(f"{one.label}@{shot}", one.name, one.family, (shot,), one.response, one.fault) for shot in one.shots
+    ]
     return [one, *each]
 
 

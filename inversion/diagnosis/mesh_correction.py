@@ -26,18 +26,19 @@ class MeshCorrection:
     """m(z) = mean + sum of scores(z) directions, on the stacked grid.
 
     mean: (grid,) SI; directions: (c, grid) SI; processes: of the scores; errors: (n, grid) leave-one-out errors of the
-    points, which are draws of the error; base: variance (c,) of scores that no process predicts.
+    points; rest: (n, grid) of them what no process predicts.
     """
 
     mean: Array
     directions: Array
     processes: tuple[GaussianProcess, ...]
     errors: Array
+    rest: Array
 
     @classmethod
     def none(cls, grid: int) -> MeshCorrection:
         """No correction."""
-        return cls(np.zeros(grid), np.zeros((0, grid)), (), np.zeros((0, grid)))
+        return cls(np.zeros(grid), np.zeros((0, grid)), (), np.zeros((0, grid)), np.zeros((0, grid)))
 
     @classmethod
     def fit(cls, z: Array, differences: Array, channels: int, seed: int = 0) -> MeshCorrection:
@@ -55,7 +56,8 @@ class MeshCorrection:
                 kept.append(c)
                 processes.append(process)
                 errors = errors - np.outer(scores[:, c] * n / (n - 1.0) - (scores[:, c] - process.loo), rows[c])
-        return cls(mean, rows[kept], tuple(processes), errors)
+        rest = ((differences - mean) - scores[:, kept] @ rows[kept]) * n / (n - 1.0)
+        return cls(mean, rows[kept], tuple(processes), errors, rest)
 
     def at(self, z: Array) -> Array:
         """(q, grid) at z (q, k)."""
@@ -73,6 +75,16 @@ class MeshCorrection:
             return None
         kernel = self.processes[0].kernel
         return np.atleast_1d(np.asarray(kernel.k1.k2.length_scale))  # pyright: ignore[reportAttributeAccessIssue]
+
+    def factor(self, z: Array) -> Array:
+        """(q, grid) directions, one standard deviation each, of the correction's error at z (k,).
+
+        The processes' own variance without a run's scatter; of what no process predicts the share that may be structure
+        all the same, for a component below that share is not predicted.
+        """
+        sizes = [np.sqrt(max(float(one.predict(z[None])[1][0]) - one.nugget, 0.0)) for one in self.processes]
+        rest = np.sqrt(PREDICTABLE / max(len(self.rest), 1)) * self.rest
+        return np.vstack([np.array(sizes).reshape(-1, 1) * self.directions, rest])
 
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import alike, remainder, shape_of, started
+from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
 from birdstrike.inversion.diagnosis.evidence import Judge
 from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.plan import PREFIX, slope
@@ -93,19 +93,21 @@ def _baseline(ranking: Ranking, rivals: list[str], sizes: Array, weights: Array)
         return []
     now = fit.judge.combinations[_likeliest(ranking, rivals)]
     left = np.minimum(now, [remainder(kind) for kind in fit.judge.kinds])
-    judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None])
+    node = _likeliest(ranking, rivals)
+    own = (float(fit.judge.unnamed[node]),)
+    judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None], own)
     value = expected(*record_information(judge, rivals, 0), sizes, weights)
     return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
 
 
 def record_information(judge: Judge, rivals: list[str], node: int) -> tuple[Array, int]:
     """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
-    at = judge.system.at
-    J = np.arange(at["J"].start, at["J"].stop)
-    index = np.concatenate([J, [at[label].start for label in rivals]])
-    gram = judge.grams.node(node)[np.ix_(index, index)].copy()
-    gram[: len(J), : len(J)] += np.eye(len(J))
-    return gram, len(J)
+    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
+    index = np.concatenate([free, [judge.system.at[label].start for label in rivals]])
+    scale = np.concatenate([sizes, np.ones(len(rivals))])
+    gram = scale[:, None] * judge.grams.node(node)[np.ix_(index, index)] * scale
+    gram[: len(free), : len(free)] += np.eye(len(free))
+    return gram, len(free)
 
 
 def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
@@ -144,24 +146,20 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str
     J = np.zeros((POINTS, len(fit.system.groups) * k))
     at = fit.system.groups.index(shot.group) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
-    J = np.hstack([J, _unnamed(ranking, shot, name, t)])
+    J = np.hstack([J, _unnamed(ranking, shot, name, t, _likeliest(ranking, rivals))])
     G = [_response(ranking, shot, label, name, t, coefficients[0]) for label in rivals]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)
     return X.T @ np.linalg.solve(covariance, X)
 
 
-def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array) -> Array:
-    """(t, q) small errors of the physics at a candidate, in the order of the system's columns."""
-    problem, system = ranking.problem, ranking.fits[NONE].system
-    z = [ranking.fits[NONE].places.z[one.group] for one in problem.shots]
-    length = problem.options.parameter_length
-    alikeness = np.array([[alike(a, b, system.roughness, length) for b in z] for a in z])
-    share = np.linalg.cholesky(alikeness + 1e-9 * np.eye(len(z)))[problem.shots.index(shot)]
-    names = [n for n in problem.shots[0].setup.responses if all(n in one.setup.responses for one in problem.shots)]
+def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array, node: int) -> Array:
+    """(t, q) small unnamed errors at a candidate, in the order of the system's columns; those of other sensors are 0."""
+    judge = ranking.fits[NONE].judge
+    at = judge.system.at["unnamed"]
     known, found = [one.name for one in shot.setup.plan.known], slopes(shot, name, t)
-    own = np.array([found[known.index(n)] for n in names]).reshape(len(names), -1).T
-    return problem.options.unnamed * np.hstack([s * own for s in share])
+    own = np.array([found[known.index(n)] for n in shot.setup.responses]).reshape(len(shot.setup.responses), -1).T
+    return judge.unnamed[node] * np.hstack([own, np.zeros((len(t), at.stop - at.start - own.shape[1]))])
 
 
 def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:

@@ -113,7 +113,9 @@ class Plan:
                 base = base.overlaid({"bird": {"jitter": JITTER, "seed": pair}})
             for sign in (1, -1):
                 own = {k.name: magnitude(k, sign * s) * k.size for k, s in zip(self.known, row, strict=True)}
-                cases[f"pair {pair} {sign:+d}"] = base.with_effects({**base.effects, **{n: b for n, b in own.items() if b}})
+                cases[f"pair {pair} {sign:+d}"] = base.with_effects(
+                    {**base.effects, **{n: b for n, b in own.items() if b}}
+                )
         return cases
 
 
@@ -142,7 +144,9 @@ def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
     known, refused = library(case)
     own = coarse
     if case.solver.name != "external":
-        own = coarse.with_mesh(min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES), coarse.plate.elements)
+        own = coarse.with_mesh(
+            min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES), coarse.plate.elements
+        )
     return Plan(case, coarse, fine, own, space, unit, spread(unit), known, refused, two_level(len(known)))
 
 

@@ -16,19 +16,16 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.refit import Fit
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 
-POWER, ALPHA = 0.8, 0.05
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale
+POWER, ALPHA = 0.8, 0.05
 SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
 
 
-def information(fit: Fit, labels: list[str], node: int | None = None) -> Array:
-    """(labels,) information on each effect's h alone, parameters free, at the likeliest amplitudes."""
-    judge, at = fit.judge, fit.system.at
-    gram = judge.grams.node(int(fit.evidence.weights.argmax()) if node is None else node)
-    J = np.arange(at["J"].start, at["J"].stop)
-    own = np.array([at[label].start for label in labels])
-    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
-    return np.diag(gram)[own] - np.einsum("ij,ij->j", gram[np.ix_(J, own)], inner)
+def information(fit: Fit, labels: list[str]) -> Array:
+    """(labels, labels) information on the effects' h, parameters and unnamed errors free, at the likeliest node."""
+    index, quick = fit.judge.singles
+    own = [index[label] for label in labels]
+    return quick.S[int(fit.evidence.weights.argmax())][np.ix_(own, own)]
 
 
 def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
@@ -36,7 +33,7 @@ def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
     fit = ranking.fits[NONE]
     singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
     found: dict[str, float | None] = {}
-    for (label, one), power in zip(singles.items(), information(fit, list(singles)), strict=True):
+    for (label, one), power in zip(singles.items(), np.diag(information(fit, list(singles))), strict=True):
         h = SIGNAL / np.sqrt(max(float(power), 1e-300))
         found[label] = None if h > one.limits[1] else abs(one.magnitude(h))
     return found
@@ -48,7 +45,7 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
     labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
     gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
     whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
-    left = information(fit, labels)
+    left = np.diag(information(fit, labels))
     shares = 1.0 - left / np.maximum(whole, 1e-300)
     return {label: float(np.clip(s, 0.0, 1.0)) for label, s in zip(labels, shares, strict=True)}
 
@@ -57,10 +54,7 @@ def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
     """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part."""
     fit = ranking.fits[NONE]
     labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
-    gram, at = fit.judge.grams.node(int(fit.evidence.weights.argmax())), fit.system.at
-    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
-    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
-    left = gram[np.ix_(own, own)] - gram[np.ix_(own, J)] @ inner
+    left = information(fit, labels)
     size = np.sqrt(np.maximum(np.diag(left), 1e-300))
     cosine = left / np.outer(size, size)
     found: dict[str, dict[str, float]] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from birdstrike.inversion.diagnosis.refit import Fit, Problem
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
-MOST_REFITS = 8
-PAIRS_TRIED = 60  # by a bound without the doubt of signatures
+MOST_REFITS = 5
+PAIRS_TRIED = 30  # by a bound without the doubt of signatures
 NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
 
 
@@ -113,9 +113,10 @@ def _refit_best(
 
 def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     """Where the linear system puts the model."""
-    return Places(dict(begin.places.z), {
-        one.label: float(np.clip(h, *one.limits)) for one, h in zip(hypothesis.members, evidence.h, strict=True)
-    })
+    return Places(
+        dict(begin.places.z),
+        {one.label: float(np.clip(h, *one.limits)) for one, h in zip(hypothesis.members, evidence.h, strict=True)},
+    )
 
 
 def _pairs(
@@ -132,7 +133,7 @@ def _pairs(
     judge = about.judge
     weights = about.evidence.weights
     kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
-    quick = _quick_pairs(judge, pairs, int(weights.argmax()), singles)
+    quick = _quick_pairs(judge, pairs, int(weights.argmax()))
     reference = judge.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
     offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
     found: dict[str, Evidence] = {}
@@ -148,14 +149,10 @@ def _pairs(
     return found
 
 
-def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int, singles: list[str]) -> Array:
-    """(pairs,) log evidence at one node, without the doubt of signatures: rank-two updates of one decomposition."""
-    at, gram = judge.system.at, judge.grams.node(node)
-    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in singles])
-    inner = np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, [0, *own])])
-    reduced = gram[np.ix_([0, *own], [0, *own])] - gram[np.ix_([0, *own], J)] @ inner
-    gram, pull = judge.scale**2 * reduced[1:, 1:], judge.scale * reduced[1:, 0]
-    index = {label: i for i, label in enumerate(singles)}
+def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int) -> Array:
+    """(pairs,) log evidence at one node, without the doubt of signatures."""
+    index, quick = judge.singles
+    gram, pull = judge.scale**2 * quick.S[node], judge.scale * quick.S[node][:, 0]
     found = np.empty(len(pairs))
     for j, pair in enumerate(pairs):
         at = [index[m.label] for m in pair.members]
@@ -171,6 +168,4 @@ def _better(pair: Hypothesis, evidence: Mapping[str, Evidence]) -> str:
 
 def _shifted(one: Evidence, by: float, to: float | None = None, hypothesis: Hypothesis | None = None) -> Evidence:
     value = one.log_evidence + by if to is None else to
-    return Evidence(
-        hypothesis or one.hypothesis, value, one.h, one.h_cov, one.z, one.z_cov, one.weights, one.amplitudes
-    )
+    return replace(one, hypothesis=hypothesis or one.hypothesis, log_evidence=value)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge
 from birdstrike.inversion.diagnosis.hypotheses import SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.refit import Fit
@@ -39,7 +39,7 @@ def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
 def at_shares(fit: Fit) -> Judge:
     """The fit's system judged at common shares."""
     combinations = np.repeat(SHARES[:, None], len(fit.judge.kinds), axis=1)
-    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations)
+    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],))
 
 
 def smallest(logs: Array) -> float | None:

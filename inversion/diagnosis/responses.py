@@ -21,7 +21,7 @@ FEWEST_LEFT = 3  # pairs beyond the number of effects
 CHANGES = (0.0, 0.25, 0.5, 1.0, 2.0)
 """Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is taken."""
 LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
-DIRECTIONS = 8  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
+DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
 VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
 
 
@@ -117,7 +117,11 @@ def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Ar
     own = np.sqrt((first**2).mean(axis=1) / power)
     scores = u * size / np.sqrt(half.shape[1])
     best = max(
-        ((_log_evidence(design, scores, _prior(own, change, design), left), change, left) for change in CHANGES for left in LEFT),
+        (
+            (_log_evidence(design, scores, _prior(own, change, design), left), change, left)
+            for change in CHANGES
+            for left in LEFT
+        ),
         key=lambda one: one[0],
     )
     _, change, left = best
@@ -154,11 +158,13 @@ def updated(response: Response, b: float, changes: Array) -> Response:
     There the mean of the changes is the signature, and their scatter what is not known of it.
     """
     change, count = changes.mean(axis=0), len(changes)
-    power = float(response.signature @ response.signature)
-    h = float(change @ response.signature) / power if power else 0.0
+    k, channels = len(response.centre), response.spread.shape[-1]
+    doubt = np.split((response.doubt_at(response.centre) ** 2).sum(axis=0), channels)
+    weight = np.repeat([1.0 / max(float(one.mean()), 1e-300) for one in doubt], len(change) // channels)
+    power = float((weight * response.signature) @ response.signature)
+    h = float((weight * change) @ response.signature) / power if power else 0.0
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
-    k, channels = len(response.centre), response.spread.shape[-1]
     left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
     spread = np.zeros((k + 1, k + 1, channels))
     spread[0, 0] = 1.0
@@ -177,7 +183,9 @@ def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, flo
     """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones continue from there."""
     expected = response.h(b)
     ratio = h / expected if expected else 1.0
-    knots = {x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)}
+    knots = {
+        x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)
+    }
     far = {x: y + (h - expected) for x, y in response.knots if abs(x) > abs(b) and x * b > 0}
     other = {x: y for x, y in response.knots if abs(x) >= abs(b) and x * b <= 0}
     found = sorted({**knots, **far, **other, 0.0: 0.0, b: h}.items())

@@ -20,11 +20,10 @@ from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.solver.case.case import Case
 
-MOST = 2  # effects updated, and one more from the likeliest pairs
+MOST = 3  # effects brought up to date
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
-OUTSIDE = 1.5  # times the magnitude that a response was learnt at
-REPLICATES = 4  # pairs of runs, a fiftieth of a range apart: their scatter is independent
+REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single
@@ -79,19 +78,10 @@ def _labels(ranking: Ranking) -> list[str]:
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
     order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - WITHIN]
     found: list[str] = []
-    for label in [*order[:MOST], *named]:
-        if singles[label].response and _beyond(ranking, label) and all(singles[label].name != singles[other].name for other in found):
+    for label in [*named, *order]:
+        if singles[label].response and all(singles[label].name != singles[other].name for other in found):
             found.append(label)
-    return found[: MOST + 1]
-
-
-def _beyond(ranking: Ranking, label: str) -> bool:
-    """Whether the magnitude lies outside what the response was learnt from: inside, the design knows more than pairs."""
-    one = ranking.models[label].members[0]
-    if one.response is None:
-        return False
-    b = one.response.b(float(np.clip(ranking.evidence[label].h[0], *one.limits)))
-    return abs(b) > OUTSIDE * one.response.reach
+    return found[:MOST]
 
 
 def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
@@ -109,7 +99,7 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     cases: dict[str, Case] = {}
     for i in range(REPLICATES):
         z = np.clip(fit.places.z[group] + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
-        base = setup.plan.coarse.with_values(setup.plan.values(np.round(z, 3)))
+        base = setup.plan.response.with_values(setup.plan.values(np.round(z, 3)))
         cases[f"{one.name} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})
     return Wanted(one, b, cases)

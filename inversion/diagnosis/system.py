@@ -19,13 +19,13 @@ from scipy.special import eval_legendre
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape, alike, started
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
+from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import Shot
 
 PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
-TRENDS = 5  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
+TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
-UNNAMED = 0.3
 PHYSICAL = 0.5  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
@@ -93,7 +93,6 @@ class Options:
     """Choices of the system that a sensitivity study changes."""
 
     parameter_length: float = PARAMETER_LENGTH
-    unnamed: float = UNNAMED
     share: float = SHARE
 
 
@@ -116,11 +115,8 @@ def build(
     white = Whitener(chol)
     z = [places.z[shot.group] for shot in shots]
     weights = roughness(shots, places)
-    alikeness = np.array([[alike(a, b, weights, options.parameter_length) for b in z] for a in z])
-    share = np.linalg.cholesky(alikeness + 1e-9 * np.eye(len(z)))
-    unnamed = _unnamed(shots, places, share, options)
-    J = np.hstack([_jacobian(shots, places, groups) * PRIOR_SD, unnamed])
-    parts: dict[str, Array] = {"y": y[:, None], "J": J}
+    unnamed = _unnamed(shots, places)
+    parts: dict[str, Array] = {"y": y[:, None], "J": _jacobian(shots, places, groups) * PRIOR_SD, "unnamed": unnamed}
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
@@ -129,7 +125,10 @@ def build(
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
-    directions = _numerical(shots, places, share)
+    lengths = shots[0].setup.mesh.lengths
+    local = weights if lengths is None else 1.0 / np.asarray(lengths)
+    near = np.array([[alike(a, b, local) for b in z] for a in z])
+    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
     numerical = white(directions)
     cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
     variances = np.split((directions**2).sum(axis=1), cuts)
@@ -146,7 +145,6 @@ def build(
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
     middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
-    middle = np.concatenate([middle, np.zeros(unnamed.shape[1])])
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
     return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
@@ -211,27 +209,29 @@ def _jacobian(shots: Sequence[Shot], places: Places, groups: Sequence[str]) -> A
     return np.vstack(rows)
 
 
-def _unnamed(shots: Sequence[Shot], places: Places, share: Array, options: Options) -> Array:
-    """(n, q) signatures of the solver's effects in all shots, baselines too: small errors of the model's physics.
+def _unnamed(shots: Sequence[Shot], places: Places) -> Array:
+    """(n, q) signatures of the library's effects in all shots, baselines too: small errors of model and instruments.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
-    Shots share them as far as their parameters are alike; beside that each shot has its own, for no shot is repeated
-    exactly.
+    They belong to rig and model, and all shots share them.
     """
-    names = [name for name in shots[0].setup.responses if all(name in shot.setup.responses for shot in shots)]
-    own = [
-        np.array([shot.sample(shot.setup.responses[name].at(places.z[shot.group])[None])[0] for name in names]).reshape(len(names), -1).T
-        for shot in shots
-    ]
-    shared = [np.vstack([share[i, j] * own[i] for i in range(len(shots))]) for j in range(len(shots))]
-    return options.unnamed * np.hstack(shared)
+    return np.vstack([_directions(shot, places.z[shot.group]) for shot in shots])
+
+
+def _directions(shot: Shot, z: Array) -> Array:
+    """(n, q) signatures of a plausible size in one shot: the solver's effects, then the faults of every sensor."""
+    grid = shot.setup.grid(z[None])[0]
+    rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
+    faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
+    rows += [shot.instrument_signature(one, grid) for one in faults]
+    return np.array(rows).reshape(len(rows), -1).T
 
 
 def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
     """(n, q) directions, one standard deviation each, of emulator and mesh correction.
 
-    The mesh correction's leave-one-out errors are draws; half of their variance is given to a process of their size
+    Half of the mesh correction's variance is given to a process of their size
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
@@ -241,15 +241,16 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
     columns = []
     for j in range(len(shots)):
         columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
-    finer = np.concatenate([shot.sample(shot.setup.mesh.extrapolation(places.z[shot.group])[None])[0] for shot in shots])
+    finer = np.concatenate(
+        [shot.sample(shot.setup.mesh.extrapolation(places.z[shot.group])[None])[0] for shot in shots]
+    )
     return np.hstack([*columns, finer[:, None]])
 
 
 def _own_factors(shot: Shot, z: Array) -> Array:
     """(n, q) of one shot."""
     emulator = shot.sample(shot.setup.emulator_factor(z).T).T
-    errors = shot.setup.mesh.errors
-    drawn = shot.sample(errors).T / np.sqrt(max(len(errors), 1))
+    drawn = shot.sample(shot.setup.mesh.factor(z)).T
     process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
     return np.hstack([emulator, np.sqrt(0.5) * drawn, np.sqrt(0.5) * process])
 
@@ -312,16 +313,16 @@ def _physical(shots: Sequence[Shot], places: Places, kind: str, peaks: Sequence[
     for shot, peak in zip(shots, peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
         share = np.where(of_kind, 1.0 / peak[shot.record.channel], 0.0)
-        curves = [shot.sample(one.at(places.z[shot.group])[None])[0] for one in shot.setup.responses.values()]
+        curves = list(_directions(shot, places.z[shot.group]).T)
         sizes = [float(np.sqrt(np.mean((share * curve)[of_kind] ** 2))) if of_kind.any() else 0.0 for curve in curves]
-        rows = np.array([np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6])
+        rows = np.array(
+            [np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6]
+        )
         blocks.append(rows.T @ rows / len(rows) if len(rows) else np.zeros((len(share), len(share))))
     return np.asarray(block_diag(*blocks))
 
 
-def _block(
-    shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peaks: Array, theirs: Array
-) -> Array:
+def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peaks: Array, theirs: Array) -> Array:
     """(n, n') of two shots' channels of one kind; different channels are independent."""
     block = np.zeros((len(shot.record.values), len(other.record.values)))
     for i, trace in enumerate(shot.record.traces):
