@@ -17,7 +17,7 @@ from birdstrike.inversion.audit.experiment import Truth
 from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.judge import MOVED, Judge, Judged
 from birdstrike.inversion.diagnosis.record import Record, averaged
-from birdstrike.inversion.diagnosis.refit import Fit, Problem, again
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, again
 from birdstrike.inversion.diagnosis.strikes import Strikes
 
 Models = Mapping[str, Judged]

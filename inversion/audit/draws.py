@@ -14,7 +14,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.choice import silent, visible
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
 from birdstrike.inversion.diagnosis.record import Trace, averaged
-from birdstrike.inversion.diagnosis.refit import Fit, bounds
+from birdstrike.inversion.diagnosis.ranking import Fit, bounds
 from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
 
 OUTLIER = 8.0  # standard deviations

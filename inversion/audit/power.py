@@ -16,7 +16,7 @@ from birdstrike.inversion.audit.carried import covariance_of
 from birdstrike.inversion.audit.draws import Noises, answer
 from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.refit import Fit, again
+from birdstrike.inversion.diagnosis.ranking import Fit, again
 from birdstrike.inversion.diagnosis.verdict import NONE
 
 SIGNALS = (2.0, 3.0, 4.0, 5.0, 6.0)

@@ -23,7 +23,7 @@ from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.diagnose import Study
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
 from birdstrike.inversion.diagnosis.record import Record
-from birdstrike.inversion.diagnosis.refit import again, rows_of
+from birdstrike.inversion.diagnosis.ranking import again, rows_of
 from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
 
 HOPELESS = 1e-5  # p of the omnibus statistic alone

@@ -1,21 +1,69 @@
-"""The alarm: how often would a record without any effect look as much like one with an effect as this does?
+"""Two tests of the model without effects: the alarm, and the model error that a record requires.
 
-Statistic: the posterior odds of all single effects and of something else against none, by the prior's shares, at fixed
-amplitudes of the discrepancy: by Neyman and Pearson the best test of none against that mixture. Its distribution under
-none is simulated in the linear system; the p-value is the mean over the amplitudes' posterior under none (posterior
-predictive: Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
+Alarm: how often would a record without any effect look as much like one with an effect as this does? Statistic: the
+posterior odds of all single effects and of something else against none, by the prior's shares, at fixed amplitudes of
+the discrepancy: by Neyman and Pearson the best test of none against that mixture. Its distribution under none is
+simulated in the linear system; the p-value is the mean over the amplitudes' posterior under none (posterior predictive:
+Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
+
+Required discrepancy of a model: the smallest model error, one share of the peak for every kind of sensor, with which
+the record is consistent. Consistent: the model's marginal likelihood is within 1.35 of its largest over the share, the
+one-sided 95 % limit of a likelihood ratio with one degree of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60: half of the
+chi-square quantile 2.71).
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
-from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+
+SHARES = np.geomspace(0.0005, 0.5, 41)
+WITHIN = 1.35
+
+
+def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
+    """Model -> share of the peak; None where even half of the peak is not enough. Pairs and something else are left
+    out.
+    """
+    found: dict[str, float | None] = {}
+    judges: dict[int, Judge] = {}
+    for label, model in ranking.models.items():
+        if len(model.members) > 1 or label == SOMETHING_ELSE:
+            continue
+        fit = ranking.fits.get(label, ranking.fits["none"])
+        judge = judges.setdefault(id(fit), at_shares(fit))
+        sizes = ranking.evidence[label].h
+        logs = np.array([judge.model(model, list(sizes), np.array([i])).log_evidence for i in range(len(SHARES))])
+        found[label] = smallest(logs)
+    return found
+
+
+def at_shares(fit: Fit) -> Judge:
+    """The fit's system judged at common shares."""
+    combinations = np.repeat(SHARES[:, None], len(fit.judge.kinds), axis=1)
+    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],))
+
+
+def smallest(logs: Array) -> float | None:
+    """The smallest consistent share of log likelihoods (shares,)."""
+    if int(logs.argmax()) == len(logs) - 1:
+        return None
+    return float(SHARES[int(np.flatnonzero(logs >= logs.max() - WITHIN)[0])])
+
+
+def best_share(required: Mapping[str, float | None]) -> str | None:
+    """The model that needs least."""
+    known = {label: value for label, value in required.items() if value is not None}
+    return min(known, key=lambda label: known[label]) if known else None
+
 
 DRAWS = 2000
 KEPT = 0.05  # posterior weight of an amplitude below which it cannot move the p-value
@@ -74,4 +122,4 @@ def odds(samples: Array, G: Array, priors: Array, values: Array, vectors: Array,
     along = (samples @ vectors) ** 2
     kept = np.maximum(values, 0.0)
     rest = 0.5 * along @ (kept / (1.0 + kept)) - 0.5 * np.log1p(kept).sum()
-    return logsumexp(np.column_stack([singles + np.log(priors), rest + np.log(other)]), axis=1)
+    return np.asarray(logsumexp(np.column_stack([singles + np.log(priors), rest + np.log(other)]), axis=1))

@@ -22,8 +22,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
-from birdstrike.inversion.diagnosis.ranking import Ranking
-from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
@@ -48,10 +47,10 @@ MOST_NAMED = 3
 class EffectFigures:
     """One model; magnitude and interval in SI, None for `none` and `something_else`.
 
-    probability: posterior; p_consistent: of a likelihood ratio against the best model; log_evidence: over none; twins:
-    name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed: share of the signature that the
-    calibrated parameters imitate; bias: what one plausible size would add to each of them, SI, were it there and not in
-    the model; confirmed: the solver was run at the fit.
+    probability: that it is there, alone or in a pair; p_consistent: of a likelihood ratio against the best model;
+    log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed:
+    share of the signature that the calibrated parameters imitate; bias: what one plausible size would add to each of
+    them, SI, were it there and not in the model; confirmed: the solver was run at the fit.
     """
 
     name: str
@@ -158,16 +157,18 @@ class Diagnosis:
         write_json(path, self.figures())
 
 
-def verdict_of(
-    shares: Mapping[str, float], alarm: float, alpha: float, singles: set[str], credible: tuple[str, ...]
-) -> str:
-    """attributed: one effect holds 95 % and the alarm was raised; unexplained: something else holds most."""
+def verdict_of(presence: Mapping[str, float], alarm: float, alpha: float, credible: tuple[str, ...]) -> str:
+    """attributed: the alarm was raised, one effect is there with 95 %, no other is likelier there than not.
+
+    presence: none, something else, and each effect -> probability that it is there. unexplained: something else holds
+    most.
+    """
     if alarm >= alpha:
-        return NO_RESIDUAL if shares.get(NONE, 0.0) >= 0.5 or NONE in credible else AMBIGUOUS
-    best = max(shares, key=lambda name: shares[name])
-    if best in singles and shares[best] >= LEVEL:
-        return ATTRIBUTED
-    return UNEXPLAINED if shares.get(SOMETHING_ELSE, 0.0) >= 0.5 else AMBIGUOUS
+        return NO_RESIDUAL if presence.get(NONE, 0.0) >= 0.5 or NONE in credible else AMBIGUOUS
+    if presence.get(SOMETHING_ELSE, 0.0) >= 0.5:
+        return UNEXPLAINED
+    first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
+    return ATTRIBUTED if first >= LEVEL and second < 0.5 else AMBIGUOUS
 
 
 def magnitude_words(one: EffectFigures) -> str:
@@ -272,7 +273,7 @@ def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None])
         name=label,
         family=model.family,
         meaning=NOT_EFFECTS.get(label, ""),
-        probability=ranking.shares[label],
+        probability=ranking.presence[label],
         prior=model.prior,
         magnitude=None,
         unit="",

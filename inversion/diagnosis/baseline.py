@@ -14,7 +14,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.before_and_after import rms_by_channel
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape, shape_of, unknown_or_stated
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, read_shot
 from birdstrike.solver.case.case import Case

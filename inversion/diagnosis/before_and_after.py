@@ -15,7 +15,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.evidence import Judge
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.simulations import Strikes

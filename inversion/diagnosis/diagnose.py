@@ -96,9 +96,9 @@ def named_records(
     case: CaseLike | Sequence[CaseLike], measured: RecordLike | Sequence[RecordLike]
 ) -> list[NamedRecord]:
     """Every record with its case; raises UserError when their numbers do not fit."""
-    records = [read(one) for one in (measured if isinstance(measured, list | tuple) else [measured])]
-    given = list(case) if isinstance(case, list | tuple) else [case]
-    return matched([loaded(one) for one in given], records)
+    shots = [measured] if isinstance(measured, str | Path | Measured) else [*measured]
+    cases = [case] if isinstance(case, str | Path | Case) else [*case]
+    return matched([loaded(one) for one in cases], [read(one) for one in shots])
 
 
 def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:

@@ -17,7 +17,8 @@ from scipy.stats import f as fdist
 from birdstrike.data.histories import Array
 
 LEAST, MOST = 0.002, 0.10
-"""Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better than
+"""Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better
+than
 0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010, ch. 12)."""
 NODES = 10  # a factor of 1.5 apart
 REMAINDER = {"displacement": 0.005, "strain": 0.01}
@@ -68,8 +69,8 @@ def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
     """From draws (n, m) of what models of this kind differ by (meshes; a baseline's residual), and the curve (m,).
 
     Growth: their RMS over a window against that about the curve's peak, as far as it is beyond chance, never below 1.
-    Length: of the Matern 5/2 process with the draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen &
-    Williams 2006, eq. 4.17).
+    Length: of the Matern 5/2 process with the draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen
+    & Williams 2006, eq. 4.17).
     """
     span = float(time[-1] - time[0])
     if not len(draws) or not np.any(draws):
@@ -146,8 +147,9 @@ def beside_baselines(shared: Mapping[str, float], count: int, scale: float = 1.0
     weights = weights - np.log(np.exp(weights).sum())
     found = {kind: scale * remainder(kind) * factors for kind in shared}
     fixed = {kind: SHARED_FACTOR * a for kind, a in shared.items()}
+    prior: dict[str, Array] = dict.fromkeys(shared, np.asarray(weights))
     source = f"{count} baseline shot{'s' if count > 1 else ''}"
-    return Amplitudes(found, {kind: weights for kind in shared}, fixed, True, source)
+    return Amplitudes(found, prior, fixed, True, source)
 
 
 def remainder(kind: str) -> float:

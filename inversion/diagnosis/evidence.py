@@ -1,8 +1,9 @@
 """Exact marginal likelihoods of the linear-Gaussian models, the amplitude of the discrepancy marginalised on nodes.
 
-log p(y | M, a) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j), with
-r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster, Bayesian
-Inference, 2004, ch. 11). One-sided magnitudes have a half-normal prior: times 2 Phi(mean / sd) of the posterior.
+log p(y | M, a) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
+with r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster,
+Bayesian Inference, 2004, ch. 11). One-sided magnitudes have a half-normal prior: times 2 Phi(mean / sd) of the
+posterior.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import norm
 
@@ -21,7 +23,8 @@ from birdstrike.inversion.diagnosis.hypotheses import SOMETHING_ELSE, Hypothesis
 from birdstrike.inversion.diagnosis.system import Block, System
 
 MAGNITUDE_SD = 1.0
-"""In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a laboratory
+"""In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a
+laboratory
 meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1 (2006) 515)."""
 
 
@@ -41,6 +44,7 @@ class Evidence:
     unnamed: float
 
 
+Indices = NDArray[np.intp]
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
 
@@ -67,7 +71,7 @@ class Grams:
             logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
         return cls(tuple(x), tuple(weights), tuple(indices), logdet)
 
-    def at(self, nodes: Array, columns: Sequence[int]) -> Array:
+    def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
         """(nodes, q, q) of some columns."""
         whole = np.zeros((len(nodes), len(columns), len(columns)))
         for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
@@ -82,7 +86,8 @@ class Grams:
 
 
 UNNAMED = (0.03, 0.1, 0.3, 1.0)
-"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model of
+"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
+of
 the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
@@ -101,8 +106,8 @@ class Reduced:
 class Judge:
     """Evaluates models on one system.
 
-    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node is
-    one amplitude of the discrepancy for each kind of sensor, and one size of the unnamed errors.
+    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node
+    is one amplitude of the discrepancy for each kind of sensor, and one size of the unnamed errors.
     """
 
     def __init__(
@@ -139,14 +144,14 @@ class Judge:
         """Columns of the parameters, then of the unnamed errors."""
         return np.arange(self.system.at["J"].start, self.system.at["unnamed"].stop)
 
-    def sizes(self, nodes: Array) -> Array:
+    def sizes(self, nodes: Indices) -> Array:
         """(nodes, r) prior standard deviations of the free directions."""
         J, P = self.system.at["J"], self.system.at["unnamed"]
         return np.hstack(
             [np.ones((len(nodes), J.stop - J.start)), np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)]
         )
 
-    def reduced(self, grams: Grams, nodes: Array, columns: Sequence[int]) -> Reduced:
+    def reduced(self, grams: Grams, nodes: Indices, columns: Sequence[int]) -> Reduced:
         """Columns with the free directions integrated out."""
         free, d = self.free, self.sizes(nodes)
         whole = grams.at(nodes, [*free, *columns])
@@ -171,7 +176,7 @@ class Judge:
         )
 
     def model(
-        self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Array | None = None
+        self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Indices | None = None
     ) -> Evidence:
         """One model; sizes: h at which its effects' signatures are doubted, by default those fitted without doubt.
 
@@ -184,7 +189,7 @@ class Judge:
             return self._evaluated(hypothesis, nodes, reduced, np.zeros(0), self.other_grams)
         index, quick = self.singles
         at = [0, *(index[label] for label in members)]
-        reduced = Reduced(quick.S[np.ix_(nodes, at, at)], quick.W[nodes][:, :, at], quick.logdet[nodes])
+        reduced = Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
         first = self._evaluated(hypothesis, nodes, reduced, np.full(len(members), self.scale), self.grams)
         if not members:
             return first
@@ -193,7 +198,7 @@ class Judge:
         return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
 
     def _doubted(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
-        """Columns of the residual, the signatures and what is not known of them at these sizes; their prior deviations."""
+        """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations."""
         at = self.system.at
         columns, factor = [0, *(at[label].start for label in members)], [self.scale] * len(members)
         for label, size in zip(members, sizes, strict=True):
@@ -204,7 +209,7 @@ class Judge:
         return columns, np.array(factor)
 
     def _evaluated(
-        self, hypothesis: Hypothesis, nodes: Array, reduced: Reduced, factor: Array, grams: Grams
+        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
     ) -> Evidence:
         """Marginal likelihood at the nodes, then all together."""
         q, members = len(hypothesis.members), hypothesis.members
@@ -225,10 +230,10 @@ class Judge:
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
         z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
-        return Evidence(hypothesis, float(logsumexp(logs)), h, h_cov, z, z_cov, weights, mean, unnamed)
+        return Evidence(hypothesis, float(np.asarray(logsumexp(logs))), h, h_cov, z, z_cov, weights, mean, unnamed)
 
     def _parameters(
-        self, grams: Grams, nodes: Array, w: Array, reduced: Reduced, factor: Array, covariance: Array
+        self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, factor: Array, covariance: Array
     ) -> Array:
         """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
         count = self.system.at["J"].stop - self.system.at["J"].start

@@ -19,7 +19,8 @@ from birdstrike.solver.effects.registry import effects
 NONE, SOMETHING_ELSE = "none", "something_else"
 PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
 PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05
-"""Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the library),
+"""Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the
+library),
 and a tenth of the alternatives for what no library lists (Draper, J. R. Statist. Soc. B 57 (1995) 45)."""
 FAMILY = {
     "clamp_rotation": "support",

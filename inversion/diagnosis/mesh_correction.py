@@ -1,8 +1,9 @@
 """Mesh correction: what a fine mesh adds to the coarse campaign's curves, learnt at points of the campaign.
 
 Autoregressive co-kriging of two fidelities with factor 1 (Kennedy & O'Hagan, Biometrika 87 (2000) 1): fine = coarse +
-m(theta), m by a Gaussian process for each principal component of all channels together that can be predicted. (Linear in
-the parameters, its leave-one-out error was twice as large: a coarse mesh errs most where the bird's viscosity is small.)
+m(theta), m by a Gaussian process for each principal component of all channels together that can be predicted. (Linear
+in the parameters, its leave-one-out error was twice as large: a coarse mesh errs most where the bird's viscosity is
+small.)
 """
 
 from __future__ import annotations

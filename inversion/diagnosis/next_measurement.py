@@ -154,7 +154,7 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str
 
 
 def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array, node: int) -> Array:
-    """(t, q) small unnamed errors at a candidate, in the order of the system's columns; those of other sensors are 0."""
+    """(t, q) small unnamed errors at a candidate, in the order of the system's columns; 0 for other sensors."""
     judge = ranking.fits[NONE].judge
     at = judge.system.at["unnamed"]
     known, found = [one.name for one in shot.setup.plan.known], slopes(shot, name, t)

@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from birdstrike.doe.campaign.runner import RunCounts
-from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm
+from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
     NO_RESIDUAL,
     Diagnosis,
@@ -40,9 +40,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
-from birdstrike.inversion.diagnosis.ranking import Ranking, rank
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
-from birdstrike.inversion.diagnosis.required import required_discrepancy
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, rank
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.inversion.diagnosis.solver_update import update
@@ -137,16 +135,15 @@ class Pipeline:
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
         singles = [label for label, model in ranking.models.items() if len(model.members) == 1]
-        best = max(singles, key=lambda label: ranking.shares[label], default=NONE)
-        if verdict == NO_RESIDUAL or ranking.shares[best] < max(SETTLED, ranking.shares[NONE]):
+        best = max(singles, key=lambda label: ranking.presence[label], default=NONE)
+        if verdict == NO_RESIDUAL or ranking.presence[best] < max(SETTLED, ranking.shares[NONE]):
             return None
         return None if best == NONE else best
 
     def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
-        singles = {label for label, model in ranking.models.items() if len(model.members) == 1}
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
-        verdict = verdict_of(ranking.shares, p, self.options.alpha, singles, credible)
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible)
         chosen = self._chosen(ranking, verdict)
         ranking = _refitted(ranking, chosen)
         runs, failed = self._checked(ranking, chosen)

@@ -12,8 +12,7 @@ from scipy.stats import norm
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE
-from birdstrike.inversion.diagnosis.ranking import Ranking
-from birdstrike.inversion.diagnosis.refit import Fit
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 
 STEP = 1e-3  # of a range: for the derivative of a parameter's scale

@@ -1,23 +1,99 @@
-"""Every model ranked: all on one linear system about the fit without effects, then those that matter about their own."""
+"""Every model fitted and ranked: all on linear systems about a few fits, then those that matter about their own.
+
+A fit is where a model lies best, parameters and magnitudes, by Gauss-Newton on the emulator with the whole covariance.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import Evidence, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
+from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, Judge, credible_set, probabilities
 from birdstrike.inversion.diagnosis.hypotheses import (
     NONE,
     SOMETHING_ELSE,
     Hypothesis,
+    Suspect,
     by_family,
     hypotheses,
 )
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
+
+STEPS = 6
+CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model where it fits: system about there, its judge, its evidence there."""
+
+    places: Places
+    system: System
+    judge: Judge
+    evidence: Evidence
+
+    def interval(self, group: str, k: int) -> tuple[Array, Array]:
+        """(k,) mean and standard deviation of a group's parameters, fractions of the ranges."""
+        at = self.system.groups.index(group) * k
+        mean = 0.5 + PRIOR_SD * self.evidence.z[at : at + k]
+        return mean, PRIOR_SD * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What every refit needs."""
+
+    shots: tuple[Shot, ...]
+    found: tuple[Suspect, ...]
+    known: Amplitudes
+    shapes: Mapping[str, Shape]
+    options: Options = field(default_factory=Options)
+    scale: float = MAGNITUDE_SD
+
+    def start(self) -> Places:
+        """The middle of the ranges, no effect."""
+        return Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
+
+    def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
+        """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
+        places = start or self.start()
+        members = hypothesis.members
+        fit = self._judged(hypothesis, places, members)
+        for _ in range(steps):
+            following = self._moved(fit, hypothesis)
+            moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
+            places = following
+            fit = self._judged(hypothesis, places, members)
+            if moved < CLOSE:
+                break
+        return fit
+
+    def _judged(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
+        system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
+        judge = Judge(system, self.known, places.h, self.scale)
+        sizes = [places.h[one.label] for one in members] if places.h else None
+        return Fit(places, system, judge, judge.model(hypothesis, sizes))
+
+    def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
+        """The posterior mean, inside the emulator's box and the effects' limits."""
+        z: dict[str, Array] = {}
+        for shot in self.shots:
+            k = len(shot.setup.lows)
+            mean, _ = fit.interval(shot.group, k)
+            step = np.clip(mean - fit.places.z[shot.group], -0.35, 0.35)
+            z[shot.group] = np.clip(fit.places.z[shot.group] + step, shot.setup.lows, shot.setup.highs)
+        h = {
+            one.label: float(np.clip(size, *one.limits))
+            for one, size in zip(hypothesis.members, fit.evidence.h, strict=True)
+        }
+        return Places(z, h)
+
 
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
 MOST_REFITS = 5
@@ -39,6 +115,19 @@ class Ranking:
     def confidence_set(self) -> tuple[str, ...]:
         """The 95 % credible set."""
         return credible_set(self.shares)
+
+    @cached_property
+    def presence(self) -> dict[str, float]:
+        """Probability of none, of something else, and that each effect is there, alone or in a pair.
+
+        Sum over the models that hold it (posterior inclusion probability: Hoeting et al., Stat. Sci. 14 (1999) 382).
+        """
+        found = {label: share for label, share in self.shares.items() if len(self.models[label].members) < 2}
+        for label, share in self.shares.items():
+            if len(self.models[label].members) == 2:
+                for one in self.models[label].members:
+                    found[one.label] += share
+        return found
 
     @property
     def families(self) -> dict[str, float]:
@@ -64,7 +153,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     _refit_best(problem, models, singles, evidence, fits, begins, refits)
     progress(0.8)
     best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    evidence |= _pairs(fits.get(best, none), models, singles, evidence)
+    evidence |= _pairs(fits.get(best, none), models, evidence)
     progress(1.0)
     return Ranking(problem, models, fits, evidence, probabilities(evidence))
 
@@ -119,9 +208,7 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     )
 
 
-def _pairs(
-    about: Fit, models: Mapping[str, Hypothesis], singles: list[str], evidence: Mapping[str, Evidence]
-) -> dict[str, Evidence]:
+def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]) -> dict[str, Evidence]:
     """The pairs, on the system of the best single; those that could matter with the doubt of their signatures.
 
     The likeliest node alone tells which; the others stay at the better of their singles, which a pair's extra

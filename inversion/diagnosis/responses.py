@@ -1,9 +1,9 @@
 """Responses of the curves to effects of the solver, learnt from the two-level design, with what is not known of them.
 
 change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the least-squares slope of the half differences
-of folded-over pairs; what the regression leaves, spread by its covariance, is the uncertainty of S (Box, Hunter & Hunter,
-Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until simulations elsewhere show that the response
-bends.
+of folded-over pairs; what the regression leaves, spread by its covariance, is the uncertainty of S (Box, Hunter &
+Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until simulations elsewhere show that the
+response bends.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ from birdstrike.inversion.diagnosis.plan import WIDEST, Known, Plan, slope
 LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
 FEWEST_LEFT = 3  # pairs beyond the number of effects
 CHANGES = (0.0, 0.25, 0.5, 1.0, 2.0)
-"""Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is taken."""
+"""Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is
+taken.
+"""
 LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
 DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
 VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
@@ -29,11 +31,11 @@ VAGUE = 10.0  # times the half differences' root mean square: standard deviation
 class Response:
     """One effect's response.
 
-    signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over one
-    range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
+    signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
+    one range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
     spread: (k + 1, k + 1, channels) covariance of signature and slopes in units of the doubt; knots: magnitude in
-    plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it was
-    simulated.
+    plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it
+    was simulated.
     """
 
     known: Known
@@ -81,8 +83,8 @@ def learn_responses(
 ) -> tuple[dict[str, Response], dict[str, str]]:
     """Every effect's response, and why the others have none; stacks: (grid,) curves by label.
 
-    Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel: an
-    effect's signature changes with the bird's viscosity, friction's above all.
+    Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel:
+    an effect's signature changes with the bird's viscosity, friction's above all.
     """
     kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
     if len(kept) < len(plan.known) + FEWEST_LEFT:
@@ -148,39 +150,47 @@ def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> fl
     """Of the half differences' scores (pairs, components), each direction weighed as one observation."""
     K = design * prior @ design.T + left * np.eye(len(design))
     independent = float((scores**2).sum() ** 2 / ((scores**2).sum(axis=0) ** 2).sum())
-    sign, logdet = np.linalg.slogdet(K)
-    return -0.5 * independent * (float(logdet) + float(np.trace(np.linalg.solve(K, scores @ scores.T))))
+    logdet = float(np.linalg.slogdet(K)[1])
+    return -0.5 * independent * (logdet + float(np.trace(np.linalg.solve(K, scores @ scores.T))))
 
 
-def updated(response: Response, b: float, changes: Array) -> Response:
-    """The response after simulations with and without b sizes of it where it matters; changes: (pairs, grid).
+def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
+    """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
 
-    There the mean of the changes is the signature, and their scatter what is not known of it.
+    The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel.
     """
     change, count = changes.mean(axis=0), len(changes)
     k, channels = len(response.centre), response.spread.shape[-1]
-    doubt = np.split((response.doubt_at(response.centre) ** 2).sum(axis=0), channels)
-    weight = np.repeat([1.0 / max(float(one.mean()), 1e-300) for one in doubt], len(change) // channels)
-    power = float((weight * response.signature) @ response.signature)
-    h = float((weight * change) @ response.signature) / power if power else 0.0
+    old, doubt = response.at(z), response.doubt_at(z)
+    learnt = _by_channel((doubt**2).sum(axis=0), channels)
+    power = float((old / learnt) @ old)
+    h = float((old / learnt) @ change) / power if power else 0.0
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
     left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
+    seen = _by_channel((left**2).sum(axis=0), channels)
+    weight = learnt / (learnt + seen)
     spread = np.zeros((k + 1, k + 1, channels))
     spread[0, 0] = 1.0
     return replace(
         response,
-        signature=change / h,
+        signature=(1.0 - weight) * old + weight * change / h,
         slopes=np.zeros_like(response.slopes),
-        doubt=left,
+        doubt=np.vstack([(1.0 - weight) * doubt, weight * left]),
         spread=spread,
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
     )
 
 
+def _by_channel(variance: Array, channels: int) -> Array:
+    """(grid,) mean over each channel, never 0."""
+    means = [max(float(one.mean()), 1e-300) for one in np.split(variance, channels)]
+    return np.repeat(means, len(variance) // channels)
+
+
 def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:
-    """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones continue from there."""
+    """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones go on from there."""
     expected = response.h(b)
     ratio = h / expected if expected else 1.0
     knots = {

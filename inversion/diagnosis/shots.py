@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix
 
@@ -23,6 +24,8 @@ from birdstrike.inversion.observations.reader import ChannelRecord, Expected
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
+
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -162,15 +165,15 @@ class Shot:
     def sampler(self) -> csr_matrix:
         """(n, grid): a stacked curve's means over the record's blocks, linear between the clock's instants."""
         time, m = self.setup.time, len(self.setup.time)
-        rows: list[Array] = []
-        columns: list[Array] = []
+        rows: list[Indices] = []
+        columns: list[Indices] = []
         weights: list[Array] = []
         first = 0
         for trace in self.record.traces:
             begin = m * self.setup.channels.index(trace.name)
-            i = np.clip(np.searchsorted(time, trace.times) - 1, 0, m - 2)
+            i = np.asarray(np.clip(np.searchsorted(time, trace.times) - 1, 0, m - 2), dtype=np.intp)
             w = np.clip((trace.times - time[i]) / (time[i + 1] - time[i]), 0.0, 1.0)
-            row = first + np.arange(len(trace.times)) // trace.block
+            row = np.asarray(first + np.arange(len(trace.times)) // trace.block, dtype=np.intp)
             rows += [row, row]
             columns += [begin + i, begin + i + 1]
             weights += [(1.0 - w) / trace.block, w / trace.block]

@@ -1,4 +1,5 @@
-"""Signatures brought up to date by the solver: the effects that matter, run at the place and the size where they matter.
+"""Signatures brought up to date by the solver: the effects that matter, run at the place and the size where they
+matter.
 
 A response is learnt in the middle of the ranges at stated sizes; a clamp that has gone altogether bends the plate in
 another shape. So the likeliest effects are simulated at their own fits; one that reaches the largest magnitude that was
@@ -12,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
-from birdstrike.inversion.diagnosis.ranking import Ranking
-from birdstrike.inversion.diagnosis.refit import Problem
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.simulations import Strikes
@@ -31,10 +32,11 @@ WITHIN = 12.0  # nats of the best single
 
 @dataclass(frozen=True)
 class Wanted:
-    """One effect to be simulated: magnitude in plausible sizes; cases by label, each with and without it."""
+    """One effect to be simulated: magnitude b in plausible sizes, parameters z (k,); cases with and without it."""
 
     suspect: Suspect
     b: float
+    z: Array
     cases: Mapping[str, Case]
 
 
@@ -56,7 +58,7 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
             if f"{one.suspect.name} there {i}" in runs and f"{one.suspect.name} without {i}" in runs
         ]
         if changes:
-            responses[one.suspect.name] = updated(response, one.b, np.array(changes))
+            responses[one.suspect.name] = updated(response, one.b, np.array(changes), one.z)
     return _with_responses(problem, first.setup, responses)
 
 
@@ -102,4 +104,4 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
         base = setup.plan.response.with_values(setup.plan.values(np.round(z, 3)))
         cases[f"{one.name} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})
-    return Wanted(one, b, cases)
+    return Wanted(one, b, fit.places.z[group], cases)

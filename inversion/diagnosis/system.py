@@ -1,9 +1,10 @@
 """All shots as one linear-Gaussian system about given parameters.
 
-residual = J dz + sum_j h_j (G_j + D_j) + error, error ~ N(0, F + a^2 U) for each kind of sensor: F noise, numerical error
-and the part of the discrepancy whose amplitude is fixed, U the other part for an amplitude of 1. Both are diagonal in the coordinates T with
-T F T^T = 1 and T U T^T = lambda (Golub & Van Loan, Matrix Computations, 4th ed., 8.7), so that any amplitude costs a
-weighted sum. Kinds of sensors are independent of each other but for parameters and effects.
+residual = J dz + sum_j h_j (G_j + D_j) + error, error ~ N(0, F + a^2 U) for each kind of sensor: F noise, numerical
+error and the part of the discrepancy whose amplitude is fixed, U the other part for an amplitude of 1. Both are
+diagonal in the coordinates T with T F T^T = 1 and T U T^T = lambda (Golub & Van Loan, Matrix Computations, 4th ed.,
+8.7), so that any amplitude costs a weighted sum. Kinds of sensors are independent of each other but for parameters and
+effects.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Places:
 
 @dataclass(frozen=True)
 class Block:
-    """One kind of sensor. rows: (p,) of the whole record; T: (p, p); lam: (p,); logdet: of F; F, U: (p, p), whitened."""
+    """One kind of sensor. rows: (p,) of the record; T: (p, p); lam: (p,); logdet: of F; F, U: (p, p), whitened."""
 
     kind: str
     rows: np.ndarray
@@ -56,15 +57,16 @@ class Block:
         L = cholesky(F, lower=True)
         inner = solve_triangular(L, solve_triangular(L, U, lower=True).T, lower=True)
         lam, V = eigh(0.5 * (inner + inner.T))
-        T = solve_triangular(L, V, lower=True, trans="T").T
+        T = solve_triangular(L, V, lower=True, trans=1).T
         return cls(kind, rows, T, np.maximum(lam, 0.0), 2.0 * float(np.log(np.diag(L)).sum()), F, U)
 
 
 @dataclass(frozen=True)
 class System:
-    """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the residual at the places,
-    J by one prior standard deviation of each parameter, G and D of each suspect; at: name -> their
-    indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky factor (n, n).
+    """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
+    residual at the places, J by one prior standard deviation of each parameter, G and D of each suspect; at: name ->
+    their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky
+    factor (n, n).
     """
 
     blocks: tuple[Block, ...]
@@ -308,7 +310,7 @@ def _discrepancy(
 
 
 def _physical(shots: Sequence[Shot], places: Places, kind: str, peaks: Sequence[Array]) -> Array:
-    """(n, n) what each shot has for itself along the library's signatures, for an amplitude of 1, alike in all of them."""
+    """(n, n) what each shot has for itself along the library's signatures, alike in all, for an amplitude of 1."""
     blocks = []
     for shot, peak in zip(shots, peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
@@ -370,7 +372,7 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, s
         own = column[first : first + n]
         first += n
         if not np.any(own):
-            regression.append(np.zeros((n, len(one.response.doubt))))
+            regression.append(np.zeros((n, len(shot.setup.responses[one.name].doubt))))
             blocks.append(np.zeros((n, 0)))
             continue
         regression.append(shot.sample(shot.setup.responses[one.name].doubt_at(places.z[shot.group])).T)

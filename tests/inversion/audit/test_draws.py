@@ -16,7 +16,7 @@ from birdstrike.inversion.audit import draws
 from birdstrike.inversion.audit.draws import answer, bounded_least_squares
 from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.judge import Judged
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.statistics import Reference
 from birdstrike.inversion.diagnosis.verdict import NONE
 from birdstrike.inversion.estimation.coordinates import Box
