@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
-from birdstrike.inversion.diagnosis.evidence import Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge, credible_set, probabilities
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.system import Block, System
@@ -25,18 +26,19 @@ class Stub:
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
-    """A made-up shot of one kind of sensor: two parameters, five effects, a smooth discrepancy."""
+    """A made-up shot of one kind of sensor: two parameters, an unnamed error, five effects, a smooth discrepancy."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, POINTS)
     waves = np.array(
-        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 2), rng.uniform(0, 6, EFFECTS + 2), strict=True)]
+        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 3), rng.uniform(0, 6, EFFECTS + 3), strict=True)]
     ).T
     U = 400.0 * np.exp(-0.5 * ((t[:, None] - t) / 0.15) ** 2)
     F = np.eye(POINTS)
-    J, G = 10.0 * waves[:, :2], size * waves[:, 2:]
+    J, P, G = 10.0 * waves[:, :2], 5.0 * waves[:, 2:3], size * waves[:, 3:]
     values = np.zeros(POINTS) if y is None else y
-    columns = np.column_stack([values, J, G])
-    at = {"y": slice(0, 1), "J": slice(1, 3)} | {f"e{i}": slice(3 + i, 4 + i) for i in range(EFFECTS)}
+    columns = np.column_stack([values, J, P, G])
+    at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 4)}
+    at |= {f"e{i}": slice(4 + i, 5 + i) for i in range(EFFECTS)}
     block = Block.of("displacement", np.arange(POINTS), F, U)
     smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
     return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
@@ -54,9 +56,9 @@ def models(one_sided: bool = False) -> dict[str, Hypothesis]:
     return found
 
 
-def covariance(s: System, a: float, label: str | None = None) -> np.ndarray:
-    J = s.columns[:, s.at["J"]]
-    C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T
+def covariance(s: System, a: float, unnamed: float, label: str | None = None) -> np.ndarray:
+    J, P = s.columns[:, s.at["J"]], unnamed * s.columns[:, s.at["unnamed"]]
+    C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T + P @ P.T
     return C if label is None else C + s.columns[:, s.at[label]] @ s.columns[:, s.at[label]].T
 
 
@@ -67,8 +69,9 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     nodes = np.array([0.01, 0.05])
     found = Judge(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
-    exact = [multivariate_normal(np.zeros(POINTS), covariance(s, a, name)).logpdf(y) for a in nodes]
-    expected = np.logaddexp(*exact) - np.log(2.0) + 0.5 * POINTS * np.log(2.0 * np.pi)
+    every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
+    exact = [multivariate_normal(np.zeros(POINTS), C).logpdf(y) for C in every]
+    expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
     assert found == pytest.approx(
         float(expected), abs=1e-3
     )  # amplitudes of less than a thousandth of the weight are left out
@@ -93,7 +96,7 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
         base = system(7)
         truth = labels[rng.choice(len(labels), p=weights)]
         a = rng.choice(nodes)
-        y = rng.multivariate_normal(np.zeros(POINTS), covariance(base, a, None if truth == NONE else truth))
+        y = rng.multivariate_normal(np.zeros(POINTS), covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else truth))
         judge = Judge(system(7, y), known(nodes))
         shares = probabilities({label: judge.model(m) for label, m in priors.items()})
         best = max(shares, key=lambda name: shares[name])
@@ -114,7 +117,7 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
     y = np.concatenate([d + g + rng.standard_normal(POINTS), d + rng.standard_normal(POINTS)])
     shared = 60.0**2 * np.block([[K, K], [K, K]])
     own = np.block([[K, 0 * K], [0 * K, K]])
-    at = {"y": slice(0, 1), "J": slice(1, 2), "e0": slice(2, 3)}
+    at = {"y": slice(0, 1), "J": slice(1, 2), "unnamed": slice(2, 2), "e0": slice(2, 3)}
 
     def gain(rows: np.ndarray) -> float:
         block = Block.of(
@@ -166,7 +169,7 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
     """Two plausible sizes change the curves by three times the signature: the response is steeper than learnt."""
     old = response(np.ones(10))
     changes = 3.0 + 0.01 * np.random.default_rng(0).standard_normal((4, 10))
-    new = updated(old, 2.0, changes)
+    new = updated(old, 2.0, changes, np.zeros(1))
     assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
     assert np.allclose(new.h(2.0) * new.signature, changes.mean(axis=0))
     assert new.h(-1.0) == old.h(-1.0)
@@ -174,4 +177,4 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
 
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
     old = response(np.ones(10))
-    assert updated(old, 2.0, -3.0 * np.ones((4, 10))) is old
+    assert updated(old, 2.0, -3.0 * np.ones((4, 10)), np.zeros(1)) is old
