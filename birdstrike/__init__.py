@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from birdstrike.doe.designs.registry import Design
     from birdstrike.doe.designs.space import ParameterSpace
     from birdstrike.inversion.audit.audit import audit
+    from birdstrike.inversion.diagnosis.answer import Diagnosis, EffectFigures
     from birdstrike.inversion.diagnosis.diagnose import diagnose
-    from birdstrike.inversion.diagnosis.diagnosis import Diagnosis, EffectFigures
-    from birdstrike.inversion.diagnosis.wishes import Wishes as DiagnosisOptions
+    from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
     from birdstrike.inversion.mesh_convergence.convergence import MeshConvergence
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
@@ -83,9 +83,9 @@ _TYPES = {
     "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
     "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
     "CurveConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
-    "Diagnosis": "birdstrike.inversion.diagnosis.diagnosis",
-    "EffectFigures": "birdstrike.inversion.diagnosis.diagnosis",
-    "DiagnosisOptions": "birdstrike.inversion.diagnosis.wishes:Wishes",
+    "Diagnosis": "birdstrike.inversion.diagnosis.answer",
+    "EffectFigures": "birdstrike.inversion.diagnosis.answer",
+    "DiagnosisOptions": "birdstrike.inversion.diagnosis.pipeline",
     "Verification": "birdstrike.reports.verification.verify",
     "UserError": "birdstrike.data.errors",
     "RunFailed": "birdstrike.data.errors",

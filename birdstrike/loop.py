@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -49,6 +49,8 @@ class LoopPlan:
     diagnosed: bool = True
     retry: float = 0.0
     channels: tuple[str, ...] = ()
+    baselines: tuple[Path, ...] = ()
+    baseline_cases: tuple[Case, ...] = ()
 
     @property
     def doe(self) -> Path:
@@ -89,23 +91,43 @@ def close_the_loop(
     diagnosis: bool = True,
     retry_failed: bool = False,
     channels: tuple[str, ...] = (),
+    baseline: Sequence[str | Path] = (),
+    baseline_case: Sequence[str | Path | Case] = (),
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
     """Run what is due of the whole loop and return the content of `out/close_the_loop.json`.
 
     case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
-    with a failure on record are tried again, and stages that hold some are done again. The campaign's workers are
-    started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed; after
-    either, and after Ctrl-C, the same call resumes.
+    with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
+    rig in which nothing is suspected, each with its baseline_case where they are not of `case`. The campaign's workers
+    are started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
+    after either, and after Ctrl-C, the same call resumes.
     """
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.solver.case.case import load_case
 
     retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured, channels)
+        clean = baseline_files(loaded, baseline)
+        clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
         planned = planned_runs(loaded, design, runs, seed, progress)
-    plan = LoopPlan(loaded, record, Path(out), planned, seed, workers, trainer, say, diagnosis, retry, channels)
+    plan = LoopPlan(
+        loaded,
+        record,
+        Path(out),
+        planned,
+        seed,
+        workers,
+        trainer,
+        say,
+        diagnosis,
+        retry,
+        channels,
+        clean,
+        clean_cases,
+    )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
     return conclude(plan)
@@ -127,6 +149,11 @@ def checked(case: CaseSource, measured: str | Path, channels: tuple[str, ...] = 
     return loaded, record
 
 
+def baseline_files(case: Case, baseline: Sequence[str | Path]) -> tuple[Path, ...]:
+    """Files of the baselines given, else of those that the case names; raises UserError for one that is not there."""
+    return tuple(resolve_measured(one) for one in (baseline or case.diagnosis.baselines))
+
+
 def planned_runs(case: Case, design: str | Path, runs: int, seed: int, progress: Progress) -> Design:
     """The design; raises UserError for one that cannot give separate estimates, before it is paid for."""
     from birdstrike.doe.designs.registry import make_design
@@ -144,7 +171,7 @@ def stages(plan: LoopPlan) -> tuple[Stage, ...]:
     count = len(plan.design.numbers)
     diagnosis = Stage(
         "diagnosis",
-        "Diagnosis: simulations for every effect, refits, before and after",
+        "Diagnosis: simulations of every effect, comparison of the models, before and after",
         partial(_diagnosis_inputs, plan),
         tuple(plan.diagnosis / name for name in ("diagnosis.json", "diagnosis.csv")),
         partial(_diagnosis, plan),
@@ -276,20 +303,34 @@ def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     kept = {
         name: inputs[name] for name in (*chosen, "solver", "sources", "campaign", "measured", "name", "seed", "code")
     }
-    return {**kept, "effects": effects_digest()}
+    clean = {
+        "baselines": digest(*plan.baselines),
+        "baseline_names": [path.name for path in plan.baselines],
+        "baseline_cases": [case.model_dump(mode="json") for case in plan.baseline_cases],
+        "discrepancy": dict(plan.case.inversion.discrepancy),
+    }
+    return {**kept, **clean, "effects": effects_digest()}
 
 
 def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.data.curves import read_measured
-    from birdstrike.inversion.diagnosis.diagnose import Wishes, diagnose
+    from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
 
     @contextmanager
     def counted() -> Iterator[Callable[[RunCounts], None]]:
         yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
 
-    wishes = Wishes(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
     record = read_measured(plan.measured).only(plan.channels) if plan.channels else plan.measured
-    diagnose(plan.case, record, plan.diagnosis, plan.doe, wishes=wishes)
+    options = DiagnosisOptions(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
+    diagnose(
+        plan.case,
+        record,
+        plan.diagnosis,
+        plan.doe,
+        options=options,
+        baseline=plan.baselines,
+        baseline_case=plan.baseline_cases,
+    )
 
 
 def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:

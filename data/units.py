@@ -162,6 +162,17 @@ def to_si(text: str, unit: str) -> float:
     return scaled(number, given)
 
 
+def share(text: str) -> float:
+    """Share that a percentage's text states: share("2 %") is 0.02; raises UnitError."""
+    try:
+        number, unit = parts(text)
+    except UnitError as error:
+        raise UnitError(f'"{text}" is not a number with "%"') from error
+    if unit != "%":
+        raise UnitError(f'"{text}" is not in "%"')
+    return float(Decimal(number) / 100)
+
+
 def in_unit(value: float, unit: str) -> Decimal:
     """An SI value in `unit`, exact in decimal, so that writing and reading a file changes no bit."""
     return Decimal(repr(float(value))) / factor(unit)

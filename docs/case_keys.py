@@ -113,6 +113,7 @@ STRIKE = {
     "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
     "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
     "impact.offset": "From the plate's centre to the point of aim, along length and width.",
+    "impact.yaw": "Of the bird's axis out of its velocity, towards the plate's width; not of a sphere.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",
     "time.output_interval": "Between two outputs of the sensors.",
@@ -143,11 +144,15 @@ SETTINGS = {
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
     'inversion.parameters."<key>".scale': "In which its designs spread.",
+    "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
+    "takes them; a path is relative to the case's file.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
     "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
     "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
     "inversion.nuisance.thickness": "Of the plate's thickness, one standard deviation.",
     "inversion.nuisance.angle": "Of the impact's angle, one standard deviation.",
+    "inversion.discrepancy.<sensor>": "Slow error of the model, one standard deviation, as a share of the largest "
+    "value that the sensor recorded; `train-and-invert --discrepancy` replaces it for every sensor.",
 }
 EXTERNAL = {
     "external.command": "Words of the command; `{input}` stands for the deck's name.",
@@ -260,6 +265,10 @@ def inversion() -> Iterator[Row]:
     for name, mark in NUISANCE.items():
         key = f"inversion.nuisance.{name}"
         yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", SETTINGS.get(key, "")
+    key = "inversion.discrepancy.<sensor>"
+    yield f"`{key}`", "%", "0 % .. 100 %", "none", SETTINGS[key]
+    key = "diagnosis.baselines"
+    yield f"`{key}`", "list: text", 'such as "clean.csv"', "none", SETTINGS[key]
 
 
 def of_kind(key: str) -> tuple[str, str] | None:

@@ -56,4 +56,4 @@ def attempt(
 def _caused_by_the_machine(error: BaseException) -> bool:
     """Whether one of MACHINE_FAULTS is the stated cause of another error."""
     cause = error.__cause__
-    return cause is not None and (isinstance(cause, MACHINE_FAULTS) or _caused_by_the_machine(cause))
+    return cause not in (None, error) and (isinstance(cause, MACHINE_FAULTS) or _caused_by_the_machine(cause))

@@ -27,6 +27,7 @@ from birdstrike.inversion.estimation.nuisances import (
     discrepancy_columns,
     mesh_columns,
     nuisance_columns,
+    stated_discrepancy,
 )
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
@@ -53,8 +54,9 @@ class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
 
     refine: runs that may be added near the answer, "auto" while they pay; hidden: neurons, None searches; copies: noisy
-    copies of every training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma);
-    mesh: curves of a mesh study (convergence.csv), whose uncertainty every model then carries;
+    copies of every training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma),
+    None for what the case states by sensor; mesh: curves of a mesh study (convergence.csv), whose uncertainty every
+    model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
@@ -64,7 +66,7 @@ class Extras:
     refine: int | str = AUTO
     hidden: int | None = HIDDEN
     copies: int = 0
-    discrepancy: float = 0.0
+    discrepancy: float | None = None
     mesh: Path | None = None
     filter: str | None = None
     posterior: bool = True
@@ -280,8 +282,8 @@ def _shot(
     said = [
         f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
     ]
-    if more.discrepancy:
-        said.append(f"a stated discrepancy of {100 * more.discrepancy:g} % of each peak")
+    shares = stated_discrepancy(base, read.channels, more.discrepancy)
+    said += [f"a stated discrepancy of {100 * share:g} % of the peak of {name}" for name, share in shares.items()]
     bands = _bands(more.mesh) if more.mesh else None
     if more.mesh:
         said.append(f"the mesh's uncertainty from {more.mesh}")
@@ -289,7 +291,7 @@ def _shot(
     def columns(observations: Observations, mode: Mode) -> Array:
         theta = {name: float(v) for name, v in zip(dataset.names, mode.theta, strict=True)}
         parts = [nuisance_columns(solver, nuisances, theta, observations, mode.t0)]
-        parts += [discrepancy_columns(more.discrepancy, observations)] if more.discrepancy else []
+        parts += [discrepancy_columns(shares, observations)] if shares else []
         parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
         return np.hstack(parts)
 

@@ -56,17 +56,33 @@ def edges_of(edges: str | EdgeSprings) -> str | EdgeStiffness:
     return EdgeStiffness(**{name: RIGID if given[name] is None else given[name] for name in asdict(EdgeStiffness())})
 
 
-def turned(points: Array, angle: float) -> Array:
-    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight (cos angle, 0, -sin angle)."""
-    along = [math.cos(angle), 0.0, -math.sin(angle)]
-    return points @ np.stack([along, [0.0, 1.0, 0.0], [math.sin(angle), 0.0, math.cos(angle)]])
+def turned(points: Array, angle: float, yaw: float = 0.0) -> Array:
+    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight (cos angle, 0, -sin angle).
+
+    Its axis then makes the angle `yaw` [rad] with that direction, its nose turned towards y.
+    """
+    along, across = np.array([math.cos(angle), 0.0, -math.sin(angle)]), np.array([0.0, 1.0, 0.0])
+    if yaw:
+        c, s = math.cos(yaw), math.sin(yaw)
+        along, across = c * along + s * across, c * across - s * along
+    return points @ np.stack([along, across, [math.sin(angle), 0.0, math.cos(angle)]])
 
 
-def nose_meets(surface: Array, angle: float, height: float) -> float:
-    """x [m] where the lowest of a turned bird's points (n, 3) meets the plane z = height [m]."""
+def surface_in_flight(case: Case) -> Array:
+    """Points (n, 3) [m] on the ideal surface of the case's bird about its centre, turned as it flies.
+
+    Every ring about the bird's axis has a point where it lies lowest.
+    """
+    bird, impact = case.bird, case.impact
+    roll = math.atan2(math.sin(impact.yaw) * math.sin(impact.angle), math.cos(impact.angle))
+    return turned(outline(bird.shape, bird.diameter, bird.length, roll), impact.angle, impact.yaw)
+
+
+def nose_meets(surface: Array, angle: float, height: float) -> tuple[float, float]:
+    """x and y [m] where the lowest of a turned bird's points (n, 3) meets the plane z = height [m]."""
     lowest = surface[:, 2].min()
-    nose = surface[:, 0][np.isclose(surface[:, 2], lowest, atol=1e-9)].mean()
-    return float(nose + (lowest - height) / math.tan(angle))
+    touching = surface[np.isclose(surface[:, 2], lowest, atol=1e-9)]
+    return float(touching[:, 0].mean() + (lowest - height) / math.tan(angle)), float(touching[:, 1].mean())
 
 
 def flight_to_panel(x: Array, direction: Array, plate: PlateOfCase, surface: float) -> float:
@@ -105,23 +121,19 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
-    surface, start = ideal_surface(case), aimed_at(case)
-    x = turned(points, impact.angle) + start
+    surface, start = surface_in_flight(case), aimed_at(case)
+    x = turned(points, impact.angle, impact.yaw) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
     x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
     return x, np.tile(impact.speed * direction, (len(x), 1))
-
-
-def ideal_surface(case: Case) -> Array:
-    """Points (n, 3) [m] on the bird's ideal surface about its centre, turned into the direction of flight."""
-    return turned(outline(case.bird.shape, case.bird.diameter, case.bird.length), case.impact.angle)
 
 
 def aimed_at(case: Case) -> Array:
     """Where the bird's axis meets the plate's mid-plane, (3,) [m]: the point of aim, or such that the nose meets it."""
     start = np.array([*case.impact.offset, 0.0])
     if case.impact.aim == "first_touch":
-        start[0] -= nose_meets(ideal_surface(case), case.impact.angle, 0.5 * case.plate.thickness)
+        x_nose, y_nose = nose_meets(surface_in_flight(case), case.impact.angle, 0.5 * case.plate.thickness)
+        start -= [x_nose, y_nose if case.impact.yaw else 0.0, 0.0]  # without yaw the nose lies at y = 0 exactly
     return start
 
 

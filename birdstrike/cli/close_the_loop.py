@@ -46,6 +46,12 @@ def command(
     trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
     diagnosis: Annotated[bool, typer.Option(help="Trace the residual to an effect that the model lacks.")] = True,
     channels: Channels = "",
+    baseline: Annotated[
+        list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
+    ] = [],  # noqa: B006 (typer copies it)
+    baseline_case: Annotated[
+        list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
+    ] = [],  # noqa: B006
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -69,6 +75,8 @@ def command(
         diagnosis=diagnosis,
         retry_failed=retry_failed,
         channels=names_of(channels),
+        baseline=baseline,
+        baseline_case=[load_case(one, overrides(settings)) for one in baseline_case],
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )

@@ -57,8 +57,13 @@ def command(
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
     copies: Annotated[int, typer.Option(min=0, help="Copies of every training run with the sensor's noise.")] = 0,
     discrepancy: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Slow error of the model, share of each channel's peak (1 sigma).")
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=1.0,
+            help="Slow error of the model, share of each channel's peak (1 sigma); by default the case's own.",
+        ),
+    ] = None,
     mesh: Annotated[
         Path | None, typer.Option(help="convergence.csv of birdstrike converge: the mesh's uncertainty is carried.")
     ] = None,

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 from birdstrike.inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
 from birdstrike.inversion.audit.score import STATED, Score
-from birdstrike.inversion.diagnosis.verdict import NONE
 
 ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
 

@@ -7,13 +7,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from birdstrike.inversion.diagnosis.groundwork import Groundwork, prepare
+from birdstrike.inversion.diagnosis.strikes import Strikes
+
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.audit.coarse import coarse
 from birdstrike.inversion.diagnosis.diagnose import Study, Wishes
-from birdstrike.inversion.diagnosis.groundwork import Groundwork, prepare
-from birdstrike.inversion.diagnosis.strikes import Strikes
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
 

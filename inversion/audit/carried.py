@@ -10,15 +10,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import MOVED, Judge, Judged
+from birdstrike.inversion.diagnosis.record import Record, averaged
+from birdstrike.inversion.diagnosis.strikes import Strikes
 from scipy.linalg import solve_triangular
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.experiment import Truth
-from birdstrike.inversion.diagnosis.covariance import Whitener
-from birdstrike.inversion.diagnosis.judge import MOVED, Judge, Judged
-from birdstrike.inversion.diagnosis.record import Record, averaged
-from birdstrike.inversion.diagnosis.refit import Fit, Problem, again
-from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, again
 
 Models = Mapping[str, Judged]
 

@@ -10,6 +10,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.model import Place
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.carried import covariance_of
@@ -18,13 +23,8 @@ from birdstrike.inversion.audit.draws import answer
 from birdstrike.inversion.audit.planted import CLEAN, LARGEST, SINGLE, SMALLEST
 from birdstrike.inversion.audit.power import Power, along, shown, signal
 from birdstrike.inversion.audit.score import STATED, Blind, Score, lone
-from birdstrike.inversion.diagnosis.choice import Choice
 from birdstrike.inversion.diagnosis.diagnose import Study
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.model import Place
-from birdstrike.inversion.diagnosis.record import Record
 from birdstrike.inversion.diagnosis.responses import Known
-from birdstrike.inversion.diagnosis.verdict import NONE
 from birdstrike.inversion.estimation.coordinates import Box
 
 EVERY = 4  # one curve in so many is clean

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
-from birdstrike.inversion.audit.carried import Models, struck
 from birdstrike.inversion.diagnosis.groundwork import Groundwork
 from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.refit import again
+
+from birdstrike.inversion.audit.carried import Models, struck
+from birdstrike.inversion.diagnosis.ranking import again
 from birdstrike.surrogate.emulator import fit_emulator
 
 FEW = 12

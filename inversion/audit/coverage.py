@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.draws import Draws
 from birdstrike.inversion.diagnosis.evidence import magnitude_interval
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.refit import bounds
+from birdstrike.inversion.diagnosis.ranking import bounds
 from birdstrike.inversion.estimation.estimates import NEWS
 from birdstrike.inversion.estimation.time_origin import NORMAL_95
 

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.choice import silent, visible
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.record import Trace, averaged
+from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.signal import lfilter
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.choice import silent, visible
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.record import Trace, averaged
-from birdstrike.inversion.diagnosis.refit import Fit, bounds
-from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
+from birdstrike.inversion.diagnosis.ranking import Fit, bounds
 
 OUTLIER = 8.0  # standard deviations
 ROUNDS = 6  # of linearising where the active bounds of a draw hold

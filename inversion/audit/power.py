@@ -9,15 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.verdict import NONE
 from scipy.optimize import brentq
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.carried import covariance_of
 from birdstrike.inversion.audit.draws import Noises, answer
-from birdstrike.inversion.diagnosis.covariance import Whitener
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.refit import Fit, again
-from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.diagnosis.ranking import Fit, again
 
 SIGNALS = (2.0, 3.0, 4.0, 5.0, 6.0)
 FARTHEST = np.log(30.0)  # of the factor on the measurement noise

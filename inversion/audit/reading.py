@@ -11,6 +11,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.record import Record
+from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
 from scipy.stats import chi2
 
 from birdstrike.data.curves import Measured
@@ -18,13 +23,8 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.audit.carried import Models, covariance_of, recorded
 from birdstrike.inversion.audit.draws import Draws, Noises
 from birdstrike.inversion.audit.experiment import Truth
-from birdstrike.inversion.diagnosis.choice import Choice
-from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.diagnose import Study
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.record import Record
-from birdstrike.inversion.diagnosis.refit import again, rows_of
-from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
+from birdstrike.inversion.diagnosis.ranking import again, rows_of
 
 HOPELESS = 1e-5  # p of the omnibus statistic alone
 LEFT, GAINED = 0.7, 60.0  # of the cost, and in it: what a refit to a few unknowns leaves of it at least

@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.heldout import time_block
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
 
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.histories import Array
@@ -18,11 +22,7 @@ from birdstrike.inversion.audit.experiment import Experiment, Truth, read_truth
 from birdstrike.inversion.audit.planted import CLEAN, SINGLE
 from birdstrike.inversion.audit.power import Power, power, shown, signal
 from birdstrike.inversion.audit.reading import read_draws
-from birdstrike.inversion.diagnosis.choice import Choice
 from birdstrike.inversion.diagnosis.diagnose import Study
-from birdstrike.inversion.diagnosis.heldout import time_block
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
 from birdstrike.solver.case.case import load_case
 
 TWIN = 0.9

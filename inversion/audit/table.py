@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from birdstrike.inversion.diagnosis.verdict import NONE
 
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
@@ -15,7 +16,6 @@ from birdstrike.inversion.audit.answers import confusion, lines, of_kind, power_
 from birdstrike.inversion.audit.gates import Gate, at_least, at_most, below, between, contains, figures_of, rate, shown
 from birdstrike.inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
 from birdstrike.inversion.audit.score import STATED, Asked, Score
-from birdstrike.inversion.diagnosis.verdict import NONE
 from birdstrike.solver.version import SOLVER_VERSION
 
 

@@ -1,1 +1,9 @@
-"""Diagnosis: is the miss of a calibrated model real, and which effect that the model lacks explains it?"""
+"""Diagnosis: from a case and its records to a named missing effect, or to an honest refusal.
+
+Enters: a case, measured records, baseline records. Leaves: a `Diagnosis`, written as diagnosis.json.
+Read in this order: `plan` (which simulations), `simulations` (run and stored), `setup` (emulator of the campaign),
+`mesh_correction`, `responses` (to effects), `instrument`, `discrepancy` (error of the model's form), `shots` (a record
+and its setup), `system` (all records stacked), `hypotheses` (the models and their priors), `evidence`, `refit`,
+`baseline`, `ranking`, `solver_update`, `alarm`, `required`, `power`, `next_measurement`, `before_and_after`, `answer`,
+`pipeline` (the procedure), `diagnose` (the command).
+"""

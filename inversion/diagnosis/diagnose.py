@@ -1,97 +1,239 @@
-"""`birdstrike diagnose`: from a case and a record to a verdict, an effect's name, the error before and after."""
+"""`birdstrike diagnose`: from cases and records to a verdict, an effect's name, the error before and after."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import pandas as pd
+
 from birdstrike.data.curves import Measured, read_measured
-from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
-from birdstrike.doe.campaign.campaign import run_campaign
-from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
-from birdstrike.doe.designs.registry import make_design
-from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.diagnosis.diagnosis import Diagnosis
-from birdstrike.inversion.diagnosis.groundwork import prepare
-from birdstrike.inversion.diagnosis.strikes import Strikes
-from birdstrike.inversion.diagnosis.study import Study
-from birdstrike.inversion.diagnosis.wishes import Wishes, quiet, uncounted
-from birdstrike.inversion.diagnosis.write import write
-from birdstrike.inversion.train_and_invert import campaign_case
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
+from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
+from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
+from birdstrike.inversion.diagnosis.shots import read_shot
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.solver.case.case import Case, as_case, case_hash
+from birdstrike.solver.case.write import case_toml
+
+CaseLike = str | Path | Case
+RecordLike = str | Path | Measured
+COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
+
+
+@dataclass(frozen=True)
+class NamedRecord:
+    """A record, its name (the file's stem), and the case that it is a shot of."""
+
+    name: str
+    case: Case
+    record: Measured
 
 
 def diagnose(
-    case: str | Path | Case,
-    measured: str | Path | Measured,
+    case: CaseLike | Sequence[CaseLike],
+    measured: RecordLike | Sequence[RecordLike],
     out: str | Path,
     doe: str | Path | None = None,
-    heldout: str | Path | Measured | None = None,
-    wishes: Wishes | None = None,
+    heldout: RecordLike | None = None,
+    options: DiagnosisOptions | None = None,
     retry_failed: bool = False,
+    baseline: Sequence[RecordLike] = (),
+    baseline_case: Sequence[CaseLike] = (),
 ) -> Diagnosis:
-    """Diagnose the record and write `diagnosis.json`, the curves and, where an effect helps, the case with it.
+    """Diagnose a record, or several shots of one rig; write `diagnosis.json`, curves and the case with the effect.
 
-    doe: folder of a finished campaign of the case (else one is run in `out/doe`); heldout: another shot of the same
-    case, which nothing is fitted to; retry_failed: runs with a failure on record are tried again.
-    Raises UserError and RunFailed; every strike that was paid stays in `out/runs`.
+    Parameters
+    ----------
+    case, measured : one of each, or a case for every record in order (a single case serves all).
+    out : folder; simulations stay in `out/runs`, so that the same call resumes.
+    doe : folder of a finished campaign of the case, whose runs are used where they fit.
+    heldout : another record of the first case, which nothing is fitted to.
+    options : how to diagnose.
+    retry_failed : runs with a failure on record are tried again.
+    baseline, baseline_case : shots of the rig in which nothing is suspected (none: those that the first case names in
+        `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
+
+    Raises
+    ------
+    UserError, RunFailed
+        The input cannot be used; the simulations failed. A baseline that cannot serve is left out with a warning.
     """
-    choice, folder = wishes or Wishes(), Path(out)
+    choice, folder = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
-    loaded = load_case(case) if isinstance(case, str | Path) else case
-    record = _read(measured)
-    shot = None if heldout is None else _read(heldout)
-    _refuse_unknown(loaded, record, shot)
+    shots = named_records(case, measured)
+    other = None if heldout is None else read(heldout)
+    refuse(shots, other)
+    clean, warnings = clean_shots(shots, baseline, baseline_case)
     folder.mkdir(parents=True, exist_ok=True)
-    dataset, campaign = _campaign(loaded, folder, doe, choice)
-    read, workers, retry = (campaign / "runs",), choice.workers, choice.retry
-    with choice.counter() as shown, Strikes(folder / "runs", read, workers, shown, retry) as strikes:
-        with choice.display("Emulator, and strikes for every effect and numerical choice") as progress:
-            ground = prepare(loaded, dataset, tuple(record.channels), strikes, progress)
-        found = Study(ground, strikes, choice).diagnosis(record, shot)
-    return write(found, folder)
+    further = () if doe is None else (Path(doe) / "runs",)
+    with (
+        choice.counter() as shown,
+        Strikes(folder / "runs", further, choice.workers, shown, choice.retry) as strikes,
+    ):
+        setups = all_setups(shots, clean, strikes, choice)
+        read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
+        records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+        baselines = read_baselines(records, channels_of(shots))
+        held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
+        found = Pipeline(read_shots, baselines, choice, strikes, warnings).diagnosis(held)
+    simulated = any(one.record.simulated for one in shots)
+    record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
+    return write(replace(found, record=record), folder)
 
 
-def _read(measured: str | Path | Measured) -> Measured:
+def named_records(
+    case: CaseLike | Sequence[CaseLike], measured: RecordLike | Sequence[RecordLike]
+) -> list[NamedRecord]:
+    """Every record with its case; raises UserError when their numbers do not fit."""
+    shots = [measured] if isinstance(measured, str | Path | Measured) else [*measured]
+    cases = [case] if isinstance(case, str | Path | Case) else [*case]
+    return matched([loaded(one) for one in cases], [read(one) for one in shots])
+
+
+def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRecord]:
+    """Records with their cases in order; a single case serves all."""
+    cases = [*cases] * (len(records) if len(cases) == 1 else 1)
+    if len(cases) != len(records):
+        raise UserError(
+            f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order"
+        )
+    names = [Path(one.path).stem or f"shot{i + 1}" for i, one in enumerate(records)]
+    unique = [name if names.count(name) == 1 else f"{name}_{i + 1}" for i, name in enumerate(names)]
+    return [NamedRecord(name, own, record) for name, own, record in zip(unique, cases, records, strict=True)]
+
+
+def loaded(case: CaseLike) -> Case:
+    """A case from its file or as it is."""
+    return as_case(case)
+
+
+def read(measured: RecordLike) -> Measured:
+    """A record from its file or as it is."""
     return measured if isinstance(measured, Measured) else read_measured(resolve_measured(measured))
 
 
-def _refuse_unknown(case: Case, record: Measured, shot: Measured | None) -> None:
-    """Raise MeasuredError for channels that the case or the other shot lacks, before any strike is paid for."""
-    known = ", ".join(case.sensors)
-    unknown = [name for name in record.channels if name not in case.sensors]
-    errors = [f'{record.path}: channel "{n}" is no sensor of case {case.name}; its sensors: {known}' for n in unknown]
-    missing = [name for name in record.channels if shot is not None and name not in shot.channels]
+def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
+    """Raise MeasuredError for channels that a case lacks and for short records, before anything is simulated."""
+    errors: list[str] = []
+    for one in shots:
+        known, end = ", ".join(one.case.sensors), float(one.record.time[-1])
+        errors += [
+            f'{one.record.path}: channel "{n}" is no sensor of case {one.case.name}; its sensors: {known}'
+            for n in one.record.channels
+            if n not in one.case.sensors
+        ]
+        if end < SHORTEST * one.case.time.end:
+            errors.append(
+                f"{one.record.path}: ends at {1e3 * end:.3g} ms, the simulation at {1e3 * one.case.time.end:.3g} ms; "
+                "shorten time.end, or use the whole record"
+            )
+    missing = [n for n in shots[0].record.channels if heldout is not None and n not in heldout.channels]
     errors += [
-        f'{shot.path if shot else ""}: channel "{n}" is missing; the two records must have the same' for n in missing
+        f'{heldout.path if heldout else ""}: channel "{n}" is missing; it must have the channels of the first record'
+        for n in missing
     ]
     if errors:
         raise MeasuredError(errors)
 
 
-def _campaign(case: Case, folder: Path, doe: str | Path | None, choice: Wishes) -> tuple[Dataset, Path]:
-    """The campaign given, or one's own."""
-    if doe is not None:
-        dataset = load_dataset(Path(doe))
-        campaign_case(Path(doe), dataset, case)
-        return dataset, Path(doe)
-    design = make_design("uniform", ParameterSpace.of(case.parameters()), choice.runs, choice.seed)
-    with choice.counter() as shown:
-        dataset = run_campaign(
-            case,
-            design,
-            folder / "doe",
-            workers=choice.workers,
-            progress=shown,
-            say=lambda _: None,
-            retry=choice.retry,
-        )
-    return dataset, folder / "doe"
+def clean_shots(
+    shots: Sequence[NamedRecord], baseline: Sequence[RecordLike], baseline_case: Sequence[CaseLike]
+) -> tuple[list[NamedRecord], tuple[str, ...]]:
+    """The baselines that can serve, a warning for each of the others; raises UserError for a file that is not there.
+
+    The case's own baselines are taken where none is given.
+    """
+    first = shots[0].case
+    given: Sequence[RecordLike] = baseline or first.diagnosis.baselines
+    if baseline_case and len(baseline_case) != len(given):
+        counts = f"{len(given)} baselines and {len(baseline_case)} of their cases"
+        raise UserError(f"{counts}: give a --baseline-case for each --baseline in order, or none at all")
+    cases = [loaded(one) for one in baseline_case] or [first] * len(given)
+    warnings: list[str] = []
+    readable: list[tuple[Case, Measured]] = []
+    for own, one in zip(cases, given, strict=True):
+        path = one if isinstance(one, Measured) else resolve_measured(one)
+        try:
+            readable.append((own, read(path)))
+        except MeasuredError as error:
+            warnings.append(left_out(f"baseline {one}", "; ".join(error.errors)))
+    named = matched([own for own, _ in readable], [record for _, record in readable]) if readable else []
+    found = []
+    for one in named:
+        if reason := unfit(one.record, one.case, first, channels_of(shots)):
+            warnings.append(left_out(f"baseline {one.name}", reason))
+        else:
+            found.append(one)
+    return found, tuple(warnings)
 
 
-__all__ = ["Study", "Wishes", "diagnose", "quiet", "uncounted"]
+def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:
+    """Channels of all measured records, those of the first before the others."""
+    return tuple(dict.fromkeys(channel for one in shots for channel in one.record.channels))
+
+
+def all_setups(
+    shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], strikes: Strikes, choice: DiagnosisOptions
+) -> dict[str, Setup]:
+    """Setups by the case's hash, one for each different case, with the measured channels."""
+    found: dict[str, Setup] = {}
+    for one in (*shots, *clean):
+        key = case_hash(one.case)
+        if key in found:
+            continue
+        channels = [channel for channel in channels_of(shots) if channel in one.case.sensors]
+        plan = make_plan(one.case, choice.runs, choice.seed)
+        with choice.display(f"Simulations and emulator of {one.case.name}") as progress:
+            found[key] = make_setup(plan, channels, simulate_plan(plan, strikes), progress)
+    return found
+
+
+def write(found: Diagnosis, folder: Path) -> Diagnosis:
+    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file."""
+    if found.case is not None and found.after is not None:
+        model = found.after.model.replace(".", "_").replace("@", "_of_")
+        path = folder / f"{found.case.name}_with_{model}.toml"
+        write_atomically(path, case_text(found, found.case))
+        found = replace(found, case_after=path.name)
+    for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
+        write_curves(folder / name, channels)
+    found.save(folder / "diagnosis.json")
+    return found
+
+
+def curve_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of curves: of the first shot diagnosis.csv."""
+    return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:
+    """Record, errors and models of one shot, channel below channel."""
+    tables = [
+        pd.DataFrame({"channel": channel, "time_s": one["time"], **{key: one[key] for key in COLUMNS}})
+        for channel, one in channels.items()
+    ]
+    write_atomically(path, pd.concat(tables).to_csv(index=False, float_format="%.9e", lineterminator="\n"))
+
+
+def case_text(found: Diagnosis, case: Case) -> str:
+    """TOML of the case after, headed by what it is."""
+    head = [f"{found.sentence}."]
+    if found.verdict != ATTRIBUTED:
+        model = found.after.model if found.after else ""
+        head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
+    head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
+    return "".join(f"# {line}\n" for line in head) + case_toml(case)
+
+
+__all__ = ["DiagnosisOptions", "diagnose", "quiet", "uncounted"]

@@ -1,123 +1,285 @@
-"""Ranking by Laplace evidence, magnitudes with intervals, and what an effect does to the parameters."""
+"""Exact marginal likelihoods of the linear-Gaussian models, the amplitude of the discrepancy marginalised on nodes.
+
+log p(y | M, a) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
+with r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster,
+Bayesian Inference, 2004, ch. 11). One-sided magnitudes have a half-normal prior: times 2 Phi(mean / sd) of the
+posterior.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+from scipy.stats import norm
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.judge import Judged
-from birdstrike.inversion.diagnosis.linear import Linear
-from birdstrike.inversion.diagnosis.refit import Fit
-from birdstrike.inversion.estimation.time_origin import NORMAL_95
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
+from birdstrike.inversion.diagnosis.hypotheses import SOMETHING_ELSE, Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.system import Block, System
 
-SILENT = 1e-3
-"""Standard errors by which a plausible size must stand out to be a signature; below it is rounding, however large."""
-
-
-def stands_out(linear: Linear, effect: int) -> bool:
-    """Whether the other unknowns cannot imitate an effect entirely."""
-    return bool(linear.seen[effect] and linear.sizes[effect] > SILENT)
+MAGNITUDE_SD = 1.0
+"""In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a
+laboratory
+meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1 (2006) 515)."""
 
 
-def log_evidence(fit: Fit) -> float:
-    """log p(y | model) up to what all share: -|r|^2/2 - b^2/2 - log det(A^T A + prior of b)/2 - log |Sigma|/2.
+@dataclass(frozen=True)
+class Evidence:
+    """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean;
+    unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions."""
 
-    A holds the unknowns at a bound too. Prior of b: N(0, 1) in plausible sizes, half-normal (twice as dense) for a
-    one-sided effect; at b = 0 only half of the peak lies inside, which takes the two back (Laplace's approximation:
-    Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773, sect. 4.1). Models that a strike corrected have another Sigma.
+    hypothesis: Hypothesis
+    log_evidence: float
+    h: Array
+    h_cov: Array
+    z: Array
+    z_cov: Array
+    weights: Array
+    amplitudes: Mapping[str, float]
+    unnamed: float
+
+
+Indices = NDArray[np.intp]
+NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
+
+
+@dataclass(frozen=True)
+class Grams:
+    """X^T C^-1 X of any columns at any combination of amplitudes. x: (p, m) of each kind, in its diagonal coordinates;
+    weights: (nodes, p) of each kind; index: (combinations,) node of each kind; logdet: (combinations,) log det C.
     """
-    prior = np.append(np.zeros(len(fit.x) - len(fit.own)), np.ones(len(fit.own)))
-    hessian = fit.whole_design.T @ fit.whole_design + np.diag(prior)
-    b, known = fit.magnitudes, [fit.problem.model.known[i] for i in fit.own]
-    sides = sum(np.log(2.0) for one, size in zip(known, b, strict=True) if one.one_sided and size > 0.0)
-    volume = np.linalg.slogdet(hessian)[1] + fit.problem.whitener.log_determinant
-    return float(-0.5 * (fit.cost + b @ b + volume) + sides)
 
+    x: tuple[Array, ...]
+    weights: tuple[Array, ...]
+    index: tuple[np.ndarray, ...]
+    logdet: Array
 
-def magnitude(judged: Judged) -> tuple[float, tuple[float, float] | None]:
-    """Magnitude of the model's first own effect in SI, with its 95 % interval inside its bounds.
+    @classmethod
+    def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
+        """From the blocks' diagonal coordinates."""
+        x, weights, indices, logdet = [], [], [], np.zeros(len(combinations))
+        for i, block in enumerate(blocks):
+            values, index = np.unique(combinations[:, i], return_inverse=True)
+            x.append(block.T @ columns[block.rows])
+            weights.append(1.0 / (1.0 + values[:, None] ** 2 * block.lam))
+            indices.append(index)
+            logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
+        return cls(tuple(x), tuple(weights), tuple(indices), logdet)
 
-    No interval where the largest magnitude that is looked at holds it: the data would have it larger.
-    """
-    fit = judged.fit
-    known = fit.problem.model.known[fit.own[0]]
-    b = float(fit.magnitudes[0])
-    if fit.at_limit:
-        return known.magnitude(b), None
-    low, high = (float(end[0]) for end in magnitude_interval(fit, np.array([b])))
-    return known.magnitude(b), (known.magnitude(low), known.magnitude(high))
-
-
-def magnitude_interval(fit: Fit, b: Array) -> tuple[Array, Array]:
-    """Ends (n,) of the 95 % intervals of the model's first own effect, estimated as b (n,), in plausible sizes.
-
-    What the learnt response may be off by goes with the true magnitude, not with the estimate, which it may have made
-    too small: all t with (b - t)^2 <= 1.96^2 (P + t^2 rho^2), P the estimate's variance by all else and rho^2 its
-    relative one by the response (Fieller, J. R. Stat. Soc. B 16 (1954) 175). All magnitudes where the data do not tell
-    the effect from nothing, or the response from none.
-    """
-    known, column = fit.problem.model.known[fit.own[0]], len(fit.x) - len(fit.own)
-    whole = np.full(len(b), known.least), np.full(len(b), known.most)
-    if not stands_out(without_own(fit), fit.own[0]):  # nothing is known of what nothing shows
+    def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
+        """(nodes, q, q) of some columns."""
+        whole = np.zeros((len(nodes), len(columns), len(columns)))
+        for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
+            own = x[:, np.asarray(columns)]
+            used, back = np.unique(index[nodes], return_inverse=True)
+            whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
         return whole
-    rho = _relative(fit, known.name, column)
-    kept = 1.0 - (NORMAL_95 * rho) ** 2
-    if kept <= 0.0:
-        return whole
-    variance = max(fit.covariance()[column, column] - (float(fit.magnitudes[0]) * rho) ** 2, 0.0)
-    half = NORMAL_95 * np.sqrt(kept * variance + (b * rho) ** 2) / kept
-    return np.clip(b / kept - half, known.least, known.most), np.clip(b / kept + half, known.least, known.most)
+
+    def node(self, number: int) -> Array:
+        """(m, m) of one combination, all columns."""
+        return self.at(np.array([number]), range(self.x[0].shape[1]))[0]
 
 
-def _relative(fit: Fit, name: str, column: int) -> float:
-    """Standard deviation of the estimated magnitude, as a share of it, by what the learnt response may be off by."""
-    model = fit.problem.model
-    response = model.responses.get(name)
-    if response is None or not len(response.spread):
-        return 0.0
-    off = fit.problem.whitener.apply(model.sample(response.spread))
-    gain = fit.covariance()[column] @ fit.whole_design[: off.shape[1]].T
-    return float(np.linalg.norm(off @ gain))
+UNNAMED = (0.03, 0.1, 0.3, 1.0)
+"""Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
+of
+the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
-def parameter_intervals(fit: Fit) -> dict[str, tuple[float, tuple[float, float]]]:
-    """Every parameter in SI with its 95 % interval inside the box."""
-    coordinates = fit.problem.model.coordinates
-    spread = NORMAL_95 * np.sqrt(np.diag(fit.covariance())[: len(fit.z)])
-    low, high = (np.clip(fit.z + sign * spread, fit.box.lows, fit.box.highs) for sign in (-1.0, 1.0))
-    ends = [coordinates.theta(z[None], fit.box)[0] for z in (fit.z, low, high)]
-    return {
-        name: (float(ends[0][i]), (float(ends[1][i]), float(ends[2][i]))) for i, name in enumerate(coordinates.names)
-    }
+@dataclass(frozen=True)
+class Reduced:
+    """Some columns with parameters and unnamed errors integrated out, at some nodes.
 
-
-def twins(judged: Judged, least: float = 0.9) -> dict[str, float]:
-    """Effects whose signature looks like this model's own, with the cosine, all else free."""
-    fit = judged.fit
-    names, own = fit.problem.names, fit.own[0]
-    linear = without_own(fit)
-    cosines = linear.cosines()[own]
-    found = {name: float(cosines[i]) for i, name in enumerate(names) if i != own and abs(cosines[i]) >= least}
-    return dict(sorted(found.items(), key=lambda pair: -abs(pair[1])))
-
-
-def without_own(fit: Fit) -> Linear:
-    """The fit's linearisation with its own effects no longer free."""
-    linear = fit.linear
-    free_own = int((~fit.at_bound[len(fit.x) - len(fit.own) :]).sum()) if fit.own else 0
-    design = linear.design[:, : linear.design.shape[1] - free_own]
-    return replace(linear, design=design)
-
-
-def biases(fit: Fit) -> Array:
-    """(m, k) shift of every parameter, in shares of its range, by an effect of plausible size that no model has.
-
-    A^+ g: what the calibration would believe.
+    S: (nodes, c, c) their information; W: (nodes, r, c) what the free directions take of them; logdet: (nodes,).
     """
-    linear = fit.linear
-    free = np.flatnonzero(~fit.at_bound)
-    shift = np.zeros((len(fit.x), linear.effects.shape[1]))
-    shift[free] = np.linalg.pinv(linear.design) @ linear.effects
-    return shift[: len(fit.z)].T
+
+    S: Array
+    W: Array
+    logdet: Array
+
+
+class Judge:
+    """Evaluates models on one system.
+
+    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node
+    is one amplitude of the discrepancy for each kind of sensor, and one size of the unnamed errors.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        known: Amplitudes,
+        places: Mapping[str, float] | None = None,
+        scale: float = MAGNITUDE_SD,
+        combinations: Array | None = None,
+        unnamed: Sequence[float] = UNNAMED,
+    ) -> None:
+        self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
+        amplitudes = known.combinations() if combinations is None else combinations
+        weights = known.log_weights() if combinations is None else np.full(len(amplitudes), -np.log(len(amplitudes)))
+        self.combinations = np.tile(amplitudes, (len(unnamed), 1))
+        self.unnamed = np.repeat(np.asarray(unnamed), len(amplitudes))
+        self.log_weights = np.tile(weights, len(unnamed)) - np.log(len(unnamed))
+        self.kinds = tuple(known.nodes)
+        columns = system.columns.copy()
+        columns[:, 0] += columns[:, system.at["J"]] @ system.dz
+        for label, h in self.places.items():
+            columns[:, 0] += h * columns[:, system.at[label].start]
+        self.columns = columns
+        self.grams = Grams.of(system.blocks, columns, self.combinations)
+
+    @cached_property
+    def other_grams(self) -> Grams:
+        """With something else in the error: of the residual and the free directions alone."""
+        few = self.columns[:, : self.system.at["unnamed"].stop]
+        return Grams.of(self.system.other, few, self.combinations)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Columns of the parameters, then of the unnamed errors."""
+        return np.arange(self.system.at["J"].start, self.system.at["unnamed"].stop)
+
+    def sizes(self, nodes: Indices) -> Array:
+        """(nodes, r) prior standard deviations of the free directions."""
+        J, P = self.system.at["J"], self.system.at["unnamed"]
+        return np.hstack(
+            [np.ones((len(nodes), J.stop - J.start)), np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)]
+        )
+
+    def reduced(self, grams: Grams, nodes: Indices, columns: Sequence[int]) -> Reduced:
+        """Columns with the free directions integrated out."""
+        free, d = self.free, self.sizes(nodes)
+        whole = grams.at(nodes, [*free, *columns])
+        r = len(free)
+        own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
+        cross = d[:, :, None] * whole[:, :r, r:]
+        W = np.linalg.solve(own, cross)
+        S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
+        return Reduced(S, W, np.linalg.slogdet(own)[1])
+
+    @cached_property
+    def singles(self) -> tuple[dict[str, int], Reduced]:
+        """The residual and every effect's signature at all nodes; label -> place among them, 0 the residual."""
+        labels = [
+            name
+            for name in self.system.at
+            if name not in ("y", "J", "unnamed", "changed") and not name.startswith("doubt of ")
+        ]
+        columns = [0, *(self.system.at[name].start for name in labels)]
+        return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
+            self.grams, np.arange(len(self.combinations)), columns
+        )
+
+    def model(
+        self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Indices | None = None
+    ) -> Evidence:
+        """One model; sizes: h at which its effects' signatures are doubted, by default those fitted without doubt.
+
+        only: nodes that are evaluated; the others' posterior weight is taken as 0.
+        """
+        members = [one.label for one in hypothesis.members]
+        nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
+        if hypothesis.label == SOMETHING_ELSE:
+            reduced = self.reduced(self.other_grams, nodes, [0])
+            return self._evaluated(hypothesis, nodes, reduced, np.zeros(0), self.other_grams)
+        index, quick = self.singles
+        at = [0, *(index[label] for label in members)]
+        reduced = Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
+        first = self._evaluated(hypothesis, nodes, reduced, np.full(len(members), self.scale), self.grams)
+        if not members:
+            return first
+        kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
+        columns, factor = self._doubted(members, np.asarray(first.h if sizes is None else sizes))
+        return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
+
+    def _doubted(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
+        """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations."""
+        at = self.system.at
+        columns, factor = [0, *(at[label].start for label in members)], [self.scale] * len(members)
+        for label, size in zip(members, sizes, strict=True):
+            for name, sd in ((f"doubt of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
+                if size and sd and name in at:
+                    columns += list(range(at[name].start, at[name].stop))
+                    factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
+        return columns, np.array(factor)
+
+    def _evaluated(
+        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
+    ) -> Evidence:
+        """Marginal likelihood at the nodes, then all together."""
+        q, members = len(hypothesis.members), hypothesis.members
+        S = reduced.S[:, 1:, 1:] * factor[:, None] * factor
+        b = reduced.S[:, 1:, 0] * factor
+        A = S + np.eye(len(factor))
+        covariance = np.linalg.inv(A)
+        best = np.einsum("nij,nj->ni", covariance, b)
+        quadratic = reduced.S[:, 0, 0] - np.einsum("ni,ni->n", b, best)
+        logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
+        logs = logs + _one_sided(members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
+        w = np.exp(logs - logsumexp(logs))
+        h, h_cov = _mixture(w, self.scale * best[:, :q], self.scale**2 * covariance[:, :q, :q])
+        d = self.sizes(nodes)
+        z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
+        weights = np.zeros(len(self.combinations))
+        weights[nodes] = w
+        mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
+        unnamed = float(np.exp(weights @ np.log(self.unnamed)))
+        z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
+        return Evidence(hypothesis, float(np.asarray(logsumexp(logs))), h, h_cov, z, z_cov, weights, mean, unnamed)
+
+    def _parameters(
+        self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, factor: Array, covariance: Array
+    ) -> Array:
+        """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
+        count = self.system.at["J"].stop - self.system.at["J"].start
+        top = np.argsort(-w)[:FEW]
+        found = np.zeros((count, count))
+        for i in top:
+            d = self.sizes(nodes[i : i + 1])[0]
+            own = grams.at(nodes[i : i + 1], list(self.free))[0] * d[:, None] * d + np.eye(len(d))
+            taken = reduced.W[i, :count, 1:] * factor
+            found += w[i] * (np.linalg.inv(own)[:count, :count] + taken @ covariance[i] @ taken.T)
+        return found / w[top].sum()
+
+
+FEW = 3  # nodes from which the parameters' covariance is taken
+
+
+def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:
+    """(nodes,) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (nodes, q)."""
+    total = np.zeros(len(best))
+    for i, one in enumerate(members):
+        if one.one_sided:
+            total += np.log(2.0) + norm.logcdf(best[:, i] / np.sqrt(covariance[:, i, i]))
+    return total
+
+
+def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
+    """Mean and covariance of a mixture of Gaussians."""
+    mean = weights @ means
+    spread = means - mean
+    within = np.einsum("i,ijk->jk", weights, covariances)
+    return mean, within + np.einsum("i,ij,ik->jk", weights, spread, spread)
+
+
+def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
+    """Posterior probability of every model, from evidence and prior."""
+    logs = np.array([one.log_evidence + np.log(one.hypothesis.prior) for one in found.values()])
+    shares = np.exp(logs - logsumexp(logs))
+    return dict(zip(found, map(float, shares), strict=True))
+
+
+def credible_set(shares: Mapping[str, float], level: float = 0.95) -> tuple[str, ...]:
+    """The likeliest models that together hold `level`."""
+    chosen, held = [], 0.0
+    for name in sorted(shares, key=lambda n: -shares[n]):
+        chosen.append(name)
+        held += shares[name]
+        if held >= level:
+            break
+    return tuple(chosen)

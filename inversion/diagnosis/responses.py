@@ -1,246 +1,206 @@
-"""Responses of the curves to effects: learnt from strikes at a few magnitudes, quadratic in the magnitude.
+"""Responses of the curves to effects of the solver, learnt from the two-level design, with what is not known of them.
 
-At the campaign's centre twice; and once at either of two other places, on lattices of their own, which tells by how
-much a response changes with the parameters and with how the particles happen to lie.
+change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the least-squares slope of the half differences
+of folded-over pairs; what the regression leaves, spread by its covariance, is the uncertainty of S (Box, Hunter &
+Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until simulations elsewhere show that the
+response bends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from birdstrike.data.histories import Array, Histories
-from birdstrike.doe.external.deck import unsupported_by_deck
-from birdstrike.inversion.diagnosis.following import by_channel, followed
-from birdstrike.solver.case.case import Case
-from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.registry import effects
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.plan import WIDEST, Known, Plan, slope
 
-TWO_SIDED, ONE_SIDED = (-2.5, 2.5), (1.2, 3.0)
-"""Magnitudes in plausible sizes: large, because what the particle lattice adds to a difference is of fixed size."""
-OF_RECORD = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
-"""Effects that act on the record alone: exact, without a strike, unless the case declares instruments of its own."""
-PLACES = 3  # at which an effect is struck
-WIDEST, FARTHEST = 5.0, 10.0  # plausible sizes up to which a magnitude is sought: learnt, and exact on the record
-
-
-@dataclass(frozen=True)
-class Known:
-    """An effect that the case can carry; size: b = 1 in SI; least, most: bounds of b; of_record: the instrument's."""
-
-    effect: Effect
-    size: float
-    least: float
-    most: float
-    of_record: bool
-
-    @property
-    def name(self) -> str:
-        """Its name in a case."""
-        return self.effect.name
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether b = 0 is a bound."""
-        return self.least == 0.0
-
-    def magnitude(self, b: float) -> float:
-        """SI magnitude, exactly on the bound where b is."""
-        return b * self.size
-
-    def learnt_at(self) -> tuple[float, ...]:
-        """b of the strikes from which the response is learnt, inside the bounds."""
-        if self.one_sided:
-            return ONE_SIDED
-        low = max(TWO_SIDED[0], 0.5 * self.least)
-        return (low, TWO_SIDED[1])
-
-    def checked_at(self) -> tuple[float, float]:
-        """b of the strikes at the two other places."""
-        return (ONE_SIDED[1], ONE_SIDED[1]) if self.one_sided else (TWO_SIDED[1], self.learnt_at()[0])
-
-
-def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
-    """Effects that the case can carry, and why it cannot carry the others."""
-    known, refused = [], {}
-    for name, effect in effects().items():
-        if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
-            refused[name] = reason
-            continue
-        size, least = effect.size(case), effect.least(case)
-        of_record = name in OF_RECORD and not case.instrument
-        most = FARTHEST if of_record else WIDEST
-        known.append(Known(effect, size, max(least / size, -most) + 0.0, most, of_record))
-    return tuple(known), refused
-
-
-def _declared(case: Case, name: str) -> str:
-    return "the case states it already" if name in case.effects else ""
-
-
-def cases_of(base: Case, others: Sequence[Case], known: tuple[Known, ...]) -> dict[str, Case]:
-    """The strikes that teach the responses, by "effect at b": from the centre's case and from two others."""
-    cases: dict[str, Case] = {}
-    for one in known:
-        if one.of_record:
-            continue
-        for b in one.learnt_at():
-            cases[label(one.name, b)] = _with(base, one, b)
-        for i, (other, b) in enumerate(zip(others, one.checked_at(), strict=True)):
-            cases[label(one.name, b, i + 1)] = _with(other, one, b)
-    return cases
-
-
-def _with(base: Case, one: Known, b: float) -> Case:
-    return base.with_effects({**base.effects, one.name: one.magnitude(b)})
-
-
-def label(name: str, b: float, place: int = 0) -> str:
-    """Name of a strike of an effect; place: 0 for the campaign's centre."""
-    return f"{name} at {b:g} sizes{f', place {place}' if place else ''}"
+LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
+FEWEST_LEFT = 3  # pairs beyond the number of effects
+CHANGES = (0.0, 0.25, 0.5, 1.0, 2.0)
+"""Of a signature, for one range of a parameter: standard deviations of its change that are tried; the likeliest is
+taken.
+"""
+LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
+DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
+VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
 
 
 @dataclass(frozen=True)
 class Response:
-    """Change of all curves on the model's clock: b slope + b^2 curvature; (grid,) SI each.
+    """One effect's response.
 
-    spread: (q, grid) directions in which the slope may be off elsewhere, one standard deviation each; pair: (grid,)
-    variance by which two strikes differ beside the effect; at_size: b at the places that tell the spread.
+    signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
+    one range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
+    spread: (k + 1, k + 1, channels) covariance of signature and slopes in units of the doubt; knots: magnitude in
+    plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it
+    was simulated.
     """
 
-    slope: Array
-    curvature: Array
+    known: Known
+    signature: Array
+    slopes: Array
+    centre: Array
+    doubt: Array
     spread: Array
-    pair: Array
-    at_size: float
+    knots: tuple[tuple[float, float], ...] = LINEAR
+    reach: float = 1.0
 
-    def at(self, b: Array) -> Array:
-        """(q, grid) at b (q,)."""
-        return np.outer(b, self.slope) + np.outer(b**2, self.curvature)
+    def at(self, z: Array) -> Array:
+        """(grid,) SI for h = 1 at parameters z (k,), fractions of the ranges."""
+        return self.signature + (z - self.centre) @ self.slopes
+
+    def doubt_at(self, z: Array) -> Array:
+        """(q, grid) directions of the signature's error at z (k,), one standard deviation each."""
+        a = np.append(1.0, z - self.centre)
+        size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
+        return self.doubt * np.repeat(size, len(self.signature) // len(size))
+
+    def h(self, b: float) -> float:
+        """Size of the response of a magnitude in plausible sizes."""
+        return _through(b, *zip(*self.knots, strict=True))
+
+    def b(self, h: float) -> float:
+        """The magnitude in plausible sizes of a response of size h."""
+        magnitudes, sizes = zip(*self.knots, strict=True)
+        return _through(h, sizes, magnitudes)
 
     @property
-    def doubt(self) -> Array:
-        """(grid,) variance of the slope."""
-        return (self.spread**2).sum(axis=0)
-
-    def told(self, slope: Array, size: float, channels: int) -> Response:
-        """After two strikes, without the effect and with `size` of it, which want the slope (grid,) added.
-
-        They are followed as far as the slope is known worse than they scatter: the spread less one place's own scatter,
-        but at least the scatter of the mean. What is left is what of theirs was followed. No effect's strikes scatter
-        by more than the spread shows.
-        """
-        doubt = by_channel(self.doubt, channels)
-        own = np.minimum(self.pair / self.at_size**2, doubt)
-        scatter = own * (self.at_size / size) ** 2
-        weight = followed(np.maximum(doubt - own, own / PLACES), scatter, slope, channels)
-        left = np.sqrt(weight * scatter / np.maximum(doubt, 1e-300))
-        return replace(self, slope=self.slope + weight * slope, spread=left * self.spread)
+    def limits(self) -> tuple[float, float]:
+        """h of the smallest and the largest magnitude that are looked for."""
+        return (0.0 if self.known.one_sided else self.h(self.known.least)), self.knots[-1][1]
 
 
-def learn(
-    known: Known,
-    base: Array,
-    others: Sequence[Array | None],
-    runs: Mapping[str, Histories],
-    stack: Callable[[Histories], Array],
-    jitter: tuple[float, ...],
-) -> Response | None:
-    """The response through the effect's strikes; None where none of them finished.
+def _through(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
+    """Piecewise linear through increasing knots, the last pieces continued."""
+    i = int(np.clip(np.searchsorted(xs, x) - 1, 0, len(xs) - 2))
+    return float(ys[i] + (x - xs[i]) * (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]))
 
-    base, others: (grid,) curves without the effect at the centre and at the other places, None for a strike that
-    failed; stack: a strike's (grid,) curves; jitter: by how much a strike leaves what is smooth in its inputs, RMS per
-    channel. Of what is not linear in the magnitude, curvature is what exceeds that; the rest is scatter, by whose power
-    the slope is shrunk too (it would otherwise be taken for a signature).
+
+def learn_responses(
+    plan: Plan, stacks: Mapping[str, Array], channels: int
+) -> tuple[dict[str, Response], dict[str, str]]:
+    """Every effect's response, and why the others have none; stacks: (grid,) curves by label.
+
+    Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel:
+    an effect's signature changes with the bird's viscosity, friction's above all.
     """
-    found: list[tuple[float, Array]] = [
-        (b, stack(runs[name]) - base) for b in known.learnt_at() if (name := label(known.name, b)) in runs
-    ]
-    if not found:
-        return None
-    parts = [_learn(list(zip(bs, ys, strict=True)), scatter) for bs, ys, scatter in _channels(found, jitter)]
-    slope, curvature = (np.concatenate([part[i] for part in parts]) for i in range(2))
-    pair = np.repeat([2.0 * one**2 for one in jitter], len(slope) // len(jitter))
-    centre = Response(slope, curvature, np.zeros((0, len(slope))), pair, abs(known.checked_at()[0]))
-    off = [
-        (stack(runs[name]) - other - centre.at(np.array([b]))[0]) / b
-        for i, (b, other) in enumerate(zip(known.checked_at(), others, strict=True))
-        if other is not None and (name := label(known.name, b, i + 1)) in runs
-    ]
-    return _widened(centre, np.array([np.zeros_like(slope), *off], dtype=np.float64))
+    kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
+    if len(kept) < len(plan.known) + FEWEST_LEFT:
+        return {}, {known.name: "its simulations failed" for known in plan.known}
+    half = np.array([0.5 * (stacks[f"pair {i} +1"] - stacks[f"pair {i} -1"]) for i in kept])
+    x = plan.signs[kept] * [slope(known) for known in plan.known]
+    z = plan.unit[[plan.pair_point(i) for i in kept]]
+    centre = z.mean(axis=0)
+    design = np.hstack([x, *(x * own[:, None] for own in (z - centre).T)])
+    parts = [_regressed(design, part, len(plan.known)) for part in np.split(half, channels, axis=1)]
+    mean = np.hstack([one[0] for one in parts])
+    covariance = np.stack([one[1] for one in parts], axis=-1)
+    doubt = np.hstack([one[2] for one in parts])
+    found: dict[str, Response] = {}
+    for j, known in enumerate(plan.known):
+        own = np.arange(j, len(mean), len(plan.known))
+        reach = (2.0 if known.one_sided else 1.0) * slope(known)
+        spread = covariance[np.ix_(own, own)]
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, doubt, spread, reach=reach)
+    return found, {}
 
 
-def _widened(centre: Response, off: Array) -> Response:
-    """The mean slope of k places, off (k, grid) from the centre's, and its spread at yet another place."""
-    k = len(off)
-    if k < 2:
-        return centre
-    mean = off.mean(axis=0)
-    spread = np.sqrt((1.0 + 1.0 / k) / (k - 1.0)) * (off - mean)
-    return replace(centre, slope=centre.slope + mean, spread=spread)
+def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Array]:
+    """Coefficients (q, m), their covariance (q, q) in units of the doubt, and the doubt's directions (pairs, m).
 
-
-def pooled(responses: Mapping[str, Response], channels: int) -> dict[str, Response]:
-    """The responses, half of the variance of each one's spread spread over the directions that all of them have.
-
-    What a response is off by is mostly how the particles happen to lie when it acts, which is alike for all effects;
-    two other places tell its size, but hardly its directions.
+    Normal priors: vague for the first `count` coefficients, a share of the signature's size for its changes with the
+    parameters; share and scatter at their likeliest (MacKay, Neural Comput. 4 (1992) 415).
     """
-    powers = {name: _power(one.spread, channels).sum(axis=0) for name, one in responses.items() if len(one.spread)}
-    rows = [_scaled(responses[name].spread, 1.0 / np.sqrt(np.maximum(own, 1e-300))) for name, own in powers.items()]
-    if not rows:
-        return dict(responses)
-    shape = np.vstack(rows) / np.sqrt(len(rows))
-    found = dict(responses)
-    for name, power in powers.items():
-        one = responses[name]
-        spread = np.vstack([one.spread, _scaled(shape, np.sqrt(power))]) * np.sqrt(0.5)
-        found[name] = replace(one, spread=spread)
-    return found
+    power = float((half**2).mean()) or 1.0
+    u, size, _ = np.linalg.svd(half / np.sqrt(power), full_matrices=False)
+    first = np.linalg.lstsq(design[:, :count], half, rcond=None)[0]
+    own = np.sqrt((first**2).mean(axis=1) / power)
+    scores = u * size / np.sqrt(half.shape[1])
+    best = max(
+        (
+            (_log_evidence(design, scores, _prior(own, change, design), left), change, left)
+            for change in CHANGES
+            for left in LEFT
+        ),
+        key=lambda one: one[0],
+    )
+    _, change, left = best
+    prior = _prior(own, change, design)
+    kept = prior > 0.0
+    A = design[:, kept].T @ design[:, kept] / left + np.diag(1.0 / prior[kept])
+    inverse = np.zeros((len(prior), len(prior)))
+    inverse[np.ix_(kept, kept)] = np.linalg.inv(A)
+    mean = inverse @ design.T @ half / left
+    rest = half - design @ mean
+    _, s, v = np.linalg.svd(rest, full_matrices=False)
+    s, v = s[:DIRECTIONS], v[:DIRECTIONS]
+    scale = np.sqrt(power * left * half.shape[1] / max(float((s**2).sum()), 1e-300))
+    return mean, inverse / left, scale * s[:, None] * v
 
 
-def _power(rows: Array, channels: int) -> Array:
-    """(q, channels) mean squares of rows (q, grid)."""
-    return np.stack([(part**2).mean(axis=1) for part in np.split(rows, channels, axis=1)], axis=1)
+def _prior(own: Array, change: float, design: Array) -> Array:
+    """(q,) prior variances of the coefficients, the half differences' mean square as unit."""
+    times = design.shape[1] // len(own) - 1
+    return np.concatenate([np.full(len(own), VAGUE**2), *([(change * own) ** 2] * times)])
 
 
-def _scaled(rows: Array, factors: Array) -> Array:
-    """Rows (q, grid) times one factor a channel."""
-    return rows * np.repeat(factors, rows.shape[1] // len(factors))
+def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> float:
+    """Of the half differences' scores (pairs, components), each direction weighed as one observation."""
+    K = design * prior @ design.T + left * np.eye(len(design))
+    independent = float((scores**2).sum() ** 2 / ((scores**2).sum(axis=0) ** 2).sum())
+    logdet = float(np.linalg.slogdet(K)[1])
+    return -0.5 * independent * (logdet + float(np.trace(np.linalg.solve(K, scores @ scores.T))))
 
 
-def _channels(found: list[tuple[float, Array]], jitter: tuple[float, ...]):
-    """Per channel: magnitudes, changes, scatter."""
-    split = [np.split(y, len(jitter)) for _, y in found]
-    return [([b for b, _ in found], [ys[i] for ys in split], scatter) for i, scatter in enumerate(jitter)]
+def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
+    """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
+
+    The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel.
+    """
+    change, count = changes.mean(axis=0), len(changes)
+    k, channels = len(response.centre), response.spread.shape[-1]
+    old, doubt = response.at(z), response.doubt_at(z)
+    learnt = _by_channel((doubt**2).sum(axis=0), channels)
+    power = float((old / learnt) @ old)
+    h = float((old / learnt) @ change) / power if power else 0.0
+    if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
+        return response
+    left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
+    seen = _by_channel((left**2).sum(axis=0), channels)
+    weight = learnt / (learnt + seen)
+    spread = np.zeros((k + 1, k + 1, channels))
+    spread[0, 0] = 1.0
+    return replace(
+        response,
+        signature=(1.0 - weight) * old + weight * change / h,
+        slopes=np.zeros_like(response.slopes),
+        doubt=np.vstack([(1.0 - weight) * doubt, weight * left]),
+        spread=spread,
+        knots=_with_knot(response, b, h),
+        reach=max(response.reach, abs(b)),
+    )
 
 
-def _learn(found: list[tuple[float, Array]], scatter: float) -> tuple[Array, Array]:
-    """Slope and curvature of one channel, either shrunk by what of its power is the strikes' own scatter."""
-    b = np.array([one for one, _ in found])
-    y = np.stack([change for _, change in found])
-    if len(found) == 1:
-        return y[0] / b[0], np.zeros_like(y[0])
-    curving, sloping = _weights(b)
-    curvature = curving @ y
-    off = float(np.mean(curvature**2)) / _noise(curving)
-    curvature = _share(scatter**2, off) * curvature
-    slope = sloping @ (y - np.outer(b**2, curvature))
-    return _share(min(scatter**2, off) * _noise(sloping), float(np.mean(slope**2))) * slope, curvature
+def _by_channel(variance: Array, channels: int) -> Array:
+    """(grid,) mean over each channel, never 0."""
+    means = [max(float(one.mean()), 1e-300) for one in np.split(variance, channels)]
+    return np.repeat(means, len(variance) // channels)
 
 
-def _weights(b: Array) -> tuple[Array, Array]:
-    """(2,) weights of two changes in the curvature through both, and in the slope that fits them best."""
-    return np.array([-1.0 / b[0], 1.0 / b[1]]) / (b[1] - b[0]), b / (b @ b)
-
-
-def _noise(weights: Array) -> float:
-    """Variance of a weighted sum of changes, each a strike less the same other one, all of which scatter by 1."""
-    return float(weights @ weights + weights.sum() ** 2)
-
-
-def _share(scatter: float, power: float) -> float:
-    """Of an estimate of this mean square, what is more than scatter (James & Stein, Berkeley Symp. 4 (1961) 361)."""
-    return max(0.0, 1.0 - scatter / power) if power else 0.0
+def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:
+    """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones go on from there."""
+    expected = response.h(b)
+    ratio = h / expected if expected else 1.0
+    knots = {
+        x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)
+    }
+    far = {x: y + (h - expected) for x, y in response.knots if abs(x) > abs(b) and x * b > 0}
+    other = {x: y for x, y in response.knots if abs(x) >= abs(b) and x * b <= 0}
+    found = sorted({**knots, **far, **other, 0.0: 0.0, b: h}.items())
+    kept = [found[0]]
+    for x, y in found[1:]:
+        if y > kept[-1][1] + 1e-6 and x > kept[-1][0] + 1e-9:
+            kept.append((x, y))
+    return tuple(kept)

@@ -6,7 +6,7 @@ whose effect is linear is marginalised exactly by adding column column^T to the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,14 +91,25 @@ def mesh_columns(bands: Histories, observations: Observations, t0: float) -> Arr
     return columns
 
 
-def discrepancy_columns(share: float, observations: Observations) -> Array:
-    """(n, s) a slow error of the model, `share` of each channel's peak (1 sigma), Gaussian in time.
+def stated_discrepancy(case: Case, sensors: Iterable[str], given: float | None) -> dict[str, float]:
+    """Shares of their peaks by sensor: the one given for all of them, else what the case states; zeros are left out."""
+    stated = case.inversion.discrepancy
+    shares = {name: stated.get(name, 0.0) if given is None else given for name in sensors}
+    return {name: share for name, share in shares.items() if share}
+
+
+def discrepancy_columns(shares: Mapping[str, float], observations: Observations) -> Array:
+    """(n, s) a slow error of the model, a share of the channel's peak (1 sigma) by its name, Gaussian in time.
 
     Squared-exponential correlation over a quarter of the record; what of it the parameters can imitate widens their
-    intervals, which no residual could show.
+    intervals, which no residual could show. A channel without a share has no such error.
     """
     blocks: list[Array] = []
     for c in observations.channels:
+        share = shares.get(c.name, 0.0)
+        if not share:
+            blocks.append(np.zeros((len(c.times), 0)))
+            continue
         length = DISCREPANCY_LENGTH * max(float(np.ptp(c.times)), 1e-300)
         correlation = np.exp(-0.5 * ((c.times[:, None] - c.times) / length) ** 2)
         values, vectors = np.linalg.eigh(correlation)

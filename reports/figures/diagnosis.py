@@ -1,67 +1,186 @@
-"""Figures of a diagnosis: the record with both models and their residuals; what the data say of every effect."""
+"""Figures of a diagnosis: how likely each model is and what it needs, residuals and curves before and after."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from birdstrike.data.units import display, to_display
-from birdstrike.reports.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, WIDE, legend_above, styled
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    WIDE,
+    legend_above,
+    styled,
+)
 
-LEAST_P = 1e-4
+FAMILIES = {
+    "none": GREY,
+    "support": BLUE,
+    "plate": GREEN,
+    "impact": VERMILION,
+    "bird": ORANGE,
+    "instrument": PURPLE,
+    "pairs": BLACK,
+    "something_else": SKY,
+}
+STATES = {"before": (VERMILION, "-"), "after": (BLUE, (0, (5, 2)))}
+MOST_ROWS = 10
+TOLD = 0.01  # probability from which on a model outside the 95 % set is shown
+SHARES = (0.05, 60.0)  # % of the peak: axis of the required model error
 
 
 @styled
-def before_after_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figure:
-    """Per channel: curves above, residuals with the band of noise and numerical error below."""
-    channels = list(dict.fromkeys(curves["channel"]))
-    figure = Figure(figsize=(WIDE, 3.9 * len(channels)), layout="constrained")
-    grid = figure.subplots(2 * len(channels), 1, sharex=True, height_ratios=[2.0, 1.2] * len(channels), squeeze=False)[
-        :, 0
-    ]
-    for i, name in enumerate(channels):
-        _channel(grid[2 * i], grid[2 * i + 1], curves[curves["channel"] == name], name, units[name], first=i == 0)
-    grid[-1].set_xlabel("time [ms]")
-    legend_above(grid[0])
+def probability_figure(content: Mapping[str, Any]) -> Figure:
+    """Left: posterior probabilities, coloured by family. Right: the model error that each model requires."""
+    rows = shown_models(content)
+    family = {one["name"]: one["family"] for one in content["effects"]}
+    figure = Figure(figsize=(WIDE, 0.24 * len(rows) + 1.15), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.25, 1.0])
+    for y, name in enumerate(reversed(rows)):
+        own, inside = family.get(name, "pairs"), name in content["confidence_set"]
+        _bar(left, y, content["probabilities"].get(name, 0.0), FAMILIES.get(own, GREY), inside)
+        if name in content["required_discrepancy"]:
+            _required(right, y, content["required_discrepancy"][name], FAMILIES.get(own, GREY), inside)
+    left.set_yticks(range(len(rows)), [in_words(name) for name in reversed(rows)])
+    left.set_xlim(0.0, 1.12)
+    left.set_xticks(np.linspace(0.0, 1.0, 6))
+    left.set_title("how likely: posterior probability")
+    right.set_xscale("log")
+    right.set_xlim(*SHARES)
+    right.set_xticks([0.1, 1.0, 10.0], ["0.1 %", "1 %", "10 %"])
+    right.set_title("model error that it would need")
+    for axes in (left, right):
+        axes.grid(axis="y", visible=False)
+        axes.tick_params(axis="y", length=0)
+    _family_legend(figure, content["families"], [family.get(name, "pairs") for name in rows])
     return figure
 
 
-def _channel(upper: Any, lower: Any, part: Any, name: str, unit: str, first: bool) -> None:
-    scale, shown = to_display(1.0, unit), display(1.0, unit)[1]
-    time = 1e3 * part["time_s"].to_numpy()
-    values = {key: scale * part[key].to_numpy(float) for key in ("measured", "error", "before", "after")}
-    upper.plot(time, values["measured"], ".", color=BLACK, markersize=2.5, label="record" if first else None)
-    lower.fill_between(time, -2 * values["error"], 2 * values["error"], color=SKY, alpha=0.3, lw=0, label=None)
-    for key, colour, dash, words in (
-        ("before", VERMILION, "-", "before"),
-        ("after", BLUE, (0, (5, 2)), "after the effect is added"),
-    ):
-        if np.isfinite(values[key]).any():
-            upper.plot(time, values[key], color=colour, linestyle=dash, label=words if first else None)
-            lower.plot(time, values["measured"] - values[key], color=colour, linestyle=dash, lw=1.0)
-    lower.axhline(0.0, color=GREY, lw=0.7)
-    upper.set_ylabel(f"{name.replace('_', ' ')}\n[{shown or '-'}]")
-    lower.set_ylabel(f"residual [{shown or '-'}]\n(band: 2 sigma)")
+def shown_models(content: Mapping[str, Any]) -> list[str]:
+    """The likeliest models, families by their probability and models within them; `none` is always among them."""
+    family = {one["name"]: one["family"] for one in content["effects"]}
+    shares, inside = content["probabilities"], set(content["confidence_set"])
+    likely = [name for name in shares if name in inside or shares[name] >= TOLD]
+    needs = {name: value for name, value in content["required_discrepancy"].items() if value is not None}
+    kept = dict.fromkeys(["none", *likely[: MOST_ROWS - 3], *sorted(needs, key=lambda name: needs[name])[:2]])
+    totals = content["families"]
+    return sorted(kept, key=lambda n: (-totals.get(family.get(n, "pairs"), 0.0), -shares.get(n, 0.0)))
+
+
+def in_words(name: str) -> str:
+    """A model's name as words: "sensor_gain.displacement_centre" is "sensor gain, displacement centre"."""
+    return name.replace(".", ", ").replace("@", ", shot ").replace("+", " + ").replace("_", " ")
+
+
+def _bar(axes: Axes, y: float, probability: float, colour: str, inside: bool) -> None:
+    """One probability; pale outside the 95 % set."""
+    axes.barh(y, max(probability, 0.003), height=0.66, color=colour, alpha=1.0 if inside else 0.35)
+    told = f"{probability:.2f}" if probability >= 0.005 else "< 0.01"
+    axes.text(probability + 0.015, y, told, va="center", fontsize=8.5, fontweight="bold" if inside else "normal")
+
+
+def _required(axes: Axes, y: float, share: float | None, colour: str, inside: bool) -> None:
+    """One required model error; an arrow where half of the peak is not enough."""
+    end = SHARES[1] if share is None else max(100.0 * share, 1.1 * SHARES[0])
+    alpha = 1.0 if inside else 0.4
+    axes.plot([SHARES[0], end], [y, y], color=colour, lw=2.0, alpha=alpha)
+    axes.plot(end, y, ">" if share is None else "o", color=colour, markersize=5, alpha=alpha, clip_on=False)
+    least = share is not None and 100.0 * share <= SHARES[0]
+    told = "over 50 %" if share is None else f"{'up to ' if least else ''}{100.0 * share:.2g} %"
+    right = end > 8.0
+    axes.annotate(
+        told,
+        (end, y),
+        (-8, 4) if right else (8, 0),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        va="bottom" if right else "center",
+        fontsize=8.0,
+    )
+
+
+def _family_legend(figure: Figure, totals: Mapping[str, float], shown: list[str]) -> None:
+    """Families with their probabilities."""
+    names = [name for name in sorted(totals, key=lambda n: -totals[n]) if name in shown]
+    patches = [Patch(color=FAMILIES.get(n, GREY), label=f"{n.replace('_', ' ')} {totals[n]:.2f}") for n in names]
+    figure.legend(handles=patches, loc="outside upper left", ncols=8, handlelength=1.0, columnspacing=1.2)
 
 
 @styled
-def consistency_figure(effects: Sequence[Mapping[str, Any]], alpha: float) -> Figure:
-    """p-value of every model on a log scale, the likeliest on top; beyond the line the data allow it."""
-    figure = Figure(figsize=(WIDE, 0.24 * len(effects) + 1.1), layout="constrained")
-    axes = figure.subplots()
-    p = np.maximum([one["p_consistent"] for one in effects], LEAST_P)
-    place = np.arange(len(effects))[::-1]
-    colours = [BLUE if value >= alpha else GREY for value in p]
-    axes.hlines(place, LEAST_P, p, color=colours, lw=2.0)
-    axes.scatter(p, place, color=colours, s=22, zorder=3)
-    axes.axvline(alpha, color=VERMILION, lw=1.0)
-    axes.set_xscale("log")
-    axes.set_xlim(0.8 * LEAST_P, 1.3)
-    axes.set_yticks(place, [one["name"] for one in effects])
-    axes.set_xlabel(f"p of the data under the model (line: {alpha:g}; to its right the data allow the model)")
-    axes.grid(axis="y", visible=False)
+def residual_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figure:
+    """Per channel: residuals before and after on the same axes, with the bands of noise and of all errors together."""
+    channels = list(dict.fromkeys(curves["channel"]))
+    columns = min(len(channels), 2)
+    rows = -(-len(channels) // columns)
+    figure = Figure(figsize=(WIDE, 1.9 * rows + 0.7), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    for axes, name in zip(grid.flat, channels, strict=False):
+        _residuals(axes, curves.loc[curves["channel"] == name], name, units[name])
+    for axes in grid.flat[len(channels) :]:
+        axes.set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel("time [ms]")
+    legend_above(grid[0, 0], columns=4)
+    return figure
+
+
+def _residuals(axes: Axes, part: pd.DataFrame, name: str, unit: str) -> None:
+    """One channel."""
+    time, values, shown = _displayed(part, unit)
+    band, noise = 2.0 * values["error"], 2.0 * values["sigma"]
+    words = "2 sd: noise, numerical and model error"
+    axes.fill_between(time, -band, band, color=SKY, alpha=0.25, lw=0, label=words)
+    axes.fill_between(time, -noise, noise, color=GREY, alpha=0.45, lw=0, label="2 sd: noise alone")
+    axes.axhline(0.0, color=GREY, lw=0.7)
+    residuals = {key: values["measured"] - values["baseline"] - values[key] for key in STATES}
+    residuals = {key: one for key, one in residuals.items() if np.isfinite(one).any()}
+    for key, one in residuals.items():
+        colour, dash = STATES[key]
+        axes.plot(time, one, color=colour, linestyle=dash, lw=1.2, label=f"record less model, {key}")
+    axes.set_title(f"{name.replace('_', ' ')}, residual [{shown or '-'}]")
+    largest = max(float(np.nanmax(np.abs(one))) for one in residuals.values())
+    top = 1.15 * max(largest, float(np.median(band)))
+    axes.set_ylim(-top, top)
+
+
+def _displayed(part: pd.DataFrame, unit: str) -> tuple[Any, dict[str, Any], str]:
+    """Time [ms] and columns in the unit that is shown."""
+    scale, shown = to_display(1.0, unit), display(1.0, unit)[1]
+    columns = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+    return 1e3 * part["time_s"].to_numpy(), {key: scale * part[key].to_numpy(float) for key in columns}, shown
+
+
+@styled
+def curves_figure(curves: pd.DataFrame, units: Mapping[str, str]) -> Figure:
+    """Per channel: the record and the model before and after."""
+    channels = list(dict.fromkeys(curves["channel"]))
+    columns = min(len(channels), 2)
+    rows = -(-len(channels) // columns)
+    figure = Figure(figsize=(WIDE, 2.3 * rows + 0.6), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    for axes, name in zip(grid.flat, channels, strict=False):
+        time, values, shown = _displayed(curves.loc[curves["channel"] == name], units[name])
+        axes.plot(time, values["measured"], ".", color=BLACK, markersize=2.5, label="record")
+        for key, (colour, dash) in STATES.items():
+            if np.isfinite(values[key]).any():
+                axes.plot(time, values[key], color=colour, linestyle=dash, lw=1.2, label=f"model, {key}")
+        axes.set_title(f"{name.replace('_', ' ')} [{shown or '-'}]")
+    for axes in grid.flat[len(channels) :]:
+        axes.set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel("time [ms]")
+    legend_above(grid[0, 0])
     return figure

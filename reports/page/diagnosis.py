@@ -1,37 +1,49 @@
-"""The page of a diagnosis: before and after, the confidence set, and the sentence for a test report."""
+"""The page of a diagnosis: what is missing, how sure that is, what to do next; then what it rests on."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.reports.blocks import Section
-from birdstrike.reports.figures.diagnosis import before_after_figure, consistency_figure
+from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png
 from birdstrike.reports.page.render import rendered
 from birdstrike.reports.results.results import Results
-from birdstrike.reports.sections.diagnosis import DiagnosisResults, effects_section, verdict_section
-from birdstrike.reports.sections.diagnosis_trust import trust_section
+from birdstrike.reports.sections.diagnosis import (
+    DiagnosisResults,
+    basis_section,
+    effects_section,
+    errors_section,
+    verdict_section,
+)
+
+SECTIONS = (verdict_section, errors_section, effects_section, basis_section)
+"""What the page is made of, in order; a loop's page shows the same."""
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:
-    """diagnosis.json and diagnosis.csv of a folder; raises UserError where they are missing or damaged."""
+    """diagnosis.json and the curves of a folder; raises UserError where they are missing or damaged."""
     path = folder / "diagnosis.json"
     if not path.is_file() or not (folder / "diagnosis.csv").is_file():
         raise UserError(
             f"no diagnosis in {folder}; make it with: birdstrike diagnose CASE --measured CSV --out {folder}"
         )
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise UserError(f"{path} is damaged; repeat birdstrike diagnose") from error
-    return DiagnosisResults(content, pd.read_csv(folder / "diagnosis.csv"))
+    shots = content["record"].get("shots")
+    if shots is None:
+        raise UserError(f"{path} is of an earlier version; repeat birdstrike diagnose with another --out")
+    files = dict(zip(shots, curve_files(shots), strict=True))
+    return DiagnosisResults(content, {name: pd.read_csv(folder / file) for name, file in files.items()})
 
 
 def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results], Section | None]:
@@ -45,25 +57,23 @@ def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results]
 
 
 def write_diagnosis_page(folder: str | Path) -> Path:
-    """Write `diagnosis.html` and the two figures as PNG beside diagnosis.json; the page's path."""
+    """Write `diagnosis.html` and two figures as PNG beside diagnosis.json; the page's path."""
     place = Path(folder)
     results = read_diagnosis(place)
-    for name, figure in (
-        ("before_after.png", before_after_figure(results.curves, results.units)),
-        ("effects.png", consistency_figure(results.content["effects"], results.content["alpha"])),
-    ):
-        (place / name).write_bytes(png(figure))
+    first = next(iter(results.curves.values()))
+    (place / "before_after.png").write_bytes(png(residual_figure(first, results.units)))
+    (place / "effects.png").write_bytes(png(probability_figure(results.content)))
     write_atomically(place / "diagnosis.html", page(results))
     return place / "diagnosis.html"
 
 
 def page(results: DiagnosisResults) -> str:
     """The page as HTML text; nothing in it points outside."""
-    made: list[Section] = [verdict_section(results), effects_section(results), trust_section(results)]
-    record = Path(results.content["record"]["path"]).stem or "record"
+    made: list[Section] = [make(results) for make in SECTIONS]
+    record = ", ".join(results.curves)
     kind = "simulated, not measured" if results.content["record"]["simulated"] else "measured"
     return rendered(
-        title=f"Diagnosis of the record {record}",
+        title=f"Diagnosis of {record}",
         subtitle=f"The record is {kind}; every model curve is simulated by birdstrike.",
         sections=made,
     )

@@ -9,6 +9,7 @@ from birdstrike.data.files import write_atomically
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
+from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
 from birdstrike.reports.results.measurement import origin, short_name
@@ -29,11 +30,10 @@ from birdstrike.reports.sections import (
     summary,
     surrogates,
 )
-from birdstrike.reports.sections.diagnosis import effects_section, verdict_section
 
 Maker = Callable[[Results], Section | None]
 
-DIAGNOSIS: tuple[Maker, ...] = (in_report(verdict_section), in_report(effects_section))
+DIAGNOSIS: tuple[Maker, ...] = tuple(in_report(make) for make in DIAGNOSIS_SECTIONS)
 SECTIONS: tuple[Maker, ...] = (
     summary.section,
     setup.section,

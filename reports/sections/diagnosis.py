@@ -1,4 +1,4 @@
-"""Sections of a diagnosis: verdict and sentence, before and after, every effect, what could hide."""
+"""Sections of a diagnosis: the first screen (what is missing, how sure, what to do), then what it rests on."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.words import HEADS
-from birdstrike.inversion.formatting import quantity as in_words
+from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
-from birdstrike.reports.figures.diagnosis import before_after_figure, consistency_figure
+from birdstrike.reports.figures.diagnosis import curves_figure, in_words, probability_figure, residual_figure
 from birdstrike.solver.case.effects import SHOWN
+
+MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
 
 
 @dataclass(frozen=True)
 class DiagnosisResults:
-    """Content of diagnosis.json, and the table of diagnosis.csv."""
+    """Content of diagnosis.json, and the tables of the curves, by shot."""
 
     content: Mapping[str, Any]
-    curves: pd.DataFrame
+    curves: Mapping[str, pd.DataFrame]
 
     @property
     def units(self) -> dict[str, str]:
@@ -30,81 +33,178 @@ class DiagnosisResults:
 
 
 def verdict_section(results: DiagnosisResults) -> Section:
-    """Verdict, sentence, the curves and residuals before and after, the error in figures."""
+    """One sentence, probabilities with what each model requires, residuals, the next measurement, warnings."""
     content = results.content
-    after = content["after"] is not None
-    caption = (
-        "The record, the calibrated model before and after the effect is added, and below what each misses; the band "
-        "is two standard deviations of noise and numerical error together."
-        if after
-        else "The record, the calibrated model, and below what it misses; the band is two standard deviations of noise "
-        "and numerical error together."
+    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}.")]
+    likely = (
+        "Left: how likely each model is, by family; full colour: the 95 % set. Beforehand it is as likely as not that "
+        "nothing is missing, and the other half is shared equally among families and their effects. Right: the "
+        "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
+        "record; a model that needs more than a sound simulation errs by (1 to 3 %) is not believable."
     )
-    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}")]
-    if content["warnings"]:
-        blocks.append(Warnings(tuple(content["warnings"])))
-    blocks += [drawing("before-after", before_after_figure(results.curves, results.units), caption), _errors(results)]
+    blocks.append(drawing("probabilities", probability_figure(content), likely))
+    left = (
+        f"What the calibrated model{', before and after the likeliest effect is added,' if content['after'] else ''} "
+        f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
+        "inside the blue band is what noise, mesh and the usual error of a simulation make."
+    )
+    first = next(iter(results.curves.values()))
+    blocks.append(drawing("residuals", residual_figure(first, results.units), left))
     if content["next_measurement"]:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
-    blocks += [
-        Paragraph(f"The data allow a pair of effects: {' and '.join(p['effects'])} (p = {p['p_consistent']:.2f}).")
+    if content["warnings"]:
+        blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
+    return Section("diagnosis", "Diagnosis: what the model lacks", tuple(blocks))
+
+
+def errors_section(results: DiagnosisResults) -> Section:
+    """Errors before and after by shot and sensor, held out, and the parameters with the bias that was caused."""
+    content, units = results.content, results.units
+    blocks: list[Block] = []
+    for shot in content["shots"]:
+        name = f"Shot {shot['name']} of case {shot['case']}"
+        words = f"{name}: the record and the calibrated model before and after the effect is added."
+        blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
+        blocks.append(_errors(shot, units))
+    held = tuple(
+        (name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items()
+    )
+    if held:
+        words = (
+            "Predicted by models fitted to the rest of the data: RMS of the residual over noise, numerical and model "
+            "error together; 1 is as good as can be expected."
+        )
+        blocks.append(Table(("held out", "before", "after"), held, words, frozenset({1, 2})))
+    blocks.append(_parameters(content))
+    return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
+
+
+def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """RMS errors of one shot, of the fits and of the solver."""
+    rows = []
+    states = (shot["before"], shot["after"])
+    for name in shot["before"]["rmse"]:
+        fitted = [with_unit(s["rmse"][name], units[name]) if s else "–" for s in states]
+        solver = [with_unit(s["solver"]["rmse"][name], units[name]) if s and s["solver"] else "–" for s in states]
+        rows.append((name.replace("_", " "), *fitted, *solver))
+    for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
+        solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
+        rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
+    head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
+    words = (
+        f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh. Solver: one simulation of the "
+        "declared case at the fit; what it has more is the error of the declared mesh."
+    )
+    return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
+
+
+def _parameters(content: Mapping[str, Any]) -> Table:
+    """Calibrated parameters before and after; their difference is the bias."""
+    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
+    rows = tuple(
+        (
+            plain(name),
+            _interval(entry),
+            _interval(after[name]) if name in after else "–",
+            with_unit(entry["value"] - after[name]["value"], entry["unit"]) if name in after else "–",
+        )
+        for name, entry in before.items()
+    )
+    words = (
+        "Calibrated parameters with 95 % intervals. Bias: by how much the parameter was wrong because the model had to "
+        "imitate the missing effect."
+    )
+    return Table(("parameter", "before", "after", "bias before"), rows, words)
+
+
+def effects_section(results: DiagnosisResults) -> Section:
+    """Every effect: probability, magnitude, required model error, what could have been detected."""
+    content = results.content
+    head = ("model", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
+    listed = content["effects"][:MOST_ROWS]
+    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in listed)
+    words = (
+        f"The {len(rows)} likeliest of {len(content['effects'])} models. Least detectable: the magnitude that a shot "
+        "like this shows four times of five, at a false-alarm rate of 5 %. Most alike: cosine between the changes of "
+        "the record, once the parameters have taken their part; at 1 no record of these sensors separates the two."
+    )
+    blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
+    pairs = [
+        f"{' and '.join(in_words(name) for name in p['effects'])} (probability {p['probability']:.2f})"
         for p in content["pairs"]
     ]
-    if content["remainder"]:
-        blocks.append(
-            Paragraph(f"{content['remainder']['sentence'][0].upper()}{content['remainder']['sentence'][1:]}.")
-        )
-    blocks += [_parameters(content)]
-    return Section("diagnosis", "Diagnosis: before and after", tuple(blocks))
+    if pairs:
+        blocks.append(Paragraph(f"Pairs of effects in the 95 % set: {'; '.join(pairs[:MOST_PAIRS])}."))
+    if content["next_measurement"] and len(content["next_measurement"]["candidates"]) > 1:
+        blocks.append(_candidates(content["next_measurement"]))
+    return Section("effects", "Diagnosis: every effect considered, and what to measure next", tuple(blocks))
 
 
-def _errors(results: DiagnosisResults) -> Table:
-    """RMS errors, fitted and held out."""
+def _candidates(proposal: Mapping[str, Any]) -> Table:
+    """What else could be measured, the best first."""
+    rows = tuple((one["what"], f"{one['expected_probability']:.2f}") for one in proposal["candidates"][:MOST_PAIRS])
+    words = (
+        f"Next measurements, the best first: expected probability of the right model among "
+        f"{', '.join(in_words(name) for name in proposal['separates'])}; with the record alone {proposal['now']:.2f}."
+    )
+    return Table(("measurement", "expected probability"), rows, words, frozenset({1}))
+
+
+def basis_section(results: DiagnosisResults) -> Section:
+    """Noise, discrepancy and its source, baselines, simulations, effects that the case cannot carry."""
     content, units = results.content, results.units
-    before, after = error(content["before"]), error(content["after"]) if content["after"] else None
-    rows = [
+    noise = tuple(
         (
-            f"{name.replace('_', ' ')}, RMS",
-            in_words(value, units[name]),
-            in_words(after["rmse"][name], units[name]) if after else "–",
+            name.replace("_", " "),
+            with_unit(entry["sigma"], units[name], 2),
+            entry["source"],
+            str(entry["points"]),
+            f"{100 * entry['numerical_share']:.0f} %",
+            _late(content, name),
         )
-        for name, value in before["rmse"].items()
-    ]
-    for name, value in before.get("declared", {}).items():
-        here = in_words(after["declared"][name], units[name]) if after and "declared" in after else "–"
-        rows.append((f"{name.replace('_', ' ')}, RMS, on the declared mesh alone", in_words(value, units[name]), here))
-    rows.append(
-        (
-            "all, against noise and numerical error (1 = noise)",
-            two(before["weighted"]),
-            two(after["weighted"]) if after else "–",
-        )
+        for name, entry in content["noise"]["sensors"].items()
     )
-    rows.append(("all, against measurement noise alone", two(before["raw"]), two(after["raw"]) if after else "–"))
-    for name, one in content["held_out"].items():
-        chosen = f" (trained without it: {one['chosen'] or 'no effect'})" if one["verdict"] != "not repeated" else ""
-        rows.append((f"held-out {name.replace('_', ' ')}{chosen}", two(one["before"]), two(one["after"])))
-    return Table(("error", "before", "after"), tuple(rows), _caption(content), frozenset({1, 2}))
-
-
-def error(state: Mapping[str, Any]) -> Mapping[str, Any]:
-    """rmse, weighted, raw of a state: the solver's own where there is a strike, else the fitted ones."""
-    return state.get("solver") or state
-
-
-def _caption(content: Mapping[str, Any]) -> str:
-    """Whose curves the errors are of."""
-    made = [state for label in ("before", "after") if (state := content[label])]
-    struck = all(state.get("solver") for state in made)
-    mesh = ", with what finer meshes add" if any("declared" in error(state) for state in made) else ""
-    whose = (
-        f"of one strike of the solver at each fit{mesh}" if struck else "of the fitted curves where no strike was made"
+    words = (
+        "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
+        "tells nothing, because the model error has grown threefold."
     )
-    fitted = " -> ".join(two(state["weighted"]) for state in made)
-    return (
-        f"The error before and after, {whose} (the fitted curves foretold {fitted} against noise and numerical error). "
-        "Held out: selection and refit were repeated without that part of the data; nothing is fitted to another shot."
+    head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
+    blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(content))]
+    if content["baseline"]:
+        blocks.append(Paragraph(_baseline(content["baseline"], units)))
+    runs = content["strikes"]
+    blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored."))
+    if content["refused"]:
+        reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in content["refused"].items())
+        blocks.append(Paragraph(f"Effects that this case cannot carry: {reasons}."))
+    return Section("basis", "Diagnosis: what the answer rests on", tuple(blocks))
+
+
+def _model_error(content: Mapping[str, Any]) -> str:
+    """Source and size of the model error."""
+    discrepancy = content["discrepancy"]
+    shares = ", ".join(
+        f"{100 * share:.2g} % of the peak ({kind.replace('_', ' ')})"
+        for kind, share in discrepancy["amplitude"].items()
     )
+    return f"Model error, that of a sound simulation beside noise and mesh: {discrepancy['source']}; found: {shares}."
+
+
+def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """What the baselines told."""
+    rms = ", ".join(
+        f"{name.replace('_', ' ')} {with_unit(value, units[name])}"
+        for name, value in base["residual_rms"].items()
+        if name in units
+    )
+    gain = f" With it, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
+    return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}"
+
+
+def _late(content: Mapping[str, Any], name: str) -> str:
+    """From when on a channel tells nothing."""
+    time = content["discrepancy"]["growth"].get(name, {}).get("uninformative_from")
+    return "–" if time is None else f"{1e3 * time:.2g} ms"
 
 
 def two(value: float | None) -> str:
@@ -112,52 +212,36 @@ def two(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
 
 
-def _parameters(content: Mapping[str, Any]) -> Table:
-    """Calibrated parameters before and after, with intervals."""
-    before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
-    rows = [
-        (name, _interval(entry), _interval(after[name]) if name in after else "–") for name, entry in before.items()
-    ]
-    return Table(("parameter", "before", "after"), tuple(rows), "The calibrated parameters, with 95 % intervals.")
-
-
 def _interval(entry: Mapping[str, Any]) -> str:
-    low, high = (in_words(x, entry["unit"]) for x in entry["interval_95"])
-    return f"{in_words(entry['value'], entry['unit'], 4)} ({low} to {high})"
-
-
-def effects_section(results: DiagnosisResults) -> Section:
-    """Every effect: p, evidence, magnitude, twins, what could have been detected, what the parameters absorb."""
-    content = results.content
-    caption = "What the data say of every model; blue: in the confidence set."
-    picture = drawing("effects", consistency_figure(content["effects"], content["alpha"]), caption)
-    head = ("effect", "p", "log evidence", "magnitude (95 %)", "twins (cosine)", "least detectable", "absorbed")
-    rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in content["effects"])
-    words = "Every model, refitted. Absorbed: share of the effect's signature that the calibrated parameters imitate."
-    return Section("effects", "Every effect of the library", (picture, Table(head, rows, words, frozenset({1, 2, 6}))))
+    low, high = (with_unit(x, entry["unit"]) for x in entry["interval_95"])
+    note = "" if entry.get("identified", True) else "; not identifiable from this record"
+    return f"{with_unit(entry['value'], entry['unit'])} ({low} to {high}){note}"
 
 
 def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
-    unit = one["unit"]
-    twins = ", ".join(f"{name} {cosine:+.2f}" for name, cosine in one["twins"].items()) or "–"
-    share = "–" if one["absorbed"] is None else f"{100 * one['absorbed']:.0f} %"
+    """One model's figures."""
+    share = one["required_discrepancy"]
+    alike = ", ".join(f"{in_words(name)} {cosine:+.2f}" for name, cosine in list(one["twins"].items())[:2])
+    probability = f"{one['probability']:.3f}" if one["probability"] >= 0.001 else "< 0.001"
     return (
-        one["name"], f"{one['p_consistent']:.3f}", f"{one['log_evidence']:+.1f}", magnitude(one), twins,
-        "–" if least is None else _sized(least, unit).lstrip("+"), share,
-    )  # fmt: skip
+        in_words(one["name"]),
+        probability,
+        magnitude(one),
+        "–" if share is None else f"{100 * share:.2g} %",
+        "–" if least is None else _sized(least, one["unit"]).lstrip("+"),
+        alike or "–",
+    )
 
 
 def magnitude(one: Mapping[str, Any]) -> str:
     """ "+0.2 mm (+0.1 to +0.3)"."""
-    unit = one["unit"]
     if one["magnitude"] is None:
         return "–"
-    if one["interval_95"] is None:
-        return f"{_sized(one['magnitude'], unit)} (limit of the search reached)"
-    low, high = (
-        _sized(x, unit).rsplit(" ", 1)[0] if SHOWN.get(unit, unit) else _sized(x, unit) for x in one["interval_95"]
-    )
-    return f"{_sized(one['magnitude'], unit)} ({low} to {high})"
+    if one["at_bound"]:
+        return f"at least {_sized(min(one['interval_95'], key=abs), one['unit'])}"
+    low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
+    shown = SHOWN.get(one["unit"], one["unit"])
+    return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
 
 
 def _sized(value: float, unit: str) -> str:

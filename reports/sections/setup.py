@@ -24,10 +24,11 @@ def _caption(case: Case) -> str:
     aimed = (
         "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
     )
+    yaw = f"; not drawn: the bird's yaw of {display(case.impact.yaw, 'rad')[0]:.3g}°" if case.impact.yaw else ""
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
         f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "
-        f"it; {aimed}; first contact {quantity(case.first_contact, 's')} after the start."
+        f"it; {aimed}; first contact {quantity(case.first_contact, 's')} after the start{yaw}."
     )
 
 

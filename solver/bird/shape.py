@@ -51,8 +51,11 @@ def second_moments(shape: str, diameter: float, length: float) -> tuple[float, f
     return along, (1.0 - ends) * radius**2 / 4.0 + ends * radius**2 / 5.0
 
 
-def outline(shape: str, diameter: float, length: float) -> Array:
-    """Points (n, 3) [m] on the surface of the bird about its centre, axis along x, in rings with one point at y = 0."""
+def outline(shape: str, diameter: float, length: float, roll: float = 0.0) -> Array:
+    """Points (n, 3) [m] on the surface of the bird about its centre, axis along x.
+
+    They lie in rings, of which each has points at the angles `roll` and `roll` + pi [rad] from z towards y.
+    """
     radius = 0.5 * diameter
     half = radius if shape == "sphere" else 0.5 * length
     core = {"hemispherical_cylinder": half - radius, "cylinder": half}.get(shape, 0.0)
@@ -60,7 +63,7 @@ def outline(shape: str, diameter: float, length: float) -> Array:
     along = core + (half - core) * np.sin(turn)
     across = np.full(ALONG, radius) if shape == "cylinder" else radius * np.cos(turn)
     along, across = np.concatenate([-along[::-1], along]), np.concatenate([across[::-1], across])
-    around = np.linspace(0.0, 2.0 * math.pi, AROUND, endpoint=False)
+    around = np.linspace(0.0, 2.0 * math.pi, AROUND, endpoint=False) + roll
     rings = across[:, None, None] * np.stack([np.sin(around), np.cos(around)], axis=1)
     return np.column_stack([np.repeat(along, AROUND), rings.reshape(-1, 2)])
 

@@ -20,13 +20,13 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.load import given_table, override_table, read_case, with_table
+from birdstrike.solver.case.load import given_table, override_table, read_case, with_baselines, with_table
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
-from birdstrike.solver.case.settings import InversionSettings, SolverSettings
+from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
@@ -57,6 +57,7 @@ class Case(Section):
     solver: SolverSettings = SolverSettings()
     external: External | None = None
     inversion: InversionSettings = InversionSettings()
+    diagnosis: DiagnosisSettings = DiagnosisSettings()
     effects: Effects = Field(default_factory=dict)
     instrument: dict[str, Instrument] = Field(default_factory=dict)
 
@@ -148,6 +149,8 @@ class Case(Section):
             del tree["plate"]["rigid"]
         if not any(self.impact.offset):
             del tree["impact"]["offset"]
+        if not self.impact.yaw:
+            del tree["impact"]["yaw"]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
         if self.solver.name == "external" and self.external is not None:
@@ -180,7 +183,7 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
         raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
     raw, name = (given_table(path), "case") if isinstance(path, Mapping) else (read_case(path), Path(path).stem)
     table = with_table(overlay(raw, override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_deck(table, Path.cwd()), name)
+    return case_from_table(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), name)
 
 
 def as_case(case: CaseSource) -> Case:

@@ -72,7 +72,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
 
 def _extended(own: Raw, folder: Path, where: str, chain: tuple[Path, ...]) -> Raw:
     """A case's own table over the case that it extends. folder: of its paths; where: what holds it, in words."""
-    raw = with_deck(with_table(own, folder), folder)
+    raw = with_baselines(with_deck(with_table(own, folder), folder), folder)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw
@@ -151,6 +151,21 @@ def _reading(text: str) -> Any:
     except RecursionError as error:
         raise CaseError(TOO_DEEP) from error
     return read["value"]
+
+
+def with_baselines(raw: Raw, folder: Path) -> Raw:
+    """The case's table with whole paths in `diagnosis.baselines`; the names of shipped curves stay as they are."""
+    section = raw.get("diagnosis")
+    names = section.get("baselines") if isinstance(section, dict) else None
+    if not isinstance(section, dict) or not isinstance(names, list):
+        return raw
+    return raw | {"diagnosis": {**section, "baselines": [_whole_path(name, folder) for name in names]}}
+
+
+def _whole_path(name: Any, folder: Path) -> Any:
+    """A path from the case's folder; what is no text, or no file there, is left for others to judge."""
+    path = folder / Path(name).expanduser() if isinstance(name, str) else None
+    return str(path.resolve()) if path is not None and path.is_file() else name
 
 
 COLUMNS = 'its columns are "rho [kg/m^3],p [MPa]" or "mu,p [MPa]"'

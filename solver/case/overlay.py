@@ -20,8 +20,9 @@ ONLY_FOR = {
     "hexahedra": ("solver.hourglass", "solver.hourglass_coefficient", "solver.smallest_step"),
 }
 """What only one of the bird's methods has a use for."""
+IDLE_FOR_SPHERE = ("impact.yaw",)
 METHOD = "sph"  # where none stands
-CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "plate.rigid")
+CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "bird.shape", "plate.rigid")
 """Keys whose value makes others void: of several overrides these come first."""
 
 
@@ -80,10 +81,12 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
 
 
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
-    """The base without what a plate made rigid, or a bird of another method, has no use for."""
+    """The base without what a plate made rigid, a bird made a sphere or one of another method has no use for."""
     void: tuple[str, ...] = ()
     if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
         void += IDLE_FOR_RIGID
+    if at(over, "bird.shape") == "sphere" and at(base, "bird.shape") != "sphere":
+        void += IDLE_FOR_SPHERE
     before, after = (str(at(raw, "bird.method") or METHOD) for raw in (base, over))
     if at(over, "bird.method") is not None and after in ONLY_FOR and after != before:
         void += ONLY_FOR.get(before, ())

@@ -13,6 +13,7 @@ from birdstrike.solver.case.bird import derived
 from birdstrike.solver.case.overlay import (
     FROM_MASS,
     IDLE_FOR_RIGID,
+    IDLE_FOR_SPHERE,
     METHOD,
     ONLY_FOR,
     SIZES,
@@ -36,6 +37,9 @@ def idle_rules(raw: Raw) -> Iterator[str]:
     if at(raw, "plate.rigid") is True:
         for key in IDLE_FOR_RIGID:
             yield from _idle(raw, key, "a rigid plate", "or leave plate.rigid out")
+    if at(raw, "bird.shape") == "sphere":
+        for key in IDLE_FOR_SPHERE:
+            yield from _idle(raw, key, "a sphere", "or choose another bird.shape")
     method = str(at(raw, "bird.method") or METHOD)
     for other, keys in ONLY_FOR.items():
         if method in ONLY_FOR and other != method:
@@ -187,6 +191,7 @@ def broken_sensor_rules(raw: Raw) -> Iterator[str]:
         if kind is not None:
             yield from kind.broken_rules(name, sensor, plate)
     yield from _instruments(raw)
+    yield from _discrepancies(raw)
 
 
 def _plate(raw: Raw) -> PlateText:
@@ -207,6 +212,14 @@ def _instruments(raw: Raw) -> Iterator[str]:
             if mark.valid(drift) is None and drift_of_some_kind(drift) is not None:  # else the field has complained
                 given = f"instrument.{name}.drift = {drift}"
                 yield f"{given} is no drift of a {kind} sensor; write {mark.low} .. {mark.high}"
+
+
+def _discrepancies(raw: Raw) -> Iterator[str]:
+    """A stated error of the model belongs to a sensor."""
+    stated, known = at(raw, "inversion.discrepancy"), _kinds(raw)
+    for name in stated if isinstance(stated, dict) else ():
+        if name not in known:
+            yield f"inversion.discrepancy.{name} belongs to no sensor of the case; its sensors: {', '.join(known)}"
 
 
 def _kinds(raw: Raw) -> dict[str, str]:

@@ -23,7 +23,8 @@ ASIDE = Between("-2500 mm", "2500 mm")
 class Impact(Section):
     """angle [rad] from the plate's surface; standoff [m]: way flown before the ideal surface touches: it sets t = 0.
 
-    offset [m]: along length and width, from the plate's centre to the point of aim.
+    offset [m]: along length and width, from the plate's centre to the point of aim. yaw [rad]: angle between the bird's
+    axis and its velocity, in the plane of velocity and plate's width; above 0 the nose points to the width's end.
     """
 
     speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
@@ -32,6 +33,7 @@ class Impact(Section):
     standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
     offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
     friction: Annotated[float, Between(0.0, 2.0)] = 0.0
+    yaw: Annotated[float, Between("-45 deg", "45 deg")] = 0.0
 
 
 class Time(Section):

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from birdstrike.data.units import UnitError, share
+from birdstrike.solver.case.external import Text
 from birdstrike.solver.case.sections import quantities, quantity_at
 from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, complaint, each_of
 
@@ -93,10 +95,14 @@ def _no_such_quantity(key: str) -> str:
 
 
 class InversionSettings(Section):
-    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI."""
+    """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI.
+
+    discrepancy: sensor -> error of the model's form, 1 sigma as a share of the largest value that the sensor recorded.
+    """
 
     parameters: dict[str, Inverted] = Field(default_factory=dict)
     nuisance: dict[str, float] = Field(default_factory=dict)
+    discrepancy: dict[str, float] = Field(default_factory=dict)
 
     @field_validator("parameters", mode="before")
     @classmethod
@@ -111,6 +117,31 @@ class InversionSettings(Section):
     @classmethod
     def _known_nuisances(cls, value: Any) -> Any:
         return each_of(value, _nuisance) if isinstance(value, dict) else value
+
+    @field_validator("discrepancy", mode="before")
+    @classmethod
+    def _shares_of_the_peak(cls, value: Any) -> Any:
+        return each_of(value, _discrepancy) if isinstance(value, dict) else value
+
+
+class DiagnosisSettings(Section):
+    """baselines: records of shots at the same rig in which nothing is suspected; whole paths, or shipped names."""
+
+    baselines: tuple[Annotated[str, Text('"clean.csv"')], ...] = ()
+
+
+def _discrepancy(sensor: str, given: Any) -> float:
+    """Share of the sensor's peak from "2 %"."""
+    meant = f'a percentage of the largest value that {sensor} recorded, such as "2 %"'
+    if not isinstance(given, str):
+        raise complaint(f"must be {meant}")
+    try:
+        found = share(given)
+    except UnitError as error:
+        raise complaint(f"is not understood: {error}; write {meant}") from error
+    if not 0.0 <= found <= 1.0:
+        raise complaint(f"is outside 0 % .. 100 %; it is {meant}")
+    return found + 0.0
 
 
 def _nuisance(name: str, sigma: Any) -> float:

@@ -1,4 +1,4 @@
-"""Effects of the impact: speed, angle and aim of the bird's flight, friction where it meets the plate."""
+"""Effects of the impact: speed, angle, aim and yaw of the bird's flight, friction where it meets the plate."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ def _impact(case: Declared, key: str, unit: str, change: float) -> Table:
     return {"impact": {key: quantity_text(value, unit) if unit else value}}
 
 
-def _offset(case: Declared, change: float) -> Table:
-    along, across = case.impact.offset
-    return {"impact": {"offset": [quantity_text(along + change, "m"), quantity_text(across, "m")]}}
+def _offset(case: Declared, along: float, across: float) -> Table:
+    declared = case.impact.offset
+    return {"impact": {"offset": [quantity_text(declared[0] + along, "m"), quantity_text(declared[1] + across, "m")]}}
+
+
+def _sphere(case: Declared) -> str:
+    return "a sphere has no axis that could be turned" if case.bird.shape == "sphere" else ""
 
 
 IMPACT = (
@@ -45,10 +49,29 @@ IMPACT = (
         "impact_offset",
         "a bird that arrives beside the point of aim, along the plate's length",
         "m",
-        _offset,
+        lambda case, x: _offset(case, x, 0.0),
         lambda case: 0.05 * case.bird.diameter,
         group=GROUP,
         source="dispersion of a gas gun: some millimetres",
+    ),
+    Effect(
+        "impact_offset_across",
+        "a bird that arrives beside the point of aim, along the plate's width",
+        "m",
+        lambda case, x: _offset(case, 0.0, x),
+        lambda case: 0.05 * case.bird.diameter,
+        group=GROUP,
+        source="dispersion of a gas gun: some millimetres",
+    ),
+    Effect(
+        "bird_yaw",
+        "a bird whose axis is turned sideways out of its velocity",
+        "rad",
+        lambda case, x: _impact(case, "yaw", "rad", x),
+        lambda _: math.radians(3.0),
+        refuses=_sphere,
+        group=GROUP,
+        source="free flight after the sabot: a few degrees; the velocity stays as stated",
     ),
 )
 

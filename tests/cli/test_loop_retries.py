@@ -177,8 +177,8 @@ def test_campaign_inversion_and_diagnosis_of_one_call_retry_what_failed_before_o
         instants.append(extras.retry)
         assert not extras.retry_failed
 
-    def diagnose(*_: object, wishes: Any, retry_failed: bool = False, **__: object) -> None:
-        instants.append(wishes.retry)
+    def diagnose(*_: object, options: Any, retry_failed: bool = False, **__: object) -> None:
+        instants.append(options.retry)
         assert not retry_failed
         raise Noted
 

@@ -17,6 +17,7 @@ from birdstrike.data.units import (
     in_unit,
     quantity_text,
     scaled,
+    share,
     si_unit,
     to_si,
 )
@@ -95,3 +96,14 @@ def test_display_is_in_engineers_units() -> None:
     assert display(0.0056, "m") == (5.6, "mm")
     assert display(641.0, "Pa s") == (641.0, "Pa s")
     assert display(0.34, "") == (0.34, "")
+
+
+@pytest.mark.parametrize(("text", "value"), [("2 %", 0.02), ("0.7%", 0.007), ("1e2 %", 1.0), ("-3 %", -0.03)])
+def test_a_percentage_is_a_share(text: str, value: float) -> None:
+    assert share(text) == value
+
+
+@pytest.mark.parametrize("text", ["2", "2 mm", "%", "two %", "2 percent"])
+def test_what_is_no_percentage_is_refused(text: str) -> None:
+    with pytest.raises(UnitError, match=f'"{text}" is not '):
+        share(text)

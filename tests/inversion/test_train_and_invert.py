@@ -114,6 +114,23 @@ def test_trained_models_can_be_read_back(out: Path) -> None:
     )
 
 
+def test_the_case_states_a_discrepancy_and_the_option_replaces_it(doe: Path, measured: Path, tmp_path: Path) -> None:
+    case = load_case("reference_strike", {f"inversion.discrepancy.{CHANNEL}": "5 %"})
+
+    def found(share: float | None) -> tuple[tuple[str, ...], float]:
+        extras = Extras(posterior=False, discrepancy=share)
+        answer = train_and_invert(doe, measured, tmp_path / f"{share}", method="emulator", case=case, extras=extras)
+        low, high = answer.methods["emulator"].parameters[VISCOSITY].interval_95 or (0.0, 0.0)
+        return answer.known_errors, high - low
+
+    said, width = found(None)
+    assert said == (f"a stated discrepancy of 5 % of the peak of {CHANNEL}",)
+    assert found(0.05) == (said, width)
+    without, narrow = found(0.0)
+    assert without == ()
+    assert width > 2.0 * narrow > 0.0
+
+
 def test_convergence_file_is_the_training_that_is_reported(doe: Path, measured: Path, tmp_path: Path) -> None:
     found = train_and_invert(doe, measured, tmp_path, trainer="adam", method="network", extras=PLAIN)
     assert found.training is not None

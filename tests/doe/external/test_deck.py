@@ -34,6 +34,10 @@ OF_DECK = OF_RECORD | {"plate_thickness", "impact_speed", "impact_angle"}
         ('{{ bird.density | to("t/mm^3") }}', {"bird_mass"}),
         ('{{ bird.length | to("mm") }}', {"bird_length"}),
         ('{{ impact.offset[0] | to("mm") }}', {"impact_offset"}),
+        ('{{ impact.offset[1] | to("mm") }}', {"impact_offset_across"}),
+        ('{{ impact.yaw | to("deg") }}', {"bird_yaw"}),
+        ('{{ plate.material.young | to("MPa") }}', {"plate_modulus"}),
+        ('{{ plate.material.density | to("t/mm^3") }}', {"plate_density"}),
         ('{{ plate.preload[0] | to("MPa") }} {{ plate.preload[1] | to("MPa") }}', {"plate_preload"}),
         (SPRINGS, {"clamp_rotation"}),
         ('{{ plate.material.rate_c | to("1/ms") }}', set()),  # one of the two keys is not enough

@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judged
+from birdstrike.inversion.diagnosis.statistics import Reference
+from birdstrike.inversion.diagnosis.verdict import NONE
 from scipy.optimize import lsq_linear
 from scipy.stats import binom
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.audit import draws
 from birdstrike.inversion.audit.draws import answer, bounded_least_squares
-from birdstrike.inversion.diagnosis.covariance import Whitener
-from birdstrike.inversion.diagnosis.judge import Judged
-from birdstrike.inversion.diagnosis.refit import Fit, Problem
-from birdstrike.inversion.diagnosis.statistics import Reference
-from birdstrike.inversion.diagnosis.verdict import NONE
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.estimation.coordinates import Box
 
 POINTS, UNKNOWNS, DRAWS = 16, 8, 2000

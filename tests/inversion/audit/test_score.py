@@ -7,7 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from birdstrike.inversion.diagnosis.choice import Choice
+from birdstrike.inversion.diagnosis.covariance import Whitener
+from birdstrike.inversion.diagnosis.judge import Judge, Judged
+from birdstrike.inversion.diagnosis.model import low_pass
+from birdstrike.inversion.diagnosis.strikes import Strikes
+from birdstrike.inversion.diagnosis.verdict import NONE
 from scipy.stats import norm
+from tests.inversion.diagnosis.toy_study import TIME, curves, groundwork
 
 from birdstrike.data.curves import Measured
 from birdstrike.inversion.audit.answers import confusion
@@ -22,15 +29,8 @@ from birdstrike.inversion.audit.reading import read_draws
 from birdstrike.inversion.audit.score import COARSE, KINDS, STATED, Asked, Score
 from birdstrike.inversion.audit.stored import load_score, save_score
 from birdstrike.inversion.audit.table import write_audit
-from birdstrike.inversion.diagnosis.choice import Choice
-from birdstrike.inversion.diagnosis.covariance import Whitener
 from birdstrike.inversion.diagnosis.diagnose import Study, Wishes
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.model import low_pass
-from birdstrike.inversion.diagnosis.strikes import Strikes
-from birdstrike.inversion.diagnosis.verdict import NONE
 from birdstrike.reports.page.audit import audit_markdown, write_audit_page
-from tests.inversion.diagnosis.toy_study import TIME, curves, groundwork
 
 NOISE = 1e-4
 EARLY = TIME[1] * np.arange(-60, 0)

@@ -20,6 +20,7 @@ from birdstrike.inversion.estimation.nuisances import (
     mesh_columns,
     nuisance_columns,
     stacked,
+    stated_discrepancy,
 )
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
@@ -85,11 +86,28 @@ def test_case_says_how_uncertain_speed_mass_and_thickness_are() -> None:
 
 def test_discrepancy_has_the_stated_size_and_is_slow(dataset: Dataset) -> None:
     observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
-    covariance = (found := discrepancy_columns(0.03, observations)) @ found.T
+    covariance = (found := discrepancy_columns({CHANNEL: 0.03}, observations)) @ found.T
     peak = observations.channels[0].peak
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), 0.03 * peak, rtol=0.01)
     assert covariance[0, 1] > 0.9 * covariance[0, 0]
     assert abs(covariance[0, -1]) < 0.01 * covariance[0, 0]
+
+
+def test_a_channel_without_a_stated_discrepancy_has_none(dataset: Dataset) -> None:
+    observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
+    assert discrepancy_columns({"another": 0.03}, observations).shape == (len(observations.values), 0)
+
+
+def test_the_discrepancy_of_the_case_is_by_sensor_and_what_is_given_replaces_it() -> None:
+    case = load_case(
+        "reference_strike",
+        {"inversion.discrepancy.displacement_centre": "2.5 %", "inversion.discrepancy.contact_force": "0 %"},
+    )
+    sensors = ("displacement_centre", "contact_force")
+    assert stated_discrepancy(case, sensors, None) == {"displacement_centre": 0.025}
+    assert stated_discrepancy(case, sensors, 0.1) == dict.fromkeys(sensors, 0.1)
+    assert stated_discrepancy(case, sensors, 0.0) == {}
+    assert stated_discrepancy(case, ("reaction_force",), None) == {}
 
 
 def test_mesh_band_is_two_sigma_and_a_missing_one_is_an_error(dataset: Dataset) -> None:

@@ -70,20 +70,60 @@ def test_a_stretched_lattice_sees_compression_exactly(lattice):
     assert bird.gain * share * float((pull * apart[near] ** 2).sum()) == pytest.approx(-3.0, rel=2e-3)
 
 
-@pytest.mark.parametrize(("shape", "angle"), [("hemispherical_cylinder", 30), ("ellipsoid", 60), ("cylinder", 90)])
-def test_the_ideal_surface_touches_after_the_stand_off(shape, angle):
+@pytest.mark.parametrize(
+    ("shape", "angle", "yaw"),
+    [
+        ("hemispherical_cylinder", 30, 0),
+        ("ellipsoid", 60, 0),
+        ("cylinder", 90, 0),
+        ("hemispherical_cylinder", 30, 20),
+        ("ellipsoid", 60, -35),
+        ("ellipsoid", 90, 35),
+        ("cylinder", 90, 10),
+        ("cylinder", 40, -25),
+    ],
+)
+def test_the_ideal_surface_touches_after_the_stand_off(shape, angle, yaw):
     """The lowest point of the ideal bird's surface lies as high as it falls until then, and skin/4 more."""
-    case = a_bird(shape, impact__angle=f"{angle} deg", impact__aim="axis")
+    case = a_bird(shape, impact__angle=f"{angle} deg", impact__aim="axis", impact__yaw=f"{yaw} deg")
     run = Coupling(case)
     alpha, radius, half = math.radians(angle), 0.5 * DIAMETER, 0.5 * LENGTH
+    down = math.sin(alpha) * math.cos(math.radians(yaw))  # component of the axis towards the plate
     below = {
-        "hemispherical_cylinder": radius + (half - radius) * math.sin(alpha),
-        "ellipsoid": math.hypot(half * math.sin(alpha), radius * math.cos(alpha)),
-        "cylinder": half * math.sin(alpha) + radius * math.cos(alpha),
+        "hemispherical_cylinder": radius + (half - radius) * down,
+        "ellipsoid": math.hypot(half * down, radius * math.sqrt(1.0 - down**2)),
+        "cylinder": half * down + radius * math.sqrt(1.0 - down**2),
     }[shape]
     bird = run.bird
     height = bird.x[: bird.n, 2].mean() - below - 0.5 * case.plate.thickness
     assert height == pytest.approx(case.impact.standoff * math.sin(alpha) + 0.25 * bird.skin, abs=2e-5)
+
+
+@pytest.mark.parametrize(("angle", "yaw"), [(60, 25), (90, -15)])
+def test_a_yawed_bird_aimed_by_its_first_touch_touches_the_centre(angle, yaw):
+    """Its lowest point, radius below the centre of the front hemisphere, flies along the velocity to the plate."""
+    case = a_bird(
+        "hemispherical_cylinder", impact__angle=f"{angle} deg", impact__aim="first_touch", impact__yaw=f"{yaw} deg"
+    )
+    bird, alpha, turn = build_particles(case), math.radians(angle), math.radians(yaw)
+    velocity = np.array([math.cos(alpha), 0.0, -math.sin(alpha)])
+    nose = math.cos(turn) * velocity + math.sin(turn) * np.array([0.0, 1.0, 0.0])
+    lowest = bird.x[: bird.n].mean(axis=0) + 0.5 * (LENGTH - DIAMETER) * nose - [0.0, 0.0, 0.5 * DIAMETER]
+    touch = lowest + (lowest[2] - 0.5 * case.plate.thickness) / math.sin(alpha) * velocity
+    np.testing.assert_allclose(touch[:2], 0.0, atol=2e-5)
+
+
+def test_a_yawed_bird_meets_the_plate_when_the_case_says():
+    """Within a particle's skin, like one without yaw."""
+    small = {"bird__particles": "500", "plate__elements": "[12, 10]", "impact__standoff": "2 mm"}
+    case = a_bird("hemispherical_cylinder", impact__yaw="30 deg", **small)
+    run = Coupling(case)
+    while run.push <= 0.0 and run.time < 2.0 * case.first_contact:
+        touch = run.time
+        run.advance()
+        run.move()
+    assert run.push > 0.0
+    assert touch == pytest.approx(case.first_contact, abs=run.bird.skin / case.normal_speed)
 
 
 def test_a_bird_without_stand_off_begins_outside_the_plate():

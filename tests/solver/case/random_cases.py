@@ -18,7 +18,7 @@ IMPACTS: Strategy[Table] = st.fixed_dictionaries(
         "angle": st.one_of(quantity(5.0, 90.0, "deg"), quantity(25.0, 90.0, "deg")),
         "aim": st.sampled_from(["first_touch", "axis"]),
     },
-    optional={"friction": number(0.0, 1.0)},
+    optional={"friction": number(0.0, 1.0), "yaw": quantity(-45.0, 45.0, "deg")},
 )
 
 SHOCK = {"courant": number(0.3, 1.0), "shock_linear": number(0.1, 2.0), "shock_quadratic": number(0.5, 4.0)}
@@ -47,6 +47,8 @@ def tables(draw: st.DrawFn) -> Table:
     flight, contact = draw(number(0.0, 0.1)), draw(number(0.1, 0.6))
     impact["standoff"] = f"{flight * float(impact['speed'].split()[0]):.4g} mm"
     bird, plate = draw(birds()), draw(st.one_of(PLATES))
+    if bird["shape"] == "sphere":
+        impact.pop("yaw", None)
     solver = draw(SETTINGS[bird["method"]]) if draw(st.booleans()) else {}
     return {
         "plate": plate,

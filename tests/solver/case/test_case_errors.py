@@ -38,6 +38,7 @@ NAMES = [
         'sensors."a b" cannot be a column\'s name; use letters, digits and _ (not time, run or ..._sigma)',
     ),
 ]
+SHARE = 'a percentage of the largest value that contact_force recorded, such as "2 %"'
 NOT_YET = [
     ("bird.material.model", "elastik", '~ = elastik is unknown; did you mean "elastic"?'),
     ("bird.material.eos.kind", "porus", '~ = porus is unknown; did you mean "porous"?'),
@@ -48,6 +49,19 @@ NOT_YET = [
     ),
     ("effects.plate_thicknes", "1 mm", "~ = 1 mm is no effect; did you mean plate_thickness?"),
     ("inversion.nuisance.wind", "1 m/s", "~ = 1 m/s is unknown; available: time_offset, speed, mass, thickness, angle"),
+    ("inversion.discrepancy.contact_force", "0.02", f"~ = 0.02 must be {SHARE}"),
+    ("inversion.discrepancy.contact_force", "2 kN", f'~ = 2 kN is not understood: "2 kN" is not in "%"; write {SHARE}'),
+    (
+        "inversion.discrepancy.contact_force",
+        "two %",
+        f'~ = two % is not understood: "two %" is not a number with "%"; write {SHARE}',
+    ),
+    ("inversion.discrepancy.contact_force", "-2 %", f"~ = -2 % is outside 0 % .. 100 %; it is {SHARE}"),
+    (
+        "inversion.discrepancy.force",
+        "2 %",
+        "~ belongs to no sensor of the case; its sensors: displacement_centre, contact_force, reaction_force",
+    ),
 ]
 BETWEEN_FIELDS = [
     ("bird.length", "9 cm", "~ = 9 cm is less than the diameter; length is overall, hemispheres included"),

@@ -30,6 +30,7 @@ POROUS = {LIGHT[0]: LIGHT[1]}
         (RIGID, "plate.damping", "10 1/s", "a rigid plate"),
         (RIGID, "plate.preload", "['1 MPa', '0 MPa']", "a rigid plate"),
         (RIGID, "plate.material.failure_strain", "0.2", "a rigid plate"),
+        ({"bird.shape": "sphere", "bird.length": "106 mm"}, "impact.yaw", "3 deg", "a sphere"),
     ],
 )
 def test_a_key_that_would_do_nothing_is_refused(choice: dict[str, str], key: str, text: str, whom: str) -> None:
@@ -61,6 +62,12 @@ def test_what_is_inherited_is_void_with_its_parameters(tmp_path: Path) -> None:
     assert (case.plate.damping, case.bird.jitter, case.bird.lattice) == (0.0, 0.0, "fcc")
     assert "plate.damping" not in {parameter.name for parameter in case.parameters()}
     assert "bird.material.viscosity" in {parameter.name for parameter in case.parameters()}
+
+
+def test_an_inherited_yaw_is_void_for_a_sphere(tmp_path: Path) -> None:
+    written(tmp_path, "yawed", 'extends = "reference_strike"\nimpact.yaw = "4 deg"\n')
+    sphere = 'extends = "yawed.toml"\n[bird]\nshape = "sphere"\nlength = "106 mm"\n'
+    assert load_case(written(tmp_path, "sphere", sphere)).impact.yaw == 0.0
 
 
 def test_a_porous_law_replaces_an_inherited_density_by_its_own() -> None:

@@ -25,6 +25,8 @@ NAMES = [
     "clamp_rotation",
     "edge_slip",
     "plate_thickness",
+    "plate_modulus",
+    "plate_density",
     "plate_yield",
     "plate_hardening",
     "plate_rate_hardening",
@@ -33,6 +35,8 @@ NAMES = [
     "impact_speed",
     "impact_angle",
     "impact_offset",
+    "impact_offset_across",
+    "bird_yaw",
     "bird_mass",
     "bird_length",
     "bird_porosity",
@@ -44,7 +48,7 @@ NAMES = [
 ]
 
 
-def test_the_library_is_the_nineteen_of_the_format() -> None:
+def test_the_library_is_the_twenty_three_of_the_format() -> None:
     assert list(effects()) == NAMES
 
 
@@ -141,6 +145,22 @@ def test_sizes_follow_the_case() -> None:
         ({"effects.bird_porosity": "0.999"}, r"beyond \+0.9\d, the largest .*mu.77 = 21.03\d* is .*, and 25 more\)"),
         ({"effects.sensor_gain": "'3 %'"}, "write a bare number"),
         ({"effects.clamp_rotation": "1 mrad/kN", "plate.edges": "pinned"}, "do not hold it at all"),
+        ({"effects.plate_modulus": "1 GPa", "plate.rigid": "true"}, r"plate_modulus: a rigid plate neither bends"),
+        ({"effects.plate_density": "60 kg/m^3", "plate.rigid": "true"}, r"plate_density: a rigid plate neither bends"),
+        (
+            {"effects.plate_modulus": "-72 GPa"},
+            r"= -7.2e\+04 MPa is below -7.1e\+04 MPa, the least that means anything",
+        ),
+        (
+            {"effects.plate_density": "3 t/m^3", "plate.material.density": "24 g/cm^3"},
+            r"beyond \+1e\+03 kg/m\^3, the larg",
+        ),
+        (
+            {"effects.bird_yaw": "3 deg", "bird.shape": "sphere", "bird.length": "106 mm"},
+            "effects.bird_yaw: a sphere has no axis that could be turned",
+        ),
+        ({"effects.bird_yaw": "-50 deg"}, r"= -50 deg is beyond -45 deg, the largest that fits .*\(impact.yaw = "),
+        ({"effects.impact_offset_across": "3 m"}, r"is beyond \+2.5e\+03 mm, the largest .*\(impact.offset.1 = "),
     ],
 )
 def test_wrong_magnitudes_are_named(given: dict[str, str], words: str) -> None:
@@ -162,10 +182,10 @@ def own() -> Iterator[Effect]:
     """An effect of a user's own."""
 
     def change(case: Case, x: float) -> dict[str, object]:
-        return {"plate": {"material": {"density": f"{case.plate.material.density + x} kg/m^3"}}}
+        return {"plate": {"length": f"{case.plate.length + x} m"}}
 
-    yield register(Effect("plate_density", "a heavier alloy", "kg/m^3", change, lambda _: 50.0))
-    unregister("plate_density")
+    yield register(Effect("plate_span", "a longer plate", "m", change, lambda _: 0.02))
+    unregister("plate_span")
 
 
 def test_the_limit_that_an_error_names_is_one_that_fits() -> None:
@@ -196,8 +216,8 @@ def test_an_effect_of_ones_own_that_fails_is_told_by_its_name() -> None:
 
 
 def test_an_effect_of_ones_own_is_stated_like_any_other(own: Effect, tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text('extends = "virtual_strike"\n[effects]\nplate_density = "40 kg/m^3"\n')
+    (tmp_path / "own.toml").write_text('extends = "virtual_strike"\n[effects]\nplate_span = "40 mm"\n')
     case = load_case(tmp_path / "own.toml")
-    assert case.plate.material.density == pytest.approx(2820.0)
+    assert case.plate.length == pytest.approx(0.565)
     with pytest.raises(ValueError, match="exists already"):
         register(own)

@@ -13,7 +13,7 @@ from birdstrike.data.histories import Array
 from birdstrike.reports.verification.plate_problems import RITZ
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.build import build_bird, build_plate
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.plate.shell import Plate
@@ -82,6 +82,16 @@ def test_another_thickness_has_its_own_first_frequency() -> None:
     found, truth = first(plate_with(plate_thickness=change)), ritz(replace(RITZ, thickness=RITZ.thickness + change))
     assert found == pytest.approx(truth, rel=MESH)
     assert found - bare() == pytest.approx(truth - CLAMPED_HZ, rel=0.02)
+
+
+@pytest.mark.parametrize("change", [-0.1, 0.02])
+def test_the_first_frequency_goes_as_the_root_of_modulus_over_density(change: float) -> None:
+    """omega^2 = 1296 D / (b^4 rho h), D in proportion to E (Leissa 1969)."""
+    metal = CASE.plate.material
+    stiffer, denser = plate_with(plate_modulus=change * metal.young), plate_with(plate_density=change * metal.density)
+    assert first(stiffer) / bare() == pytest.approx(math.sqrt(1.0 + change), rel=1e-6)
+    assert first(denser) / bare() == pytest.approx(1.0 / math.sqrt(1.0 + change), rel=1e-6)
+    assert float(denser.mass.sum()) == pytest.approx((1.0 + change) * float(plate_with().mass.sum()), rel=1e-12)
 
 
 def test_preload_shifts_the_square_of_the_first_frequency_by_the_membrane_s_work() -> None:
@@ -153,6 +163,38 @@ def test_the_bird_arrives_beside_the_point_of_aim() -> None:
     """On a flat plate the whole flight is carried along by the offset."""
     moved = bird_with(impact_offset=0.012).x - bird_with().x
     np.testing.assert_allclose(moved, np.tile([0.012, 0.0, 0.0], (len(moved), 1)), atol=1e-12)
+
+
+def test_the_bird_arrives_beside_the_point_of_aim_across_its_flight() -> None:
+    moved = bird_with(impact_offset=0.012, impact_offset_across=-0.008).x - bird_with().x
+    np.testing.assert_allclose(moved, np.tile([0.012, -0.008, 0.0], (len(moved), 1)), atol=1e-12)
+
+
+@pytest.mark.parametrize("yaw", [math.radians(3.0), math.radians(-40.0)])
+def test_yaw_is_the_angle_between_axis_and_velocity_towards_the_width(yaw: float) -> None:
+    """The bird turns as a rigid body: its mass, the velocity of every particle and all distances stay."""
+    other, bird = bird_with(bird_yaw=yaw), bird_with()
+    x, arm = other.x[: other.n], other.x[: other.n] - other.x[: other.n].mean(axis=0)
+    longest = np.linalg.eigh(arm.T @ arm)[1][:, -1]
+    nose = longest * np.sign(longest @ axis())
+    np.testing.assert_allclose(nose, math.cos(yaw) * axis() + math.sin(yaw) * np.array([0.0, 1.0, 0.0]), atol=1e-9)
+    assert (other.n, other.mass) == (bird.n, bird.mass)
+    np.testing.assert_array_equal(other.v, bird.v)
+    before = bird.x[: bird.n]
+    distances = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (x, before)]
+    np.testing.assert_allclose(*distances, atol=1e-12)
+
+
+def test_a_declared_yaw_and_that_of_the_effect_add_up() -> None:
+    declared = CASE.overlaid({"impact": {"yaw": "2 deg"}}).with_effects({"bird_yaw": math.radians(3.0)})
+    assert declared.impact.yaw == pytest.approx(math.radians(5.0))
+    np.testing.assert_allclose(build_bird(declared).x, bird_with(bird_yaw=math.radians(5.0)).x, atol=1e-12)
+
+
+def test_a_bird_without_yaw_is_the_same_strike_to_the_bit() -> None:
+    straight = CASE.overlaid({"impact": {"yaw": "0 deg", "offset": ["0 mm", "0 mm"]}})
+    assert case_hash(straight) == case_hash(CASE)
+    np.testing.assert_array_equal(build_bird(straight).x, bird_with().x)
 
 
 TIME = np.arange(0.0, 3e-3, 5e-6)

@@ -1,0 +1,125 @@
+"""Two tests of the model without effects: the alarm, and the model error that a record requires.
+
+Alarm: how often would a record without any effect look as much like one with an effect as this does? Statistic: the
+posterior odds of all single effects and of something else against none, by the prior's shares, at fixed amplitudes of
+the discrepancy: by Neyman and Pearson the best test of none against that mixture. Its distribution under none is
+simulated in the linear system; the p-value is the mean over the amplitudes' posterior under none (posterior predictive:
+Bayarri & Berger, J. Am. Stat. Assoc. 95 (2000) 1127).
+
+Required discrepancy of a model: the smallest model error, one share of the peak for every kind of sensor, with which
+the record is consistent. Consistent: the model's marginal likelihood is within 1.35 of its largest over the share, the
+one-sided 95 % limit of a likelihood ratio with one degree of freedom (Wilks, Ann. Math. Stat. 9 (1938) 60: half of the
+chi-square quantile 2.71).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import logsumexp
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+
+SHARES = np.geomspace(0.0005, 0.5, 41)
+WITHIN = 1.35
+
+
+def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
+    """Model -> share of the peak; None where even half of the peak is not enough. Pairs and something else are left
+    out.
+    """
+    found: dict[str, float | None] = {}
+    judges: dict[int, Judge] = {}
+    for label, model in ranking.models.items():
+        if len(model.members) > 1 or label == SOMETHING_ELSE:
+            continue
+        fit = ranking.fits.get(label, ranking.fits["none"])
+        judge = judges.setdefault(id(fit), at_shares(fit))
+        sizes = ranking.evidence[label].h
+        logs = np.array([judge.model(model, list(sizes), np.array([i])).log_evidence for i in range(len(SHARES))])
+        found[label] = smallest(logs)
+    return found
+
+
+def at_shares(fit: Fit) -> Judge:
+    """The fit's system judged at common shares."""
+    combinations = np.repeat(SHARES[:, None], len(fit.judge.kinds), axis=1)
+    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],))
+
+
+def smallest(logs: Array) -> float | None:
+    """The smallest consistent share of log likelihoods (shares,)."""
+    if int(logs.argmax()) == len(logs) - 1:
+        return None
+    return float(SHARES[int(np.flatnonzero(logs >= logs.max() - WITHIN)[0])])
+
+
+def best_share(required: Mapping[str, float | None]) -> str | None:
+    """The model that needs least."""
+    known = {label: value for label, value in required.items() if value is not None}
+    return min(known, key=lambda label: known[label]) if known else None
+
+
+DRAWS = 2000
+KEPT = 0.05  # posterior weight of an amplitude below which it cannot move the p-value
+ALPHA = 0.05
+
+
+def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
+    """p-value of none, parameters and discrepancy free."""
+    fit = ranking.fits[NONE]
+    weights = fit.evidence.weights
+    kept = np.flatnonzero(weights > KEPT * weights.max())
+    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    priors = np.array([ranking.models[label].prior for label in labels])
+    other = ranking.models[SOMETHING_ELSE].prior
+    rng = np.random.default_rng(seed)
+    p = [_at(fit.judge, int(node), labels, priors, other, rng, draws) for node in kept]
+    return float(np.average(p, weights=weights[kept]))
+
+
+def _at(
+    judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int
+) -> float:
+    """The p-value at one set of amplitudes."""
+    system, amplitudes = judge.system, judge.combinations[node]
+    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
+    wanted = [0, *free, *(system.at[label].start for label in labels)]
+    white, smooth = [], []
+    for block, other, a in zip(system.blocks, system.other, amplitudes, strict=True):
+        scale = 1.0 / np.sqrt(1.0 + a**2 * block.lam)
+        white.append(scale[:, None] * (block.T @ judge.columns[np.ix_(block.rows, wanted)]))
+        more = block.T @ (other.F - block.F) @ block.T.T
+        smooth.append(scale[:, None] * more * scale)
+    x = np.vstack(white)
+    r = len(free)
+    u, size, _ = np.linalg.svd(x[:, 1 : 1 + r] * sizes, full_matrices=False)
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + size**2)  # whitens the parameters' and the unnamed errors' prior too
+
+    def whitened(columns: Array) -> Array:
+        return columns - u @ (shrink[:, None] * (u.T @ columns))
+
+    out = whitened(np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]]))
+    S = whitened(whitened(np.asarray(block_diag(*smooth))).T)
+    values, vectors = np.linalg.eigh(0.5 * (S + S.T))
+    samples = rng.standard_normal((draws, len(x)))
+    score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], priors, values, vectors, other_prior)
+    return float((1 + (score[1:] >= score[0]).sum()) / (draws + 1))
+
+
+def odds(samples: Array, G: Array, priors: Array, values: Array, vectors: Array, other: float) -> Array:
+    """(q,) log of the weighted sum of Bayes factors against none of whitened residuals (q, p).
+
+    G: (p, m) whitened signatures for one prior standard deviation; values, vectors: of something else's covariance.
+    """
+    power = (G**2).sum(axis=0)
+    singles = 0.5 * (samples @ G) ** 2 / (1.0 + power) - 0.5 * np.log1p(power)
+    along = (samples @ vectors) ** 2
+    kept = np.maximum(values, 0.0)
+    rest = 0.5 * along @ (kept / (1.0 + kept)) - 0.5 * np.log1p(kept).sum()
+    return np.asarray(logsumexp(np.column_stack([singles + np.log(priors), rest + np.log(other)]), axis=1))

@@ -1,0 +1,491 @@
+"""The answer of a diagnosis: its figures, its verdict and its sentence; its JSON is a contract."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from birdstrike.data.files import write_json
+from birdstrike.data.histories import Array
+from birdstrike.data.units import display
+from birdstrike.inversion.diagnosis.before_and_after import (
+    Held,
+    SolverRun,
+    expected_residual,
+    predicted,
+    rms_by_channel,
+)
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.inversion.formatting import rounded
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.solver.effects.registry import effects
+
+ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
+LEVEL = 0.95
+HEADS = {
+    NO_RESIDUAL: "No significant residual",
+    ATTRIBUTED: "Attributed",
+    AMBIGUOUS: "Ambiguous",
+    UNEXPLAINED: "Unexplained",
+}
+OWN_FILES = ("curves", "case")
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class EffectFigures:
+    """One model; magnitude and interval in SI, None for `none` and `something_else`.
+
+    probability: that it is there, alone or in a pair; p_consistent: of a likelihood ratio against the best model;
+    log_evidence: over none; twins: name -> cosine; at_bound: the largest magnitude looked at is reached; absorbed:
+    share of the signature that the calibrated parameters imitate; bias: what one plausible size would add to each of
+    them, SI, were it there and not in the model; confirmed: the solver was run at the fit.
+    """
+
+    name: str
+    family: str
+    meaning: str
+    probability: float
+    prior: float
+    magnitude: float | None
+    unit: str
+    interval_95: tuple[float, float] | None
+    at_bound: bool
+    p_consistent: float
+    log_evidence: float
+    required_discrepancy: float | None
+    twins: Mapping[str, float]
+    absorbed: float | None
+    bias: Mapping[str, float]
+    plausible_size: float | None
+    confirmed: bool
+
+    def figures(self) -> dict[str, Any]:
+        """For JSON."""
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
+class State:
+    """The model before or after.
+
+    rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
+    raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
+    interval_95, unit; solver: rmse of one run of the declared case, or None.
+    """
+
+    model: str
+    rmse: Mapping[str, float]
+    weighted: float
+    raw: float
+    heldout: Mapping[str, float | None]
+    parameters: Mapping[str, Mapping[str, Any]]
+    solver: Mapping[str, Any] | None = None
+
+    @property
+    def error(self) -> Mapping[str, Any]:
+        """The solver's own error where it was run, else the fit's."""
+        return {**vars(self), **(self.solver or {})}
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything that a diagnosis found; `sentence` is the one for a test report.
+
+    alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; tolerances and
+    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of.
+    """
+
+    alpha: float
+    alarm: float
+    verdict: str
+    confidence_set: tuple[str, ...]
+    probabilities: Mapping[str, float]
+    families: Mapping[str, float]
+    required_discrepancy: Mapping[str, float | None]
+    effects: tuple[EffectFigures, ...]
+    before: State
+    after: State | None
+    minimum_detectable: Mapping[str, float | None]
+    next_measurement: Mapping[str, Any] | None
+    pairs: tuple[Mapping[str, Any], ...]
+    remainder: Mapping[str, Any] | None
+    noise: Mapping[str, Any]
+    discrepancy: Mapping[str, Any]
+    nuisance: Mapping[str, Any]
+    baseline: Mapping[str, Any] | None
+    shots: tuple[Mapping[str, Any], ...]
+    held_out: Mapping[str, Mapping[str, float | None]]
+    case_after: str | None
+    strikes: Mapping[str, Any]
+    warnings: tuple[str, ...]
+    refused: Mapping[str, str]
+    record: Mapping[str, Any]
+    sentence: str
+    curves: Mapping[str, Any] = field(default_factory=dict)
+    case: Case | None = None
+    tolerances: tuple[Mapping[str, Any], ...] = ()
+    unnamed: str | None = None
+
+    def named(self, name: str) -> EffectFigures:
+        """Figures of one model."""
+        return next(one for one in self.effects if one.name == name)
+
+    def figures(self) -> dict[str, Any]:
+        """The content of diagnosis.json, without the schema's version."""
+        plain = {key: value for key, value in vars(self).items() if key not in OWN_FILES}
+        return {
+            **plain,
+            "effects": [one.figures() for one in self.effects],
+            "before": dict(vars(self.before)),
+            "after": dict(vars(self.after)) if self.after else None,
+        }
+
+    def save(self, path: Path) -> None:
+        """Write diagnosis.json, whole or not at all."""
+        write_json(path, self.figures())
+
+
+def verdict_of(presence: Mapping[str, float], alarm: float, alpha: float, credible: tuple[str, ...]) -> str:
+    """attributed: the alarm was raised, one effect is there with 95 %, no other is likelier there than not.
+
+    presence: none, something else, and each effect -> probability that it is there. unexplained: something else holds
+    most.
+    """
+    if alarm >= alpha:
+        return NO_RESIDUAL if presence.get(NONE, 0.0) >= 0.5 or NONE in credible else AMBIGUOUS
+    if presence.get(SOMETHING_ELSE, 0.0) >= 0.5:
+        return UNEXPLAINED
+    first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
+    return ATTRIBUTED if first >= LEVEL and second < 0.5 else AMBIGUOUS
+
+
+def magnitude_words(one: EffectFigures) -> str:
+    """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
+    if one.magnitude is None:
+        return ""
+    effect = effects().get(one.name.split(".")[0].split("@")[0])
+    if effect is None:
+        return f"{one.magnitude:+.3g} {one.unit}".strip()
+    if one.at_bound:
+        return f"at least {shown(effect, one.interval_95[0] if one.interval_95 else one.magnitude)}"
+    if one.interval_95 is None:
+        return shown(effect, one.magnitude)
+    unit = SHOWN.get(effect.unit, effect.unit)
+    low, high = (shown(effect, x).removesuffix(unit).strip() for x in one.interval_95)
+    return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+
+
+def sentence_of(found: Diagnosis) -> str:
+    """One sentence that an engineer can put into a test report."""
+    needs = found.required_discrepancy.get(NONE)
+    alone = (
+        "no discrepancy up to half of the peak"
+        if needs is None
+        else f"a model error of {100 * needs:.2g} % of the peak"
+    )
+    if found.verdict == NO_RESIDUAL:
+        return (
+            f"The calibrated model explains the record (p = {found.alarm:.2f}) with {alone}; "
+            "no effect is missing that this record could show"
+        )
+    if found.verdict == ATTRIBUTED:
+        one = found.effects[0]
+        return (
+            f"The model lacks {one.meaning} ({one.name}), {magnitude_words(one)}, with probability "
+            f"{one.probability:.2f}; {_errors(found)}without it the record needs {alone}"
+        )
+    if found.verdict == UNEXPLAINED:
+        return (
+            f"The residual is real (p = {found.alarm:.3g}), but no effect of the library explains it: something else "
+            f"is likelier, with probability {found.probabilities[SOMETHING_ELSE]:.2f}"
+        )
+    real = "The residual is real" if found.alarm < found.alpha else "The residual is not significant"
+    listed = "; ".join(_named(found, name) for name in found.confidence_set[:MOST_NAMED])
+    rest = len(found.confidence_set) - MOST_NAMED
+    more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
+    return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
+
+
+def _named(found: Diagnosis, name: str) -> str:
+    """A model of the set with its magnitude and its probability."""
+    share = f"({found.probabilities.get(name, 0.0):.2f})"
+    if "+" in name:
+        return f"{' with '.join(name.split('+'))} {share}"
+    size = magnitude_words(found.named(name))
+    told = {NONE: "no missing effect", SOMETHING_ELSE: "something outside the library"}.get(name, name)
+    return f"{told} {size} {share}" if size else f"{told} {share}"
+
+
+def _errors(found: Diagnosis) -> str:
+    """Of the sensor with the largest error before, in its unit."""
+    if found.after is None:
+        return ""
+    before, after = found.before.error["rmse"], found.after.error["rmse"]
+    first = next(iter(before))
+    unit = found.noise["sensors"][first]["unit"]
+    low, high = display(after[first], unit), display(before[first], unit)
+    return f"the error at {first.replace('_', ' ')} falls from {rounded(high[0], 3)} to {rounded(low[0], 3)} {low[1]}; "
+
+
+NINETY_FIVE = float(norm.ppf(0.975))
+NOT_EFFECTS = {NONE: "no effect", SOMETHING_ELSE: "something that no effect of the library describes"}
+REFUTED = 1e-4  # smallest p-value that is told
+TOLD = 0.05  # probability of something else from which on it is told
+GROWN = 3.0  # growth of the model error beyond which a curve tells nothing
+
+
+def effect_figures(
+    ranking: Ranking, required: Mapping[str, float | None], confirmed: str | None = None
+) -> tuple[EffectFigures, ...]:
+    """none, singles and something else, the likeliest first; confirmed: the effect that the solver was run with."""
+    found = [_figures(ranking, label, required) for label, model in ranking.models.items() if len(model.members) < 2]
+    alike, share, shifts = collinear(ranking), absorbed(ranking), biases(ranking)
+    told = [
+        replace(
+            one,
+            twins=alike.get(one.name, {}),
+            absorbed=share.get(one.name),
+            bias=shifts.get(one.name, {}),
+            confirmed=one.name == confirmed,
+        )
+        for one in found
+    ]
+    return tuple(sorted(told, key=lambda one: -one.probability))
+
+
+def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None]) -> EffectFigures:
+    """One model by itself."""
+    model, evidence = ranking.models[label], ranking.evidence[label].log_evidence
+    best = max(one.log_evidence for one in ranking.evidence.values())
+    figures = EffectFigures(
+        name=label,
+        family=model.family,
+        meaning=NOT_EFFECTS.get(label, ""),
+        probability=ranking.presence[label],
+        prior=model.prior,
+        magnitude=None,
+        unit="",
+        interval_95=None,
+        at_bound=False,
+        p_consistent=consistency(evidence, best),
+        log_evidence=evidence - ranking.evidence[NONE].log_evidence,
+        required_discrepancy=required.get(label),
+        twins={},
+        absorbed=None,
+        bias={},
+        plausible_size=None,
+        confirmed=False,
+    )
+    if not model.members:
+        return figures
+    one = model.members[0]
+    magnitude, interval, at_bound = magnitude_of(ranking, label)
+    named = replace(figures, meaning=_meaning(label, one.name), unit=one.unit, plausible_size=one.size)
+    return replace(named, magnitude=magnitude, interval_95=interval, at_bound=at_bound)
+
+
+def _meaning(label: str, name: str) -> str:
+    text = effects()[name].meaning
+    if "." in label:
+        return f"{text}: {label.split('.', 1)[1].replace('_', ' ')} alone"
+    return f"{text}, in shot {label.split('@', 1)[1]} alone" if "@" in label else text
+
+
+def consistency(log_evidence: float, best: float) -> float:
+    """p-value of a likelihood ratio against the best model, one degree of freedom."""
+    return float(max(2.0 * norm.sf(np.sqrt(max(2.0 * (best - log_evidence), 0.0))), REFUTED))
+
+
+def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, float], bool]:
+    """SI magnitude, 95 % interval, whether a limit of what was looked at holds it."""
+    evidence, one = ranking.evidence[label], ranking.models[label].members[0]
+    low, high = one.limits
+    h, sd = float(evidence.h[0]), float(np.sqrt(evidence.h_cov[0, 0]))
+    ends = [one.magnitude(float(np.clip(h + s * NINETY_FIVE * sd, low, high))) for s in (-1.0, 1.0)]
+    at_bound = h + NINETY_FIVE * sd >= high or (not one.one_sided and h - NINETY_FIVE * sd <= low)
+    return one.magnitude(float(np.clip(h, low, high))), (min(ends), max(ends)), bool(at_bound and abs(h) > 0.9 * high)
+
+
+def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None) -> State:
+    """The model in one shot at its fit."""
+    fit, curve = ranking.fits[label], curve_at(ranking, label, shot)
+    residual = shot.record.values - curve
+    mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], fit)
+    noise = np.sqrt(np.diag(shot.record.covariance()))
+    solver = None
+    if run is not None:
+        off = shot.record.values - run.curve
+        solver = {
+            "rmse": rms_by_channel(shot, off),
+            "weighted": whitened(off - mean, sd),
+            "raw": whitened(off, noise),
+            "off": whitened(run.curve - curve, sd),
+        }
+    return State(
+        model=label,
+        rmse=rms_by_channel(shot, residual),
+        weighted=whitened(residual - mean, sd),
+        raw=whitened(residual, noise),
+        heldout=in_short(held),
+        parameters=parameters(fit, shot),
+        solver=solver,
+    )
+
+
+def whitened(residual: Array, sd: Array) -> float:
+    """RMS of a residual over its standard deviation."""
+    return float(np.sqrt(np.mean((residual / sd) ** 2)))
+
+
+def in_short(held: list[Held]) -> dict[str, float | None]:
+    """time_block, the worst channel, the worst shot."""
+    found: dict[str, float | None] = {"time_block": None, "channel": None, "shot": None}
+    for one in held:
+        key = one.name.split(" ")[0]
+        found[key] = one.error if found.get(key) is None else max(found[key] or 0.0, one.error)
+    return found
+
+
+def curve_at(ranking: Ranking, label: str, shot: Shot) -> Array:
+    """(n,) a fitted model on a shot's points."""
+    fit, model = ranking.fits[label], ranking.models[label]
+    return predicted(shot, model, fit.places.z[shot.group], dict(fit.places.h))
+
+
+def parameters(fit: Fit, shot: Shot) -> dict[str, dict[str, Any]]:
+    """Dotted key -> value, interval_95, unit, identified; SI."""
+    space = shot.setup.plan.space
+    k = len(space.names)
+    mean, sd = fit.interval(shot.group, k)
+    ends = [space.to_physical(np.clip(mean + s * NINETY_FIVE * sd, 0.0, 1.0)[None])[0] for s in (-1, 0, 1)]
+    return {
+        name: {
+            "value": float(ends[1][i]),
+            "interval_95": (float(ends[0][i]), float(ends[2][i])),
+            "unit": space.units[i],
+            "identified": bool(sd[i] < 0.5 * PRIOR_SD),
+        }
+        for i, name in enumerate(space.names)
+    }
+
+
+def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, SolverRun]) -> dict[str, Any]:
+    """channel -> columns of diagnosis.csv."""
+    label = after or NONE
+    mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], ranking.fits[label])
+    noise = np.sqrt(np.diag(shot.record.covariance()))
+    fitted = {"before": curve_at(ranking, NONE, shot)}
+    if after:
+        fitted["after"] = curve_at(ranking, after, shot)
+    found: dict[str, Any] = {}
+    for i, trace in enumerate(shot.record.traces):
+        of = shot.record.channel == i
+        blank = np.full(int(of.sum()), np.nan)
+        found[trace.name] = {
+            "unit": trace.unit,
+            "time": trace.middle,
+            "measured": trace.values,
+            "sigma": noise[of],
+            "error": sd[of],
+            "baseline": mean[of],
+            "before": fitted["before"][of],
+            "after": fitted["after"][of] if after else blank,
+            "before_solver": runs["before"].curve[of] if "before" in runs else blank,
+            "after_solver": runs["after"].curve[of] if "after" in runs else blank,
+        }
+    return found
+
+
+def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
+    """Noise of every sensor, its source, and the share of the emulator's and the mesh's error in the whole.
+
+    numerical_share: of standard deviations; `numerical` and `numerical_enlarged` of earlier versions stay empty.
+    """
+    whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE])[1] ** 2
+    numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
+    sensors = {}
+    for i, trace in enumerate(shot.record.traces):
+        of = shot.record.channel == i
+        sensors[trace.name] = {
+            "unit": trace.unit,
+            "source": trace.noise.source,
+            "sigma": trace.noise.level,
+            "correlation_time": trace.noise.correlation_time,
+            "before_contact": {"sigma": trace.noise.before[0], "points": trace.noise.before[1]}
+            if trace.noise.before
+            else None,
+            "points": len(trace.values),
+            "averaged_over": trace.block,
+            "numerical_share": float(np.sqrt(numerical[of].mean() / whole[of].mean())),
+            "peak": trace.peak,
+        }
+    share = float(np.sqrt(numerical.mean() / whole.mean()))
+    return {"sensors": sensors, "numerical": {}, "numerical_share": share, "numerical_enlarged": 1.0}
+
+
+def strike_figures(
+    ranking: Ranking, strikes: Strikes, shot: Shot, runs: Mapping[str, SolverRun], chosen: str | None
+) -> dict[str, Any]:
+    """Simulations run and found stored, and by how much the solver leaves the fits, by channel, SI."""
+    labels = {"before": NONE, "after": chosen}
+    off = {
+        label: rms_by_channel(shot, runs[key].curve - curve_at(ranking, label, shot))
+        for state_name, label in labels.items()
+        if label is not None and (key := f"{shot.name} {state_name}") in runs
+    }
+    campaign = sum(label.startswith("coarse ") for label in shot.setup.runs)
+    counts = {"campaign": campaign, "paid": strikes.paid, "reused": strikes.reused}
+    return {**counts, "emulator_error": off, "failed": dict(strikes.failures)}
+
+
+def remainder_figures(ranking: Ranking) -> dict[str, Any] | None:
+    """What something else has of the probability; None where that is little."""
+    share = ranking.shares.get(SOMETHING_ELSE, 0.0)
+    if share < TOLD:
+        return None
+    sentence = f"something that the library does not hold has a probability of {share:.2f}"
+    return {"probability": share, "sentence": sentence}
+
+
+def discrepancy_figures(ranking: Ranking, chosen: str | None) -> dict[str, Any]:
+    """Amplitudes by kind of sensor, and when on the curve tells nothing because the model error has grown."""
+    fit, known = ranking.fits[chosen or NONE], ranking.problem.known
+    time = ranking.problem.shots[0].setup.time
+    growth = {}
+    for channel, shape in ranking.problem.shapes.items():
+        late = np.flatnonzero(shape.growth > GROWN)
+        since = float(time[late[0]]) if len(late) else None
+        growth[channel] = {"largest": float(shape.growth.max()), "uninformative_from": since}
+    amplitude = dict(fit.evidence.amplitudes)
+    return {"source": known.source, "amplitude": amplitude, "fixed": dict(known.fixed), "growth": growth}
+
+
+def pair_figures(ranking: Ranking) -> tuple[dict[str, Any], ...]:
+    """Pairs of the credible set."""
+    kept = [name for name in ranking.confidence_set if len(ranking.models[name].members) == 2]
+    return tuple(
+        {
+            "effects": [one.label for one in ranking.models[name].members],
+            "probability": ranking.shares[name],
+            "p_consistent": consistency(
+                ranking.evidence[name].log_evidence, max(one.log_evidence for one in ranking.evidence.values())
+            ),
+            "magnitudes": [
+                one.magnitude(float(np.clip(h, *one.limits)))
+                for one, h in zip(ranking.models[name].members, ranking.evidence[name].h, strict=True)
+            ],
+        }
+        for name in kept
+    )

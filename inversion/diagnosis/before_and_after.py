@@ -1,0 +1,224 @@
+"""Before and after: what the model misses, by its fits, by data held out of them, and by the solver at the fits.
+
+Held out: each sensor, a block of time and each shot in turn is predicted by fits to the rest. The solver runs the case
+as declared, with the fitted parameters and effects written into it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.units import quantity_text
+from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem
+from birdstrike.inversion.diagnosis.setup import stack
+from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import Raw
+from birdstrike.solver.sensors.instrument import Instrument
+
+BLOCK = (0.45, 0.75)  # of the record: a stretch behind the peak, long beside the discrepancy's correlation time
+FEWEST = 5  # points left in a channel
+
+
+@dataclass(frozen=True)
+class Held:
+    """One part held out: name (time_block, `channel <name>`, `shot <name>`), whitened RMS of its prediction."""
+
+    name: str
+    error: float
+
+
+def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit) -> list[Held]:
+    """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest."""
+    found = []
+    for name, kept, shot in parts(problem.shots):
+        found.append(Held(name, _predicted(problem, hypothesis, fit, kept, shot)))
+    return found
+
+
+def parts(shots: Sequence[Shot]) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
+    """(name, shots that are fitted, (shot, points that are predicted))."""
+    measured = [shot for shot in shots if not shot.baseline]
+    found = []
+    for shot in measured:
+        suffix = f" of {shot.name}" if len(measured) > 1 else ""
+        end = float(shot.setup.time[-1])
+        inside = (shot.record.middle > BLOCK[0] * end) & (shot.record.middle < BLOCK[1] * end)
+        found.append((f"time_block{suffix}", _with(shots, shot, masked(shot, ~inside)), (shot, inside)))
+        if len(shot.channels) > 1:
+            for i, channel in enumerate(shot.channels):
+                of = shot.record.channel == i
+                found.append((f"channel {channel}{suffix}", _with(shots, shot, masked(shot, ~of)), (shot, of)))
+    if len(measured) > 1:
+        for shot in measured:
+            rest = tuple(one for one in shots if one is not shot)
+            found.append((f"shot {shot.name}", rest, (shot, np.ones(len(shot.record.values), dtype=bool))))
+    return found
+
+
+def _with(shots: Sequence[Shot], old: Shot, new: Shot) -> tuple[Shot, ...]:
+    return tuple(new if one is old else one for one in shots)
+
+
+def masked(shot: Shot, keep: np.ndarray) -> Shot:
+    """The shot with some of its points; channels with fewer than a handful left are dropped."""
+    traces = []
+    for i, trace in enumerate(shot.record.traces):
+        own = keep[shot.record.channel == i]
+        if own.sum() < FEWEST:
+            continue
+        raw = np.repeat(own, trace.block)
+        traces.append(replace(trace, times=trace.times[raw], values=trace.values[own], noise=trace.noise.at(raw)))
+    return replace(shot, record=Record(tuple(traces), shot.record.warnings))
+
+
+def _predicted(
+    problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], held: tuple[Shot, np.ndarray]
+) -> float:
+    """RMS of the held-out residual over noise, numerical error and discrepancy."""
+    kinds = {kind for shot in kept for kind in shot.kinds}
+    known = problem.known.only(kinds)
+    found = problem.found
+    members = tuple(one for one in hypothesis.members if any(shot.name in one.shots for shot in kept))
+    places = replace(fit.places, h={one.label: fit.places.h.get(one.label, 0.0) for one in members})
+    system = build(kept, found, places, known, problem.shapes, problem.options)
+    judge = Judge(system, known, places.h, problem.scale)
+    model = replace(hypothesis, members=members)
+    evidence = judge.model(model, [places.h[one.label] for one in members] if members else None)
+    shot, points = held
+    k = len(shot.setup.lows)
+    at = system.groups.index(shot.group) * k if shot.group in system.groups else None
+    z = fit.places.z[shot.group] if at is None else 0.5 + PRIOR_SD * evidence.z[at : at + k]
+    z = np.clip(z, shot.setup.lows, shot.setup.highs)
+    sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
+    residual = shot.record.values - predicted(shot, hypothesis, z, sizes)
+    mean, sd = expected_residual(shot, problem, hypothesis, fit)
+    return float(np.sqrt(np.mean(((residual - mean)[points] / sd[points]) ** 2)))
+
+
+def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, float]) -> Array:
+    """(n,) the model's curve at z with effects of sizes h."""
+    grid = shot.setup.grid(z[None])[0]
+    curve = shot.sample(grid[None])[0]
+    for one in hypothesis.members:
+        h = sizes.get(one.label, 0.0)
+        if shot.name not in one.shots or not h:
+            continue
+        if one.fault is not None:
+            curve = curve + h * shot.instrument_signature(one.fault, grid)
+        else:
+            curve = curve + h * shot.sample(shot.setup.responses[one.name].at(z)[None])[0]
+    return curve
+
+
+def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit) -> tuple[Array, Array]:
+    """(n,) mean and standard deviation of a measured shot's residual where the model is right, SI.
+
+    Noise, numerical error and discrepancy at the likeliest amplitudes; what the baselines' residuals tell of the shot's
+    is its mean, and no part of its spread (conditional normal distribution).
+    """
+    system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
+    node = int(evidence.weights.argmax())
+    J, unnamed = columns[:, system.at["J"]], fit.judge.unnamed[node] * columns[:, system.at["unnamed"]]
+    left = columns[:, 0] - J @ evidence.z[: J.shape[1]]
+    for one, size in zip(model.members, evidence.h, strict=True):
+        left = left - size * columns[:, system.at[one.label].start]
+    whole = unnamed @ unnamed.T
+    amplitudes = fit.judge.combinations[node]
+    for block, amplitude in zip(system.blocks, amplitudes, strict=True):
+        whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
+    counts = [len(own.record.values) for own in problem.shots]
+    known = np.flatnonzero(np.repeat([own.baseline for own in problem.shots], counts))
+    own = np.flatnonzero(np.repeat([one.name == shot.name for one in problem.shots], counts))
+    gain = np.linalg.solve(whole[np.ix_(known, known)], whole[np.ix_(known, own)])
+    covariance = whole[np.ix_(own, own)] - whole[np.ix_(own, known)] @ gain
+    noise = system.noise[np.ix_(own, own)]
+    return noise @ (gain.T @ left[known]), np.sqrt(np.einsum("ij,jk,ik->i", noise, covariance, noise))
+
+
+@dataclass(frozen=True)
+class SolverRun:
+    """One run at a fit. curve: (n,) on the record's points; mismatch: RMS of the run less the fit by channel, SI."""
+
+    case: Case
+    curve: Array
+
+
+def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
+    """The declared case with the fit's parameters and effects."""
+    plan = shot.setup.plan
+    case = plan.case.with_values(plan.values(fit.places.z[shot.group]))
+    acting = [one for one in hypothesis.members if shot.name in one.shots]
+    common = {one.name: size_of(one, fit) for one in acting if one.label.split("@")[0] == one.name}
+    common = {name: value for name, value in common.items() if np.isfinite(value) and value}
+    if common:
+        case = case.with_effects({**case.effects, **common})
+    single = [one for one in acting if one.label.split("@")[0] != one.name]
+    table = _instruments(case, [(one, size_of(one, fit)) for one in single])
+    return case.overlaid(table) if table else case
+
+
+def size_of(one: Suspect, fit: Fit) -> float:
+    """SI magnitude where the fit stands, held to what was looked at."""
+    low, high = one.limits
+    return one.magnitude(float(np.clip(fit.places.h.get(one.label, 0.0), low, high)))
+
+
+def _instruments(case: Case, faults: Sequence[tuple[Suspect, float]]) -> Raw:
+    """Tables of the instruments of single sensors with a fault in each."""
+    table: Raw = {}
+    for one, x in faults:
+        sensor = one.fault.sensors[0] if one.fault else ""
+        own = case.instrument.get(sensor, Instrument())
+        changed = {
+            "sensor_gain": {"gain": own.gain * (1.0 + x)},
+            "time_offset": {"time_offset": quantity_text(own.time_offset + x, "s")},
+            "sensor_drift": {"drift": quantity_text(own.drift + x, "m/s")},
+            "sensor_bandwidth": {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(x, 1e-9)), "1/s")},
+        }[one.name]
+        table.setdefault("instrument", {}).setdefault(sensor, {}).update(changed)
+    return table
+
+
+def run_at(
+    wanted: Mapping[str, tuple[Shot, Fit, Hypothesis]], strikes: Strikes
+) -> tuple[dict[str, SolverRun], dict[str, str]]:
+    """Runs by label, and why the others failed."""
+    cases = {label: case_at(*one) for label, one in wanted.items()}
+    runs = strikes.run(cases)
+    found = {label: SolverRun(cases[label], carried(wanted[label][0], histories)) for label, histories in runs.items()}
+    return found, {label: strikes.failures[label] for label in cases if label not in runs}
+
+
+def carried(shot: Shot, histories: Histories) -> Array:
+    """(n,) a run's curve on the record's points."""
+    return shot.sample(stack(histories, shot.setup.time, shot.setup.channels)[None])[0]
+
+
+def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
+    """channel -> RMS of a residual (n,), SI."""
+    return {
+        trace.name: float(np.sqrt(np.mean(residual[shot.record.channel == i] ** 2)))
+        for i, trace in enumerate(shot.record.traces)
+    }
+
+
+def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:
+    """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters."""
+    members = tuple(replace(one, shots=(*one.shots, heldout.name)) for one in model.members)
+    curve = predicted(heldout, replace(model, members=members), fit.places.z[first.group], dict(fit.places.h))
+    expected = expected_residual(first, problem, model, fit)
+    mean, sd = np.empty(len(curve)), np.empty(len(curve))
+    for i, trace in enumerate(heldout.record.traces):
+        of = first.record.channel == first.channels.index(trace.name)
+        for found, values in zip((mean, sd), expected, strict=True):
+            found[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], values[of])
+    return Held("shot", float(np.sqrt(np.mean(((heldout.record.values - curve - mean) / sd) ** 2))))

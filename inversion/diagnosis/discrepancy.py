@@ -1,0 +1,157 @@
+"""Model-form discrepancy: by how much any model of this kind may leave a test, as a Gaussian process per channel.
+
+d(t, theta) = a peak s(t) w(t, theta), with w of unit variance, Matern 5/2 in time and in the parameters (Kennedy &
+O'Hagan, J. R. Statist. Soc. B 63 (2001) 425), conditioned on w = 0 at contact: before it no model of an impact errs.
+s(t) >= 1 grows where curves are sensitive. Two shots of one rig share d as far as their parameters are alike; beside
+it each has an independent part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as fdist
+
+from birdstrike.data.histories import Array
+
+LEAST, MOST = 0.002, 0.10
+"""Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better
+than
+0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010, ch. 12)."""
+NODES = 10  # a factor of 1.5 apart
+REMAINDER = {"displacement": 0.005, "strain": 0.01}
+OTHER_REMAINDER = 0.03
+"""Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
+a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
+SPREAD_OWN = 1.3  # factor, one standard deviation, within which the independent part is known: marginalised
+SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record tells it to a factor; too large a one costs little
+FEWER = 6  # nodes where there are more than two kinds of sensors
+PARAMETER_LENGTH = 1.0
+"""Factor on the lengths over which the discrepancy changes with the parameters: those of the mesh correction."""
+GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
+CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
+FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A channel's discrepancy in time. growth: (m,) s(t) >= 1 on the setup's clock; length: correlation time [s]."""
+
+    growth: Array
+    length: float
+
+
+def matern52(r: Array) -> Array:
+    """Correlation at distances r in lengths."""
+    x = np.sqrt(5.0) * r
+    return (1.0 + x + x * x / 3.0) * np.exp(-x)
+
+
+def started(t: Array, other: Array, contact: float, length: float) -> Array:
+    """(n, m) correlation of instants [s] of a process that is 0 at contact and before it."""
+    own, theirs = np.maximum(t - contact, 0.0) / length, np.maximum(other - contact, 0.0) / length
+    joint = matern52(np.abs(own[:, None] - theirs[None]))
+    return joint - np.outer(matern52(own), matern52(theirs))
+
+
+def alike(z: Array, other: Array, weight: Array, length: float = PARAMETER_LENGTH) -> float:
+    """Correlation of the discrepancy at two places (k,), fractions of the ranges.
+
+    weight: (k,) inverse lengths in ranges. A parameter that moves nothing has next to none: it is not identified, and
+    where it happens to lie says nothing of the discrepancy.
+    """
+    return float(matern52(np.asarray(np.linalg.norm(weight * (z - other)) / length)))
+
+
+def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
+    """From draws (n, m) of what models of this kind differ by (meshes; a baseline's residual), and the curve (m,).
+
+    Growth: their RMS over a window against that about the curve's peak, as far as it is beyond chance, never below 1.
+    Length: of the Matern 5/2 process with the draws' ratio of variance to variance of slope, 3 length^2 / 5 (Rasmussen
+    & Williams 2006, eq. 4.17).
+    """
+    span = float(time[-1] - time[0])
+    if not len(draws) or not np.any(draws):
+        return Shape(np.ones(len(time)), 0.1 * span)
+    smooth = np.array([_running(row, 0.02) for row in draws])
+    slope = np.gradient(smooth, time, axis=1)
+    length = float(np.sqrt(5.0 / 3.0 * (smooth**2).mean() / max((slope**2).mean(), 1e-300)))
+    length = float(np.clip(length, FASTEST * span, SLOWEST * span))
+    freedom = max(GROWTH_WINDOW * span / length, 1.0) * np.linalg.matrix_rank(draws)
+    power = _running((draws**2).mean(axis=0))
+    ratio = power / max(float(power[int(np.argmax(np.abs(curve)))]), 1e-300) / fdist.ppf(CHANCE, freedom, freedom)
+    return Shape(np.sqrt(np.maximum.accumulate(np.maximum(ratio, 1.0))), length)
+
+
+def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:
+    """Mean (m,) over a window of the record."""
+    width = max(int(share * len(values)), 1)
+    kernel = np.ones(width)
+    return np.convolve(values, kernel, "same") / np.convolve(np.ones(len(values)), kernel, "same")
+
+
+@dataclass(frozen=True)
+class Amplitudes:
+    """What is known of the amplitudes, by kind of sensor, as shares of the peak.
+
+    nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Without a
+    baseline the part that shots share is marginalised; with one it is fixed, because the shots' difference hardly holds
+    it, and each shot's own part is marginalised. source: where they come from, for the user.
+    """
+
+    nodes: Mapping[str, Array]
+    log_prior: Mapping[str, Array]
+    fixed: Mapping[str, float]
+    own_is_free: bool
+    source: str
+
+    def combinations(self) -> Array:
+        """(q, kinds) every combination of the kinds' nodes."""
+        mesh = np.meshgrid(*self.nodes.values(), indexing="ij")
+        return np.stack([one.ravel() for one in mesh], axis=1)
+
+    def log_weights(self) -> Array:
+        """(q,) prior of the combinations."""
+        mesh = np.meshgrid(*self.log_prior.values(), indexing="ij")
+        return np.sum([one.ravel() for one in mesh], axis=0)
+
+    def only(self, kinds: set[str]) -> Amplitudes:
+        """Of some kinds of sensors."""
+        nodes = {k: v for k, v in self.nodes.items() if k in kinds}
+        return Amplitudes(nodes, {k: self.log_prior[k] for k in nodes}, self.fixed, self.own_is_free, self.source)
+
+
+def unknown_or_stated(
+    kinds: Sequence[str], stated: Mapping[str, float], several: bool = False, nodes: int = NODES
+) -> Amplitudes:
+    """Without a baseline. stated: kind -> share of the peak; several: whether there is more than one shot."""
+    count = nodes if len(kinds) <= 2 else FEWER
+    grid = np.geomspace(LEAST, MOST, count)
+    found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
+    flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
+    own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
+    known = all(kind in stated for kind in kinds)
+    source = (
+        "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
+    )
+    return Amplitudes(found, flat, own, False, source)
+
+
+def beside_baselines(shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES) -> Amplitudes:
+    """With baselines. shared: kind -> amplitude that the baselines alone show; scale: for a sensitivity study."""
+    number = nodes if len(shared) <= 2 else FEWER
+    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, number)
+    weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
+    weights = weights - np.log(np.exp(weights).sum())
+    found = {kind: scale * remainder(kind) * factors for kind in shared}
+    fixed = {kind: SHARED_FACTOR * a for kind, a in shared.items()}
+    prior: dict[str, Array] = dict.fromkeys(shared, np.asarray(weights))
+    source = f"{count} baseline shot{'s' if count > 1 else ''}"
+    return Amplitudes(found, prior, fixed, True, source)
+
+
+def remainder(kind: str) -> float:
+    """Default share of the peak of a shot's own part."""
+    return REMAINDER.get(kind, OTHER_REMAINDER)

@@ -1,0 +1,156 @@
+"""The models that are compared, and their prior probabilities.
+
+none: 1/2. The other half: pairs and something else at stated shares, the rest equally among families, then among a
+family's effects, then among an effect's sensors and shots. Equal shares at each level are the maximum-entropy choice
+for who knows only the taxonomy (Jaynes, Probability Theory, 2003, ch. 11-12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
+from birdstrike.inversion.diagnosis.responses import Response
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.solver.effects.registry import effects
+
+NONE, SOMETHING_ELSE = "none", "something_else"
+PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
+PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05
+"""Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the
+library),
+and a tenth of the alternatives for what no library lists (Draper, J. R. Statist. Soc. B 57 (1995) 45)."""
+FAMILY = {
+    "clamp_rotation": "support",
+    "edge_slip": "support",
+    "plate_preload": "support",
+    "impact_speed": "impact",
+    "impact_angle": "impact",
+    "impact_offset": "impact",
+    "impact_offset_across": "impact",
+    "bird_yaw": "impact",
+}
+GROUP_FAMILY = {"plate and support": "plate", "bird and impact": "bird", "instrument": "instrument", "user": "user"}
+OF_SHOT = (
+    "impact_speed",
+    "impact_angle",
+    "impact_offset",
+    "impact_offset_across",
+    "bird_yaw",
+    "bird_mass",
+    "bird_length",
+)
+"""Effects that another shot of the rig need not have; trigger offsets too."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """One effect where it acts. label: as in the answer; shots: names of the shots, response or fault: what it does."""
+
+    label: str
+    name: str
+    family: str
+    shots: tuple[str, ...]
+    response: Response | None = None
+    fault: InstrumentEffect | None = None
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether its magnitude cannot be negative."""
+        return self.response.known.one_sided if self.response else bool(self.fault and self.fault.one_sided)
+
+    @property
+    def size(self) -> float:
+        """Plausible magnitude, SI."""
+        return self.response.known.size if self.response else self.fault.size if self.fault else 1.0
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the magnitude."""
+        return effects()[self.name].unit
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Of h, the size of its response."""
+        return self.response.limits if self.response else (0.0 if self.one_sided else -WIDEST, WIDEST)
+
+    def magnitude(self, h: float) -> float:
+        """SI magnitude of a response of size h."""
+        return self.size * (self.response.b(h) if self.response else h)
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """members: none, one or two suspects; prior: probability."""
+
+    label: str
+    members: tuple[Suspect, ...]
+    prior: float
+    family: str
+
+
+def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
+    """Every effect that the measured shots could have; baselines have none."""
+    measured = [shot for shot in shots if not shot.baseline]
+    first, names = measured[0], tuple(shot.name for shot in measured)
+    found: list[Suspect] = []
+    for name, response in first.setup.responses.items():
+        found += _by_shot(Suspect(name, name, family_of(name), names, response))
+    for fault in instrument_effects(first.setup.plan.case, first.channels):
+        one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault)
+        found += _by_shot(one) if fault.label == "time_offset" else [one]
+    return tuple(found)
+
+
+def _by_shot(one: Suspect) -> list[Suspect]:
+    """The effect in all shots and, where it may belong to a single one, in each."""
+    if len(one.shots) == 1 or one.name not in (*OF_SHOT, "time_offset"):
+        return [one]
+    each = [
+        Suspect(f"{one.label}@{shot}", one.name, one.family, (shot,), one.response, one.fault) for shot in one.shots
+    ]
+    return [one, *each]
+
+
+def family_of(name: str) -> str:
+    """support, plate, impact, bird, instrument; a user's own effects are a family too."""
+    return FAMILY.get(name) or GROUP_FAMILY.get(effects()[name].group, "user")
+
+
+def hypotheses(found: Sequence[Suspect]) -> tuple[Hypothesis, ...]:
+    """none, singles, pairs of different effects, something else, with their priors."""
+    single = _single_priors(found, 1.0 - PRIOR_NONE - PRIOR_PAIRS - PRIOR_ELSE)
+    singles = [Hypothesis(one.label, (one,), single[one.label], one.family) for one in found]
+    couples = [(a, b) for a, b in combinations(found, 2) if a.name != b.name]
+    weight = {(a.label, b.label): single[a.label] * single[b.label] for a, b in couples}
+    total = sum(weight.values()) or 1.0
+    pairs = [
+        Hypothesis(f"{a.label}+{b.label}", (a, b), PRIOR_PAIRS * weight[a.label, b.label] / total, "pairs")
+        for a, b in couples
+    ]
+    none = Hypothesis(NONE, (), PRIOR_NONE, NONE)
+    other = Hypothesis(SOMETHING_ELSE, (), PRIOR_ELSE, SOMETHING_ELSE)
+    return (none, *singles, *pairs, other)
+
+
+def _single_priors(found: Sequence[Suspect], share: float) -> dict[str, float]:
+    """Equally among families, their effects, and an effect's sensors and shots."""
+    tree: dict[str, dict[str, list[str]]] = {}
+    for one in found:
+        tree.setdefault(one.family, {}).setdefault(one.name, []).append(one.label)
+    return {
+        label: share / len(tree) / len(names) / len(labels)
+        for names in tree.values()
+        for labels in names.values()
+        for label in labels
+    }
+
+
+def by_family(probabilities: Mapping[str, float], models: Sequence[Hypothesis]) -> dict[str, float]:
+    """Sum of the probabilities by family; none, pairs and something else stand beside them."""
+    found: dict[str, float] = {}
+    for one in models:
+        found[one.family] = found.get(one.family, 0.0) + probabilities.get(one.label, 0.0)
+    return found

@@ -1,0 +1,208 @@
+"""The next measurement: the sensor, or the baseline, with the highest expected posterior probability of the truth.
+
+For each model that may be true and each rival, the squared distance of their curves with parameters and the rival's
+magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to
+every distance, so that it can never make the expected answer worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
+from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.plan import PREFIX, slope
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.setup import stack
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.solver.sensors.sensor import Sensor
+
+RIVALS, LEAST = 6, 0.01  # models compared; posterior probability below which a model is no rival
+NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
+BASELINE = "baseline"  # candidate's name of a clean shot
+POINTS = 60  # instants of a candidate
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: best first."""
+
+    channel: str
+    separates: tuple[str, ...]
+    expected: float
+    now: float
+    what: str
+    candidates: tuple[Mapping[str, Any], ...] = field(default=())
+
+    @property
+    def sentence(self) -> str:
+        """For the user."""
+        rivals = ", ".join(self.separates)
+        return (
+            f"{self.what}: of those compared it separates {rivals} best; the expected probability of the right one "
+            f"rises from {self.now:.2f} to {self.expected:.2f}"
+        )
+
+
+def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
+    """The best candidate; None where there are no two rivals or nothing to add."""
+    rivals = [
+        label
+        for label in sorted(ranking.shares, key=lambda name: -ranking.shares[name])
+        if label in ranking.models and len(ranking.models[label].members) == 1 and ranking.shares[label] >= LEAST
+    ][:RIVALS]
+    if len(rivals) < 2:
+        return None
+    gram, columns = record_information(ranking.fits[NONE].judge, rivals, _likeliest(ranking, rivals))
+    sizes = np.array([float(ranking.evidence[label].h[0]) for label in rivals])
+    weights = np.array([ranking.shares[label] for label in rivals])
+    now = expected(gram, columns, sizes, weights)
+    found = [*_baseline(ranking, rivals, sizes, weights)]
+    for name, sensor in shot.setup.plan.coarse.sensors.items():
+        if name in shot.channels or sensor.kind == "contact_force":
+            continue
+        more = sensor_information(ranking, shot, name, rivals)
+        if more is not None:
+            found.append(
+                (expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}")
+            )
+    if not found:
+        return None
+    found.sort(reverse=True)
+    best, name, what = found[0]
+    listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
+    return Proposal(name, tuple(rivals), best, now, what, listed)
+
+
+def _likeliest(ranking: Ranking, rivals: list[str]) -> int:
+    """The combination of amplitudes that the likeliest rival has."""
+    return int(ranking.evidence[rivals[0]].weights.argmax())
+
+
+def _baseline(ranking: Ranking, rivals: list[str], sizes: Array, weights: Array) -> list[tuple[float, str, str]]:
+    """A clean shot as a candidate, where there is none: the model error that it leaves is the usual remainder."""
+    problem, fit = ranking.problem, ranking.fits[NONE]
+    if any(shot.baseline for shot in problem.shots):
+        return []
+    now = fit.judge.combinations[_likeliest(ranking, rivals)]
+    left = np.minimum(now, [remainder(kind) for kind in fit.judge.kinds])
+    node = _likeliest(ranking, rivals)
+    own = (float(fit.judge.unnamed[node]),)
+    judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None], own)
+    value = expected(*record_information(judge, rivals, 0), sizes, weights)
+    return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
+
+
+def record_information(judge: Judge, rivals: list[str], node: int) -> tuple[Array, int]:
+    """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
+    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
+    index = np.concatenate([free, [judge.system.at[label].start for label in rivals]])
+    scale = np.concatenate([sizes, np.ones(len(rivals))])
+    gram = scale[:, None] * judge.grams.node(node)[np.ix_(index, index)] * scale
+    gram[: len(free), : len(free)] += np.eye(len(free))
+    return gram, len(free)
+
+
+def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
+    """Expected posterior probability of the truth among the rivals; weights: as likely as each is now."""
+    prior = weights / weights.sum()
+    total = 0.0
+    for i, size in enumerate(sizes):
+        odds = 0.0
+        for j in range(len(sizes)):
+            if i == j:
+                continue
+            free = np.array([*range(r), r + j])
+            cross = gram[r + i, free]
+            left = gram[r + i, r + i] - cross @ np.linalg.solve(
+                gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free)), cross
+            )
+            odds += np.exp(-0.5 * max(float(left), 0.0) * size**2)
+        total += prior[i] / (1.0 + odds)
+    return total
+
+
+def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str]) -> Array | None:
+    """(r + q, r + q) that one more sensor in the shot adds; None where its curves are missing or zero."""
+    setup, fit = shot.setup, ranking.fits[NONE]
+    runs, plan = setup.runs, setup.plan
+    done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
+    t = np.linspace(0.0, float(setup.time[-1]), POINTS)
+    curves = np.array([stack(runs[f"coarse {i}"], t, [name]) for i in done])
+    peak = float(np.abs(curves).max())
+    if not peak:
+        return None
+    k = len(setup.lows)
+    u = plan.unit[done] - fit.places.z[shot.group]
+    basis = np.column_stack([np.ones(len(u)), u, *(u[:, i] * u[:, j] for i in range(k) for j in range(i, k))])
+    coefficients = np.linalg.lstsq(basis, curves, rcond=None)[0]
+    J = np.zeros((POINTS, len(fit.system.groups) * k))
+    at = fit.system.groups.index(shot.group) * k
+    J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
+    J = np.hstack([J, _unnamed(ranking, shot, name, t, _likeliest(ranking, rivals))])
+    G = [_response(ranking, shot, label, name, t, coefficients[0]) for label in rivals]
+    X = np.column_stack([J, *G])
+    covariance = _error(shot, name, t, coefficients[0], peak)
+    return X.T @ np.linalg.solve(covariance, X)
+
+
+def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array, node: int) -> Array:
+    """(t, q) small unnamed errors at a candidate, in the order of the system's columns; 0 for other sensors."""
+    judge = ranking.fits[NONE].judge
+    at = judge.system.at["unnamed"]
+    known, found = [one.name for one in shot.setup.plan.known], slopes(shot, name, t)
+    own = np.array([found[known.index(n)] for n in shot.setup.responses]).reshape(len(shot.setup.responses), -1).T
+    return judge.unnamed[node] * np.hstack([own, np.zeros((len(t), at.stop - at.start - own.shape[1]))])
+
+
+def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:
+    """(t,) a rival's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
+    one = ranking.models[label].members[0]
+    if shot.name not in one.shots:
+        return np.zeros(len(t))
+    if one.response is None:
+        clock = one.name == "time_offset" and "." not in label
+        return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
+    known = [known.name for known in shot.setup.plan.known]
+    return slopes(shot, name, t)[known.index(one.name)] if one.name in known else np.zeros(len(t))
+
+
+def slopes(shot: Shot, name: str, t: Array) -> Array:
+    """(effects, t) signatures at a sensor, one plausible size of each of the plan's effects; see `learn_responses`."""
+    plan, runs = shot.setup.plan, shot.setup.runs
+    pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
+    if len(pairs) < len(plan.known):
+        return np.zeros((len(plan.known), len(t)))
+    half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
+    codes = plan.signs[pairs] * [slope(known) for known in plan.known]
+    return np.linalg.lstsq(codes, np.array(half), rcond=None)[0]
+
+
+def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
+    """(t, t) covariance of a candidate: noise, and a discrepancy as large as a baseline would leave."""
+    setup, sensor = shot.setup, shot.setup.plan.coarse.sensors[name]
+    fine = [i for i in setup.plan.fine_points() if f"fine {i}" in setup.runs and f"coarse {i}" in setup.runs]
+    draws = np.array(
+        [stack(setup.runs[f"fine {i}"], t, [name]) - stack(setup.runs[f"coarse {i}"], t, [name]) for i in fine]
+    )
+    shape = shape_of(draws, curve, t)
+    size = remainder(sensor.kind) * peak * shape.growth
+    kernel = started(t, t, shot.onset, shape.length)
+    level = sensor.noise or NOISE * peak
+    spacing = float(t[1] - t[0]) / max(float(np.median(np.diff(shot.record.traces[0].times))), 1e-12)
+    return np.outer(size, size) * kernel + np.eye(len(t)) * level**2 / max(spacing, 1.0)
+
+
+def described(name: str, sensor: Sensor) -> str:
+    """A sensor in words: its kind and place, and its name where the case declares it."""
+    place = None if sensor.place is None else [1e3 * x for x in sensor.place]
+    where = "" if place is None else f" at {place[0]:.3g} mm along and {place[1]:.3g} mm across from the plate's centre"
+    declared = "" if name.startswith(PREFIX) else f" (the case's {name})"
+    return f"{sensor.noun}{where}{declared}"

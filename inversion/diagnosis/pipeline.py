@@ -1,0 +1,289 @@
+"""The procedure: rank the models of the library over the shots, check the likeliest by the solver, state the answer."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
+from birdstrike.inversion.diagnosis.answer import (
+    NO_RESIDUAL,
+    Diagnosis,
+    curves,
+    discrepancy_figures,
+    effect_figures,
+    noise_figures,
+    pair_figures,
+    remainder_figures,
+    sentence_of,
+    state,
+    strike_figures,
+    verdict_of,
+)
+from birdstrike.inversion.diagnosis.baseline import (
+    NOTHING,
+    Baselines,
+    baseline_shapes,
+    mesh_shapes,
+    residual_rms,
+)
+from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
+from birdstrike.inversion.diagnosis.hypotheses import NONE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.next_measurement import propose
+from birdstrike.inversion.diagnosis.plan import RUNS
+from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, rank
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.solver_update import update
+from birdstrike.inversion.diagnosis.system import Options as SystemOptions
+from birdstrike.inversion.diagnosis.system import Places
+
+SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
+MOST_WARNINGS = 5
+MOST_SHARES = 30  # models whose probabilities are listed
+UNKNOWN_SHARE = 0.02  # of the peak: amplitude of a kind of sensor that no baseline has
+
+Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
+Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
+
+
+def quiet(_: str) -> AbstractContextManager[Callable[[float], None]]:
+    """No display."""
+    return nullcontext(lambda _: None)
+
+
+def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
+    """No bar of simulations."""
+    return nullcontext(lambda _: None)
+
+
+@dataclass(frozen=True)
+class DiagnosisOptions:
+    """How to diagnose.
+
+    alpha: rate of false alarms; runs: of the coarse campaign; retry: see Runner; check: whether the solver is run at
+    the fits before and after; magnitude_scale, remainder_scale, parameter_length: the priors, for a sensitivity study.
+    """
+
+    alpha: float = ALPHA
+    seed: int = 0
+    workers: int | None = None
+    runs: int = RUNS
+    display: Display = quiet
+    counter: Counter = uncounted
+    say: Callable[[str], None] = warnings.warn
+    retry: float = 0.0
+    check: bool = True
+    magnitude_scale: float = 1.0
+    remainder_scale: float = 1.0
+    parameter_length: float = 1.0
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input."""
+
+    shots: tuple[Shot, ...]
+    baselines: Baselines
+    options: DiagnosisOptions
+    strikes: Strikes
+    warnings: tuple[str, ...] = ()
+
+    def diagnosis(self, heldout: Shot | None = None) -> Diagnosis:
+        """The whole procedure; heldout: a record that nothing is fitted to."""
+        with threadpool_limits(limits=1, user_api="blas"), self.options.display("Comparison of the models") as progress:
+            problem = self.problem()
+            ranking = rank(problem, progress)
+            again = update(ranking, self.strikes)
+            ranking = ranking if again is problem else rank(again, progress)
+            p = alarm(ranking, self.options.seed)
+            measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
+            return replace(self, shots=measured)._assembled(ranking, p, heldout)
+
+    def problem(self) -> Problem:
+        """The shots with their discrepancy."""
+        shots = (*self.shots, *self.baselines.shots)
+        shapes = mesh_shapes(shots)
+        if self.baselines.shots:
+            shapes = baseline_shapes(self.baselines.fits, shapes)
+        known, options = self._known(kinds_of(shots)), SystemOptions(self.options.parameter_length)
+        return Problem(shots, suspects(shots), known, shapes, options, self.options.magnitude_scale)
+
+    def _known(self, kinds: Sequence[str]) -> Amplitudes:
+        """The discrepancy's amplitudes from baselines, from the case, or unknown."""
+        if self.baselines.shots:
+            found = [fit.evidence.amplitudes for _, fit in self.baselines.fits.values()]
+            own = {k: [one[k] for one in found if k in one] or [UNKNOWN_SHARE] for k in kinds}
+            mean = {kind: float(np.mean(shares)) for kind, shares in own.items()}
+            return beside_baselines(mean, len(found), self.options.remainder_scale)
+        case = self.shots[0].setup.plan.case
+        stated: dict[str, float] = {}
+        for sensor, share in case.inversion.discrepancy.items():
+            kind = case.sensors[sensor].kind
+            stated[kind] = max(share, stated.get(kind, 0.0))
+        return unknown_or_stated(kinds, {k: stated[k] for k in kinds if k in stated}, len(self.shots) > 1)
+
+    def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
+        """The single effect whose case is written: the likeliest, where it is likelier than none."""
+        singles = [label for label, model in ranking.models.items() if len(model.members) == 1]
+        best = max(singles, key=lambda label: ranking.presence[label], default=NONE)
+        if verdict == NO_RESIDUAL or ranking.presence[best] < max(SETTLED, ranking.shares[NONE]):
+            return None
+        return None if best == NONE else best
+
+    def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
+        """The answer's figures."""
+        credible, required = ranking.confidence_set, required_discrepancy(ranking)
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible)
+        chosen = self._chosen(ranking, verdict)
+        ranking = _refitted(ranking, chosen)
+        runs, failed = self._checked(ranking, chosen)
+        held = self._held_out(ranking, chosen, heldout)
+        shot, detectable = self.shots[0], minimum_detectable(ranking)
+        figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
+        proposal = propose(ranking, shot)
+        best = runs.get(f"{shot.name} after")
+        found = Diagnosis(
+            alpha=self.options.alpha,
+            alarm=p,
+            verdict=verdict,
+            confidence_set=credible,
+            probabilities=dict(sorted(ranking.shares.items(), key=lambda entry: -entry[1])[:MOST_SHARES]),
+            families=ranking.families,
+            required_discrepancy=required,
+            effects=figures,
+            before=state(ranking, NONE, shot, held[NONE], runs.get(f"{shot.name} before")),
+            after=state(ranking, chosen, shot, held[chosen], best) if chosen else None,
+            minimum_detectable=detectable,
+            next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
+            pairs=pair_figures(ranking),
+            remainder=remainder_figures(ranking),
+            noise=noise_figures(shot, ranking),
+            discrepancy=discrepancy_figures(ranking, chosen),
+            nuisance={},
+            baseline=self._baseline_figures(detectable),
+            shots=tuple(self._shot_figures(ranking, one, chosen, runs) for one in self.shots),
+            held_out=_side_by_side(held, chosen),
+            case_after=None,
+            strikes=strike_figures(ranking, self.strikes, shot, runs, chosen),
+            warnings=self._warnings(ranking, chosen, figures, failed),
+            refused=shot.setup.refused,
+            record={"path": shot.name, "simulated": False},
+            sentence="",
+            curves={one.name: curves(ranking, one, chosen, _of_shot(runs, one.name)) for one in self.shots},
+            case=best.case if best else None,
+        )
+        return replace(found, sentence=sentence_of(found))
+
+    def _checked(self, ranking: Ranking, chosen: str | None) -> tuple[dict[str, SolverRun], dict[str, str]]:
+        """The solver at the fits, before and after, in every shot."""
+        if not self.options.check:
+            return {}, {}
+        wanted = {}
+        for shot in self.shots:
+            wanted[f"{shot.name} before"] = (shot, ranking.fits[NONE], ranking.models[NONE])
+            if chosen:
+                wanted[f"{shot.name} after"] = (shot, ranking.fits[chosen], ranking.models[chosen])
+        return run_at(wanted, self.strikes)
+
+    def _held_out(self, ranking: Ranking, chosen: str | None, heldout: Shot | None) -> dict[str, list[Held]]:
+        """Parts of the data that each model predicts."""
+        labels = [NONE] + ([chosen] if chosen else [])
+        held = {label: hold_out(ranking.problem, ranking.models[label], ranking.fits[label]) for label in labels}
+        if heldout is not None:
+            for label in labels:
+                fit, model = ranking.fits[label], ranking.models[label]
+                held[label].append(other_record(ranking.problem, model, fit, heldout, self.shots[0]))
+        return held
+
+    def _shot_figures(
+        self, ranking: Ranking, shot: Shot, chosen: str | None, runs: Mapping[str, SolverRun]
+    ) -> dict[str, Any]:
+        """Before and after in one shot."""
+        own = _of_shot(runs, shot.name)
+        before = state(ranking, NONE, shot, [], own.get("before"))
+        after = state(ranking, chosen, shot, [], own.get("after")) if chosen else None
+        case = shot.setup.plan.case.name
+        return {"name": shot.name, "case": case, "before": vars(before), "after": vars(after) if after else None}
+
+    def _baseline_figures(self, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
+        """What the baselines told, and by how much smaller they make what can be detected."""
+        if not self.baselines.shots:
+            return None
+        known = unknown_or_stated(kinds_of(self.shots), {})
+        alone = Problem(self.shots, suspects(self.shots), known, mesh_shapes(self.shots))
+        none = alone.refit(NOTHING, steps=3)
+        models = {one.label: one for one in hypotheses(alone.found) if len(one.members) < 2}
+        without = Ranking(alone, models, {NONE: none}, {NONE: none.evidence}, {NONE: 1.0})
+        rms: dict[str, float] = {}
+        for shot, fit in self.baselines.fits.values():
+            for channel, value in residual_rms(shot, fit).items():
+                rms[channel] = max(rms.get(channel, 0.0), value)
+        return {
+            "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
+            "residual_rms": rms,
+            "gain": gain(detectable, minimum_detectable(without)),
+        }
+
+    def _warnings(
+        self, ranking: Ranking, chosen: str | None, figures: Sequence[Any], failed: Mapping[str, str]
+    ) -> tuple[str, ...]:
+        """At most five, the gravest first."""
+        found = [*self.warnings, *self.baselines.warnings]
+        if not self.baselines.shots and not ranking.problem.known.source.startswith("stated"):
+            found.append(
+                "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
+                "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
+                "and pass it with --baseline"
+            )
+        if chosen and next(one for one in figures if one.name == chosen).at_bound:
+            found.append(
+                f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
+                "or something that is not in the library looks like it"
+            )
+        if stated := self.shots[0].setup.plan.case.inversion.nuisance:
+            found.append(
+                f"inversion.nuisance of {', '.join(stated)} is not carried by the models that are compared: the "
+                "effects of the same names stand for them; read their magnitudes against what was stated"
+            )
+        for label, reason in failed.items():
+            found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
+        for shot in self.shots:
+            found += [f"{shot.name}: {line}" for line in shot.record.warnings]
+        return tuple(found[:MOST_WARNINGS])
+
+
+def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:
+    """Kinds of the shots' sensors."""
+    return tuple(dict.fromkeys(kind for shot in shots for kind in shot.kinds))
+
+
+def _refitted(ranking: Ranking, chosen: str | None) -> Ranking:
+    """The ranking with a fit of the chosen model."""
+    if chosen is None or chosen in ranking.fits:
+        return ranking
+    model, evidence = ranking.models[chosen], ranking.evidence[chosen]
+    one = model.members[0]
+    start = Places(dict(ranking.fits[NONE].places.z), {one.label: float(np.clip(evidence.h[0], *one.limits))})
+    fit: Fit = ranking.problem.refit(model, start, steps=2)
+    return replace(ranking, fits={**ranking.fits, chosen: fit})
+
+
+def _of_shot(runs: Mapping[str, SolverRun], shot: str) -> dict[str, SolverRun]:
+    """`before` and `after` of one shot."""
+    return {label.rsplit(" ", 1)[1]: run for label, run in runs.items() if label.rsplit(" ", 1)[0] == shot}
+
+
+def _side_by_side(held: Mapping[str, list[Held]], chosen: str | None) -> dict[str, dict[str, float | None]]:
+    """Part held out -> whitened RMS before and after."""
+    after = {one.name: one.error for one in held.get(chosen or "", [])}
+    return {one.name: {"before": one.error, "after": after.get(one.name)} for one in held[NONE]}

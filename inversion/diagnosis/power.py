@@ -1,0 +1,85 @@
+"""What could have been detected: the size of each effect that a test finds four times of five, a baseline's gain.
+
+Also what the calibrated parameters can do: imitate an effect, or be led astray by one that the model lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import norm
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
+
+STEP = 1e-3  # of a range: for the derivative of a parameter's scale
+POWER, ALPHA = 0.8, 0.05
+SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
+
+
+def information(fit: Fit, labels: list[str]) -> Array:
+    """(labels, labels) information on the effects' h, parameters and unnamed errors free, at the likeliest node."""
+    index, quick = fit.judge.singles
+    own = [index[label] for label in labels]
+    return quick.S[int(fit.evidence.weights.argmax())][np.ix_(own, own)]
+
+
+def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
+    """Effect -> SI magnitude; None where even the largest that is looked for stays unseen."""
+    fit = ranking.fits[NONE]
+    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    found: dict[str, float | None] = {}
+    for (label, one), power in zip(singles.items(), np.diag(information(fit, list(singles))), strict=True):
+        h = SIGNAL / np.sqrt(max(float(power), 1e-300))
+        found[label] = None if h > one.limits[1] else abs(one.magnitude(h))
+    return found
+
+
+def absorbed(ranking: Ranking) -> dict[str, float]:
+    """Effect -> share of its signature that the parameters imitate."""
+    fit = ranking.fits[NONE]
+    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
+    left = np.diag(information(fit, labels))
+    shares = 1.0 - left / np.maximum(whole, 1e-300)
+    return {label: float(np.clip(s, 0.0, 1.0)) for label, s in zip(labels, shares, strict=True)}
+
+
+def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
+    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part."""
+    fit = ranking.fits[NONE]
+    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    left = information(fit, labels)
+    size = np.sqrt(np.maximum(np.diag(left), 1e-300))
+    cosine = left / np.outer(size, size)
+    found: dict[str, dict[str, float]] = {}
+    for i, label in enumerate(labels):
+        order = [j for j in np.argsort(-np.abs(cosine[i])) if j != i and labels[j].split(".")[0] != label.split(".")[0]]
+        found[label] = {labels[j]: float(np.clip(cosine[i, j], -1.0, 1.0)) for j in order[:most]}
+    return found
+
+
+def gain(with_baseline: Mapping[str, float | None], without: Mapping[str, float | None]) -> float | None:
+    """Median factor by which minimum detectable effects shrink."""
+    ratios = [other / own for label, own in with_baseline.items() if own and (other := without.get(label)) is not None]
+    return float(np.median(ratios)) if ratios else None
+
+
+def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
+    """Effect -> what one plausible size of it, absent from the model, adds to each parameter of the first shot, SI."""
+    fit, shot = ranking.fits[NONE], ranking.problem.shots[0]
+    space, at = shot.setup.plan.space, fit.system.at
+    labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
+    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
+    moved = PRIOR_SD * np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    k = len(space.names)
+    first = fit.system.groups.index(shot.group) * k
+    z = np.clip(fit.places.z[shot.group], STEP, 1.0 - STEP)
+    width = (space.to_physical((z + STEP)[None])[0] - space.to_physical((z - STEP)[None])[0]) / (2.0 * STEP)
+    shifts = width[:, None] * moved[first : first + k]
+    return {label: {name: float(shifts[i, j]) for i, name in enumerate(space.names)} for j, label in enumerate(labels)}

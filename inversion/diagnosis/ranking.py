@@ -1,0 +1,258 @@
+"""Every model fitted and ranked: all on linear systems about a few fits, then those that matter about their own.
+
+A fit is where a model lies best, parameters and magnitudes, by Gauss-Newton on the emulator with the whole covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
+from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.hypotheses import (
+    NONE,
+    SOMETHING_ELSE,
+    Hypothesis,
+    Suspect,
+    by_family,
+    hypotheses,
+)
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
+
+STEPS = 6
+CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model where it fits: system about there, its judge, its evidence there."""
+
+    places: Places
+    system: System
+    judge: Judge
+    evidence: Evidence
+
+    def interval(self, group: str, k: int) -> tuple[Array, Array]:
+        """(k,) mean and standard deviation of a group's parameters, fractions of the ranges."""
+        at = self.system.groups.index(group) * k
+        mean = 0.5 + PRIOR_SD * self.evidence.z[at : at + k]
+        return mean, PRIOR_SD * np.sqrt(np.diag(self.evidence.z_cov)[at : at + k])
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What every refit needs."""
+
+    shots: tuple[Shot, ...]
+    found: tuple[Suspect, ...]
+    known: Amplitudes
+    shapes: Mapping[str, Shape]
+    options: Options = field(default_factory=Options)
+    scale: float = MAGNITUDE_SD
+
+    def start(self) -> Places:
+        """The middle of the ranges, no effect."""
+        return Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
+
+    def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
+        """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
+        places = start or self.start()
+        members = hypothesis.members
+        fit = self._judged(hypothesis, places, members)
+        for _ in range(steps):
+            following = self._moved(fit, hypothesis)
+            moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
+            places = following
+            fit = self._judged(hypothesis, places, members)
+            if moved < CLOSE:
+                break
+        return fit
+
+    def _judged(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
+        system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
+        judge = Judge(system, self.known, places.h, self.scale)
+        sizes = [places.h[one.label] for one in members] if places.h else None
+        return Fit(places, system, judge, judge.model(hypothesis, sizes))
+
+    def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
+        """The posterior mean, inside the emulator's box and the effects' limits."""
+        z: dict[str, Array] = {}
+        for shot in self.shots:
+            k = len(shot.setup.lows)
+            mean, _ = fit.interval(shot.group, k)
+            step = np.clip(mean - fit.places.z[shot.group], -0.35, 0.35)
+            z[shot.group] = np.clip(fit.places.z[shot.group] + step, shot.setup.lows, shot.setup.highs)
+        h = {
+            one.label: float(np.clip(size, *one.limits))
+            for one, size in zip(hypothesis.members, fit.evidence.h, strict=True)
+        }
+        return Places(z, h)
+
+
+MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
+MOST_REFITS = 5
+PAIRS_TRIED = 30  # by a bound without the doubt of signatures
+NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """fits: refitted models by label; evidence: every model's; shares: posterior probabilities."""
+
+    problem: Problem
+    models: Mapping[str, Hypothesis]
+    fits: Mapping[str, Fit]
+    evidence: Mapping[str, Evidence]
+    shares: Mapping[str, float]
+
+    @property
+    def confidence_set(self) -> tuple[str, ...]:
+        """The 95 % credible set."""
+        return credible_set(self.shares)
+
+    @cached_property
+    def presence(self) -> dict[str, float]:
+        """Probability of none, of something else, and that each effect is there, alone or in a pair.
+
+        Sum over the models that hold it (posterior inclusion probability: Hoeting et al., Stat. Sci. 14 (1999) 382).
+        """
+        found = {label: share for label, share in self.shares.items() if len(self.models[label].members) < 2}
+        for label, share in self.shares.items():
+            if len(self.models[label].members) == 2:
+                for one in self.models[label].members:
+                    found[one.label] += share
+        return found
+
+    @property
+    def families(self) -> dict[str, float]:
+        """Probabilities by family."""
+        return by_family(self.shares, tuple(self.models.values()))
+
+
+def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, refits: int = MOST_REFITS) -> Ranking:
+    """All models of the library over the problem's shots."""
+    models = {one.label: one for one in hypotheses(problem.found)}
+    none = problem.refit(models[NONE])
+    other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
+    progress(0.3)
+    evidence = {NONE: none.evidence, SOMETHING_ELSE: other.evidence}
+    singles = [label for label, one in models.items() if len(one.members) == 1]
+    systems = [none, other, *_as_baseline(problem, models[NONE], none)]
+    begins: dict[str, Fit] = {}
+    for label in singles:
+        tried = [(fit.judge.model(models[label]), fit) for fit in systems]
+        evidence[label], begins[label] = min(tried, key=lambda one: _astray(*one))
+    progress(0.5)
+    fits = {NONE: none, SOMETHING_ELSE: other}
+    _refit_best(problem, models, singles, evidence, fits, begins, refits)
+    progress(0.8)
+    best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
+    evidence |= _pairs(fits.get(best, none), models, evidence)
+    progress(1.0)
+    return Ranking(problem, models, fits, evidence, probabilities(evidence))
+
+
+def _astray(evidence: Evidence, fit: Fit) -> float:
+    """How far the model's parameters lie from where the system was linearised, in ranges: its errors belong there."""
+    step = 0.0
+    for i, group in enumerate(fit.system.groups):
+        z = fit.places.z[group]
+        mean = 0.5 + PRIOR_SD * evidence.z[i * len(z) : (i + 1) * len(z)]
+        inside = np.clip(mean, 0.0, 1.0)
+        step = max(step, float(np.abs(fit.system.roughness * (inside - z)).max()))
+    return step
+
+
+def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
+    """The system where the shots' parameters are a baseline's: a fit without the missing effect is led away from it."""
+    baselines = [shot.group for shot in problem.shots if shot.baseline]
+    if not baselines:
+        return []
+    z = {shot.group: fit.places.z[shot.group if shot.baseline else baselines[0]] for shot in problem.shots}
+    return [problem.refit(none, Places(z, {}), steps=0)]
+
+
+def _refit_best(
+    problem: Problem,
+    models: Mapping[str, Hypothesis],
+    singles: list[str],
+    evidence: dict[str, Evidence],
+    fits: dict[str, Fit],
+    begins: Mapping[str, Fit],
+    most: int,
+) -> None:
+    """Refit the singles within reach of the best, the likeliest first; what a refit finds takes its place."""
+    score = {label: evidence[label].log_evidence + float(np.log(models[label].prior)) for label in singles}
+    order = sorted(singles, key=lambda label: -score[label])
+    for label in order[:most]:
+        found = max(score.values())
+        if score[label] < found - MATTERS:
+            break
+        refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
+        fits[label] = refitted
+        evidence[label] = refitted.evidence
+        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+
+
+def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
+    """Where the linear system puts the model."""
+    return Places(
+        dict(begin.places.z),
+        {one.label: float(np.clip(h, *one.limits)) for one, h in zip(hypothesis.members, evidence.h, strict=True)},
+    )
+
+
+def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]) -> dict[str, Evidence]:
+    """The pairs, on the system of the best single; those that could matter with the doubt of their signatures.
+
+    The likeliest node alone tells which; the others stay at the better of their singles, which a pair's extra
+    magnitude can only lower by its Occam factor.
+    """
+    pairs = [one for one in models.values() if len(one.members) == 2]
+    if not pairs:
+        return {}
+    judge = about.judge
+    weights = about.evidence.weights
+    kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
+    quick = _quick_pairs(judge, pairs, int(weights.argmax()))
+    reference = judge.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
+    offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
+    found: dict[str, Evidence] = {}
+    order = np.argsort(-quick)
+    for rank_of, i in enumerate(order):
+        one = pairs[int(i)]
+        if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
+            full = judge.model(one, only=kept)
+            found[one.label] = _shifted(full, offset)
+        else:
+            base = max(evidence[m.label].log_evidence for m in one.members)
+            found[one.label] = _shifted(evidence[_better(one, evidence)], 0.0, base - 1.0, one)
+    return found
+
+
+def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int) -> Array:
+    """(pairs,) log evidence at one node, without the doubt of signatures."""
+    index, quick = judge.singles
+    gram, pull = judge.scale**2 * quick.S[node], judge.scale * quick.S[node][:, 0]
+    found = np.empty(len(pairs))
+    for j, pair in enumerate(pairs):
+        at = [index[m.label] for m in pair.members]
+        inner = np.eye(2) + gram[np.ix_(at, at)]
+        found[j] = 0.5 * pull[at] @ np.linalg.solve(inner, pull[at]) - 0.5 * np.linalg.slogdet(inner)[1]
+        found[j] += np.log(pair.prior)
+    return found
+
+
+def _better(pair: Hypothesis, evidence: Mapping[str, Evidence]) -> str:
+    return max((m.label for m in pair.members), key=lambda label: evidence[label].log_evidence)
+
+
+def _shifted(one: Evidence, by: float, to: float | None = None, hypothesis: Hypothesis | None = None) -> Evidence:
+    value = one.log_evidence + by if to is None else to
+    return replace(one, hypothesis=hypothesis or one.hypothesis, log_evidence=value)

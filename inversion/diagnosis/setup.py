@@ -1,0 +1,162 @@
+"""A case made ready for its records: emulator of the campaign, mesh correction, responses to effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.mesh_correction import MeshCorrection
+from birdstrike.inversion.diagnosis.plan import Plan
+from birdstrike.inversion.diagnosis.responses import Response, learn_responses
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.solver.case.case import case_hash
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
+
+ERODED = 0.05  # share of the bird beyond which a run is not smooth in its parameters, as in a campaign's Dataset
+STEP = 1e-3  # of the ranges: central differences of the emulator
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the simulations of a plan tell.
+
+    time: (m,) [s]; channels: the sensors, stacked in this order on a grid of (channels * m,) values; runs: histories by
+    label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs.
+    """
+
+    plan: Plan
+    time: Array
+    channels: tuple[str, ...]
+    emulator: Emulator
+    mesh: MeshCorrection
+    responses: Mapping[str, Response]
+    refused: Mapping[str, str]
+    lows: Array
+    highs: Array
+    runs: Mapping[str, Histories]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Dotted keys of the calibrated parameters."""
+        return self.plan.space.names
+
+    def grid(self, z: Array) -> Array:
+        """(q, channels * m) curves with the mesh correction at fractions z (q, k) of the ranges."""
+        return self.coarse(z) + self.mesh.at(z)
+
+    def coarse(self, z: Array) -> Array:
+        """(q, channels * m) of the emulator alone."""
+        u = self.emulator.inputs(self.plan.space.to_physical(z))
+        own = (self.emulator.channels[c] for c in self.channels)
+        return np.concatenate([one.mean + one.scores(u) @ one.basis[: len(one.processes)] for one in own], axis=1)
+
+    def jacobian(self, z: Array) -> Array:
+        """(channels * m, k) derivative of the curves with respect to the fractions z (k,)."""
+        k = len(z)
+        steps = np.vstack([z + STEP * np.eye(k), z - STEP * np.eye(k)])
+        curves = self.grid(steps)
+        return (curves[:k] - curves[k:]).T / (2.0 * STEP)
+
+    @property
+    def mesh_draws(self) -> Array:
+        """(n, channels * m) what the fine mesh differs from the coarse one by, at points of the campaign."""
+        fine = [i for i in self.plan.fine_points() if f"fine {i}" in self.runs]
+        return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
+
+    @property
+    def rough(self) -> Array:
+        """(channels,) variance by which a coarse run leaves what is smooth in its inputs."""
+        return np.array([self.emulator.channels[c].rough() for c in self.channels])
+
+    def emulator_factor(self, z: Array) -> Array:
+        """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
+        u = self.emulator.inputs(self.plan.space.to_physical(z[None]))
+        rows: list[Array] = []
+        m = len(self.time)
+        for i, channel in enumerate(self.channels):
+            one = self.emulator.channels[channel]
+            for process, direction in zip(one.processes, one.basis, strict=False):
+                row = np.zeros(len(self.channels) * m)
+                row[i * m : (i + 1) * m] = direction * np.sqrt(smooth_variance(process, u))
+                rows.append(row)
+        return np.array(rows).reshape(-1, len(self.channels) * m).T
+
+
+def smooth_variance(process: object, u: Array) -> float:
+    """Variance of a Gaussian process's mean at u (1, d): without the nugget, which is a single run's own."""
+    variance = float(process.predict(u)[1][0])  # pyright: ignore[reportAttributeAccessIssue]
+    return max(variance - float(process.nugget), 0.0)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def simulate_plan(plan: Plan, strikes: Strikes) -> dict[str, Histories]:
+    """All histories of a plan that finished; raises RunFailed when too few of the campaign or of the fine mesh did."""
+    runs = strikes.run({**plan.meshes(), **plan.campaign(), **plan.responses()})
+    for kind, needed in (("coarse", len(plan.space.names) + 3), ("fine", len(plan.space.names) + 3)):
+        count = sum(label.startswith(kind) for label in runs)
+        if count < needed:
+            reasons = next(iter(strikes.failures.values()), "")
+            raise RunFailed(f"{count} {kind} simulations finished, {needed} are needed: {reasons}", "check the case")
+    return runs
+
+
+def make_setup(
+    plan: Plan,
+    channels: Sequence[str],
+    runs: Mapping[str, Histories],
+    progress: Callable[[float], None] | None = None,
+) -> Setup:
+    """Fit emulator, mesh correction and responses."""
+    data = dataset(plan, channels, runs)
+    emulator = fit_emulator(data, channels, progress=progress)
+    box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
+    lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
+    parts = (plan, data.time, tuple(channels), emulator)
+    none = MeshCorrection.none(len(data.time) * len(channels))
+    bare = Setup(*parts, none, {}, {}, lows, highs, runs)
+    fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
+    stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
+    z = plan.unit[fine]
+    mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
+    responses, lost = learn_responses(plan, stacks, len(channels))
+    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
+
+
+def fractions(plan: Plan, theta: Array) -> Array:
+    """(k,) fractions of the ranges of SI values (k,), by bisection of the space's own scale."""
+    low, high = np.zeros(len(theta)), np.ones(len(theta))
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        below = plan.space.to_physical(middle[None])[0] < theta
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return 0.5 * (low + high)
+
+
+def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) -> Dataset:
+    """The campaign's finished runs."""
+    done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
+    histories = [runs[f"coarse {i}"] for i in done]
+    eroded = [float(one.summary.get("eroded_mass_fraction") or 0.0) for one in histories]
+    space = plan.space
+    return Dataset(
+        space.names,
+        space.units,
+        space.lows,
+        space.highs,
+        np.array(done, dtype=np.int64) + 1,
+        space.to_physical(plan.unit[done]),
+        histories[0].time,
+        {name: np.array([one.channels[name] for one in histories]) for name in channels},
+        {name: histories[0].units[name] for name in channels},
+        np.array(eroded) <= ERODED,
+        case_hash(plan.coarse),
+    )
+
+
+def stack(histories: Histories, time: Array, channels: Sequence[str]) -> Array:
+    """(channels * m,) a run's channels one after the other."""
+    return np.concatenate([np.interp(time, histories.time, histories.channels[c]) for c in channels])

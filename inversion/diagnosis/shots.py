@@ -1,0 +1,230 @@
+"""One shot: its record as a diagnosis reads it, and everything of the setup carried to the record's points.
+
+A record is cut to the simulated time; neighbouring instants are averaged where there are more than the model can use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.sparse import csr_matrix
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
+from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, signature
+from birdstrike.inversion.diagnosis.setup import Setup
+from birdstrike.inversion.observations import reader as observed
+from birdstrike.inversion.observations.noise import Noise
+from birdstrike.inversion.observations.reader import ChannelRecord, Expected
+
+MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
+FEWEST_POINTS = 3
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One channel: instants (raw,) [s] on the record's clock, of which each `block` neighbours make one point.
+
+    values: (n,) SI, the means of the blocks; noise: of one instant; peak: largest magnitude, SI.
+    """
+
+    name: str
+    unit: str
+    times: Array
+    block: int
+    values: Array
+    noise: Noise
+    peak: float
+
+    @property
+    def middle(self) -> Array:
+        """(n,) mean instant of every point [s]."""
+        return averaged(self.times, self.block)
+
+    @property
+    def level(self) -> float:
+        """Typical standard deviation of a point's noise, SI."""
+        return float(np.sqrt(np.diag(self.covariance()).mean()))
+
+    def covariance(self) -> Array:
+        """(n, n) of the measurement noise of the points."""
+        return self.noise.covariance(self.times, self.block)
+
+
+@dataclass(frozen=True)
+class Record:
+    """All channels, one after the other, and what the user should know about how they were read."""
+
+    traces: tuple[Trace, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def values(self) -> Array:
+        """(n,) stacked."""
+        return np.concatenate([trace.values for trace in self.traces])
+
+    @property
+    def middle(self) -> Array:
+        """(n,) stacked instants [s]."""
+        return np.concatenate([trace.middle for trace in self.traces])
+
+    @property
+    def channel(self) -> np.ndarray:
+        """(n,) number of the channel of every point."""
+        return np.repeat(np.arange(len(self.traces)), [len(trace.values) for trace in self.traces])
+
+    @property
+    def noise_freedom(self) -> float:
+        """Degrees of freedom behind the noise level: those of the channel that knows it least."""
+        return min(trace.noise.freedom for trace in self.traces)
+
+    @property
+    def noise_known(self) -> bool:
+        """Whether every channel's noise level is known independently of the fit."""
+        return all(trace.noise.known for trace in self.traces)
+
+    @property
+    def noise_inferred(self) -> bool:
+        """Whether the noise level of a channel must come from the fit, so that no miss can be called unexplained."""
+        return any(trace.noise.inferred for trace in self.traces)
+
+    def covariance(self) -> Array:
+        """(n, n) of the measurement noise; channels are independent."""
+        return np.asarray(block_diag(*(trace.covariance() for trace in self.traces)))
+
+
+def averaged(values: Array, block: int) -> Array:
+    """Means (..., n) of `block` neighbours of values (..., raw)."""
+    if block == 1:
+        return values
+    return values.reshape(*values.shape[:-1], -1, block).mean(axis=-1)
+
+
+def read_record(measured: Measured, expected: Expected, tolerance: float | None = None) -> Record:
+    """The record's channels as the common reader gives them, neighbours averaged where there are many.
+
+    tolerance: noise as a share of the peak where none is known. Raises MeasuredError for an unknown channel, another
+    unit, or a channel with fewer than three points in the window.
+    """
+    channels = observed.read_record(measured, expected, tolerance, FEWEST_POINTS)
+    most = max(MOST_POINTS // len(channels), FEWEST_POINTS)
+    warnings = tuple(text for channel in channels for text in channel.warnings)
+    return Record(tuple(_trace(channel, most) for channel in channels), warnings)
+
+
+def _trace(channel: ChannelRecord, most: int) -> Trace:
+    """At most `most` points, each the mean of as many neighbours."""
+    count = len(channel.times)
+    block = -(-count // most)
+    kept = np.arange(count - count % block)
+    values = averaged(channel.values[kept], block)
+    return Trace(channel.name, channel.unit, channel.times[kept], block, values, channel.noise.at(kept), channel.peak)
+
+
+LATEST_SHIFT = 6e-5  # s: three plausible sizes of the time offset, which the record's end leaves free
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A record with its setup. group: its shots share the bird's parameters; baseline: nothing is suspected in it."""
+
+    name: str
+    setup: Setup
+    record: Record
+    group: str
+    baseline: bool = False
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kind of sensor of every channel of the record."""
+        return tuple(self.setup.plan.case.sensors[trace.name].kind for trace in self.record.traces)
+
+    @property
+    def onset(self) -> float:
+        """When the discrepancy may begin [s]: contact, less the time in which a layer of particles arrives.
+
+        The first contact of a bird of particles is smeared by one spacing, of a fine bird as of a coarse one.
+        """
+        case, fine = self.setup.plan.case, self.setup.plan.fine
+        spacing = (fine.bird.volume / fine.bird.particles) ** (1.0 / 3.0)
+        return case.first_contact - spacing / case.normal_speed
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The record's channels in its order."""
+        return tuple(trace.name for trace in self.record.traces)
+
+    @cached_property
+    def sampler(self) -> csr_matrix:
+        """(n, grid): a stacked curve's means over the record's blocks, linear between the clock's instants."""
+        time, m = self.setup.time, len(self.setup.time)
+        rows: list[Indices] = []
+        columns: list[Indices] = []
+        weights: list[Array] = []
+        first = 0
+        for trace in self.record.traces:
+            begin = m * self.setup.channels.index(trace.name)
+            i = np.asarray(np.clip(np.searchsorted(time, trace.times) - 1, 0, m - 2), dtype=np.intp)
+            w = np.clip((trace.times - time[i]) / (time[i + 1] - time[i]), 0.0, 1.0)
+            row = np.asarray(first + np.arange(len(trace.times)) // trace.block, dtype=np.intp)
+            rows += [row, row]
+            columns += [begin + i, begin + i + 1]
+            weights += [(1.0 - w) / trace.block, w / trace.block]
+            first += len(trace.values)
+        at = (np.concatenate(rows), np.concatenate(columns))
+        shape = (first, m * len(self.setup.channels))
+        return csr_matrix((np.concatenate(weights), at), shape=shape)
+
+    def sample(self, curves: Array) -> Array:
+        """(q, n) of curves (q, grid)."""
+        return np.asarray((self.sampler @ curves.T).T)
+
+    def per_point(self, channel_values: Array) -> Array:
+        """(n,) of values by the setup's channels (channels,)."""
+        index = [self.setup.channels.index(trace.name) for trace in self.record.traces]
+        return channel_values[index][self.record.channel]
+
+    def split(self, grid: Array) -> dict[str, Array]:
+        """channel -> (m,) of a stacked curve (grid,)."""
+        return dict(zip(self.setup.channels, np.split(grid, len(self.setup.channels)), strict=True))
+
+    def instrument_signature(self, fault: InstrumentEffect, grid: Array) -> Array:
+        """(n,) change of the record by one plausible size of a fault, on the curves (grid,)."""
+        parts = self.split(grid)
+        moved = [
+            signature(fault.effect.name, fault.size, self.setup.time, part) if c in fault.sensors else 0.0 * part
+            for c, part in parts.items()
+        ]
+        return self.sample(np.concatenate(moved)[None])[0]
+
+    @cached_property
+    def shapes(self) -> dict[str, Shape]:
+        """channel -> the discrepancy in time, from what meshes differ by."""
+        draws = self.setup.mesh_draws
+        middle = self.split(self.setup.grid(np.full((1, len(self.setup.lows)), 0.5))[0])
+        parts = np.split(draws, len(self.setup.channels), axis=1)
+        return {
+            c: shape_of(part, middle[c], self.setup.time) for c, part in zip(self.setup.channels, parts, strict=True)
+        }
+
+    def without(self, channel: str) -> Shot:
+        """The shot with one channel less."""
+        kept = tuple(trace for trace in self.record.traces if trace.name != channel)
+        return replace(self, record=replace(self.record, traces=kept))
+
+
+def read_shot(
+    name: str, setup: Setup, measured: Measured, group: str, baseline: bool = False, tolerance: float | None = None
+) -> Shot:
+    """The record's channels that the setup has, in the window of the simulation."""
+    own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
+    expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
+    record = read_record(replace(measured, channels=own), expected, tolerance)
+    return Shot(name, setup, record, group, baseline)

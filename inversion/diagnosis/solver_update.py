@@ -1,0 +1,107 @@
+"""Signatures brought up to date by the solver: the effects that matter, run at the place and the size where they
+matter.
+
+A response is learnt in the middle of the ranges at stated sizes; a clamp that has gone altogether bends the plate in
+another shape. So the likeliest effects are simulated at their own fits; one that reaches the largest magnitude that was
+looked for is simulated beyond it, and the search goes on to there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking
+from birdstrike.inversion.diagnosis.responses import Response, updated
+from birdstrike.inversion.diagnosis.setup import Setup, stack
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.solver.case.case import Case
+
+MOST = 3  # effects brought up to date
+LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
+FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
+REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
+APART = 0.02
+SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
+WITHIN = 12.0  # nats of the best single
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """One effect to be simulated: magnitude b in plausible sizes, parameters z (k,); cases with and without it."""
+
+    suspect: Suspect
+    b: float
+    z: Array
+    cases: Mapping[str, Case]
+
+
+def update(ranking: Ranking, strikes: Strikes) -> Problem:
+    """The problem with new signatures; the same one where nothing was to be simulated."""
+    problem = ranking.problem
+    first = next(shot for shot in problem.shots if not shot.baseline)
+    wanted = [_wanted(ranking, label, first.setup, first.group) for label in _labels(ranking)]
+    if not wanted:
+        return problem
+    runs = strikes.run({label: case for one in wanted for label, case in one.cases.items()})
+    responses = dict(first.setup.responses)
+    for one in wanted:
+        response = responses[one.suspect.name]
+        changes = [
+            stack(runs[f"{one.suspect.name} there {i}"], first.setup.time, first.setup.channels)
+            - stack(runs[f"{one.suspect.name} without {i}"], first.setup.time, first.setup.channels)
+            for i in range(REPLICATES)
+            if f"{one.suspect.name} there {i}" in runs and f"{one.suspect.name} without {i}" in runs
+        ]
+        if changes:
+            responses[one.suspect.name] = updated(response, one.b, np.array(changes), one.z)
+    return _with_responses(problem, first.setup, responses)
+
+
+def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Response]) -> Problem:
+    """The problem on setups with these responses; shots of other setups keep theirs."""
+    new = replace(old, responses=responses)
+    shots = tuple(replace(shot, setup=new) if shot.setup is old else shot for shot in problem.shots)
+    return replace(problem, shots=shots, found=suspects(shots))
+
+
+def _labels(ranking: Ranking) -> list[str]:
+    """The likeliest effects of the solver, members of the likeliest pairs included; each effect once."""
+    if ranking.shares[NONE] > SURE:
+        return []
+    singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
+    score = {label: ranking.evidence[label].log_evidence for label in singles}
+    top = max(score.values())
+    pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]
+    named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
+    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - WITHIN]
+    found: list[str] = []
+    for label in [*named, *order]:
+        if singles[label].response and all(singles[label].name != singles[other].name for other in found):
+            found.append(label)
+    return found[:MOST]
+
+
+def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
+    """Cases at the fit of one effect."""
+    one, evidence = ranking.models[label].members[0], ranking.evidence[label]
+    assert one.response is not None
+    fit = ranking.fits.get(label, ranking.fits[NONE])
+    h = float(np.clip(evidence.h[0], *one.limits))
+    b = one.response.b(h)
+    if h >= 0.97 * one.limits[1] and one.one_sided:
+        b = FARTHER * one.response.knots[-1][0]
+    b = float(np.sign(b or 1.0) * max(abs(b), LEAST_SIZE))
+    if not one.one_sided:
+        b = max(b, 0.5 * one.response.known.least)
+    cases: dict[str, Case] = {}
+    for i in range(REPLICATES):
+        z = np.clip(fit.places.z[group] + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
+        base = setup.plan.response.with_values(setup.plan.values(np.round(z, 3)))
+        cases[f"{one.name} without {i}"] = base
+        cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})
+    return Wanted(one, b, fit.places.z[group], cases)

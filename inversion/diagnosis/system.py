@@ -1,0 +1,419 @@
+"""All shots as one linear-Gaussian system about given parameters.
+
+residual = J dz + sum_j h_j (G_j + D_j) + error, error ~ N(0, F + a^2 U) for each kind of sensor: F noise, numerical
+error and the part of the discrepancy whose amplitude is fixed, U the other part for an amplitude of 1. Both are
+diagonal in the coordinates T with T F T^T = 1 and T U T^T = lambda (Golub & Van Loan, Matrix Computations, 4th ed.,
+8.7), so that any amplitude costs a weighted sum. Kinds of sensors are independent of each other but for parameters and
+effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
+from scipy.special import eval_legendre
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape, alike, started
+from birdstrike.inversion.diagnosis.hypotheses import Suspect
+from birdstrike.inversion.diagnosis.instrument import instrument_effects
+from birdstrike.inversion.diagnosis.shots import Shot
+
+PROCESS = 40  # directions a channel of a process of numerical error
+CHANGED = 8  # directions a channel of the discrepancy that an effect may change
+TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
+SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
+PHYSICAL = 0.5  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
+PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the system is linearised. z: group -> (k,) fractions of the ranges; h: suspect's label -> size."""
+
+    z: Mapping[str, Array]
+    h: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One kind of sensor. rows: (p,) of the record; T: (p, p); lam: (p,); logdet: of F; F, U: (p, p), whitened."""
+
+    kind: str
+    rows: np.ndarray
+    T: Array
+    lam: Array
+    logdet: float
+    F: Array
+    U: Array
+
+    @classmethod
+    def of(cls, kind: str, rows: np.ndarray, F: Array, U: Array) -> Block:
+        """From the two covariances."""
+        L = cholesky(F, lower=True)
+        inner = solve_triangular(L, solve_triangular(L, U, lower=True).T, lower=True)
+        lam, V = eigh(0.5 * (inner + inner.T))
+        T = solve_triangular(L, V, lower=True, trans=1).T
+        return cls(kind, rows, T, np.maximum(lam, 0.0), 2.0 * float(np.log(np.diag(L)).sum()), F, U)
+
+
+@dataclass(frozen=True)
+class System:
+    """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
+    residual at the places, J by one prior standard deviation of each parameter, G and D of each suspect; at: name ->
+    their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky
+    factor (n, n).
+    """
+
+    blocks: tuple[Block, ...]
+    smooth: Mapping[str, Array]
+    columns: Array
+    at: Mapping[str, slice]
+    dz: Array
+    groups: tuple[str, ...]
+    noise: Array
+    numerical: Mapping[str, Array]
+    roughness: Array
+    moved: Mapping[str, float]
+
+    @cached_property
+    def other(self) -> tuple[Block, ...]:
+        """The blocks with something else in F."""
+        return tuple(Block.of(one.kind, one.rows, one.F + self.smooth[one.kind], one.U) for one in self.blocks)
+
+    def numerical_variance(self, shot: str) -> Array:
+        """(n,) variance, SI squared, of emulator and mesh correction at a shot's points."""
+        return self.numerical[shot]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices of the system that a sensitivity study changes."""
+
+    parameter_length: float = PARAMETER_LENGTH
+    share: float = SHARE
+
+
+def build(
+    shots: Sequence[Shot],
+    found: Sequence[Suspect],
+    places: Places,
+    known: Amplitudes,
+    shapes: Mapping[str, Shape],
+    options: Options = Options(),
+) -> System:
+    """The system at the places."""
+    groups = tuple(dict.fromkeys(shot.group for shot in shots))
+    grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
+    signatures = {one.label: _signature(one, shots, grids, places) for one in found}
+    means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
+    y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
+    y = y - sum(h * signatures[label] for label, h in places.h.items())
+    chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
+    white = Whitener(chol)
+    z = [places.z[shot.group] for shot in shots]
+    weights = roughness(shots, places)
+    unnamed = _unnamed(shots, places)
+    parts: dict[str, Array] = {"y": y[:, None], "J": _jacobian(shots, places, groups) * PRIOR_SD, "unnamed": unnamed}
+    for one in found:
+        parts[one.label] = signatures[one.label][:, None]
+        if one.response:
+            parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label], places, options.share)
+    parts["changed"] = _changed(shots, shapes, known, means)
+    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
+    at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
+    peaks = _peaks(shots, means)
+    lengths = shots[0].setup.mesh.lengths
+    local = weights if lengths is None else 1.0 / np.asarray(lengths)
+    near = np.array([[alike(a, b, local) for b in z] for a in z])
+    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
+    numerical = white(directions)
+    cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
+    variances = np.split((directions**2).sum(axis=1), cuts)
+    blocks: list[Block] = []
+    smooth: dict[str, Array] = {}
+    for kind in known.nodes:
+        rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
+        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
+        own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
+        cut = np.ix_(rows, rows)
+        own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, places, kind, peaks))
+        free, held = (own, shared) if known.own_is_free else (shared, own)
+        F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
+        blocks.append(Block.of(kind, rows, F, free[cut]))
+        smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
+    middle = np.concatenate([places.z[g] - 0.5 for g in groups]) / PRIOR_SD
+    moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
+    columns = white(np.hstack(list(parts.values())))
+    return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
+
+
+def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
+    return {shot.name: part for shot, part in zip(shots, parts, strict=True)}
+
+
+def roughness(shots: Sequence[Shot], places: Places) -> Array:
+    """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters.
+
+    One range for the parameter that moves the curves most, the others by how much less they move them.
+    """
+    size = np.zeros(len(shots[0].setup.lows))
+    for shot in shots:
+        jacobian = shot.sample(shot.setup.jacobian(places.z[shot.group]).T)
+        for i, trace in enumerate(shot.record.traces):
+            size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
+    return np.sqrt(size / max(float(size.max()), 1e-300))
+
+
+class Whitener:
+    """Whitening by the noise's Cholesky factor."""
+
+    def __init__(self, chol: Array) -> None:
+        self.diagonal = not np.any(np.tril(chol, -1))
+        self.chol, self.scale = chol, 1.0 / np.diag(chol)
+
+    def __call__(self, columns: Array) -> Array:
+        if self.diagonal:
+            return self.scale[:, None] * columns
+        return np.asarray(solve_triangular(self.chol, columns, lower=True))
+
+    def both(self, matrix: Array) -> Array:
+        """L^-1 M L^-T."""
+        return self(self(matrix).T)
+
+
+def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
+    """(n,) change of all records for h = 1."""
+    parts: list[Array] = []
+    for shot, grid in zip(shots, grids, strict=True):
+        if shot.baseline or shot.name not in one.shots:
+            parts.append(np.zeros(len(shot.record.values)))
+        elif one.fault is not None:
+            parts.append(shot.instrument_signature(one.fault, grid))
+        else:
+            parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.group])[None])[0])
+    return np.concatenate(parts)
+
+
+def _jacobian(shots: Sequence[Shot], places: Places, groups: Sequence[str]) -> Array:
+    """(n, groups * k) by fractions of the ranges."""
+    blocks = [shot.sample(shot.setup.jacobian(places.z[shot.group]).T).T for shot in shots]
+    k, rows = blocks[0].shape[1], []
+    for shot, block in zip(shots, blocks, strict=True):
+        row = np.zeros((len(block), len(groups) * k))
+        at = groups.index(shot.group) * k
+        row[:, at : at + k] = block
+        rows.append(row)
+    return np.vstack(rows)
+
+
+def _unnamed(shots: Sequence[Shot], places: Places) -> Array:
+    """(n, q) signatures of the library's effects in all shots, baselines too: small errors of model and instruments.
+
+    Model and test differ by a little of everything that the library lists and more; without these directions every such
+    error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
+    They belong to rig and model, and all shots share them.
+    """
+    return np.vstack([_directions(shot, places.z[shot.group]) for shot in shots])
+
+
+def _directions(shot: Shot, z: Array) -> Array:
+    """(n, q) signatures of a plausible size in one shot: the solver's effects, then the faults of every sensor."""
+    grid = shot.setup.grid(z[None])[0]
+    rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
+    faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
+    rows += [shot.instrument_signature(one, grid) for one in faults]
+    return np.array(rows).reshape(len(rows), -1).T
+
+
+def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
+    """(n, q) directions, one standard deviation each, of emulator and mesh correction.
+
+    Half of the mesh correction's variance is given to a process of their size
+    that is independent of directions (they are fewer than the directions). Shots share them as far as their
+    parameters are alike; the extrapolation to finer meshes they share wholly.
+    """
+    factors = [_own_factors(shot, places.z[shot.group]) for shot in shots]
+    width = max(one.shape[1] for one in factors)
+    factors = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in factors]
+    columns = []
+    for j in range(len(shots)):
+        columns.append(np.vstack([share[i, j] * factors[i] for i in range(len(shots))]))
+    finer = np.concatenate(
+        [shot.sample(shot.setup.mesh.extrapolation(places.z[shot.group])[None])[0] for shot in shots]
+    )
+    return np.hstack([*columns, finer[:, None]])
+
+
+def _own_factors(shot: Shot, z: Array) -> Array:
+    """(n, q) of one shot."""
+    emulator = shot.sample(shot.setup.emulator_factor(z).T).T
+    drawn = shot.sample(shot.setup.mesh.factor(z)).T
+    process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
+    return np.hstack([emulator, np.sqrt(0.5) * drawn, np.sqrt(0.5) * process])
+
+
+def _process(shot: Shot, size: Array) -> Array:
+    """(n, q) factor of a process of standard deviation `size` (n,), smoothed, independent from channel to channel.
+
+    The same number of directions a channel in every shot, the largest first, so that shots can share them.
+    """
+    blocks = []
+    for i, trace in enumerate(shot.record.traces):
+        of = shot.record.channel == i
+        t = trace.middle
+        length = 0.5 * shot.shapes[trace.name].length
+        width = max(len(t) // 10, 1)
+        kernel = np.ones(2 * width + 1)
+        power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(len(t)), kernel, "same")
+        covariance = started(t, t, shot.onset, length)
+        values, vectors = np.linalg.eigh(covariance)
+        kept = np.argsort(-values)[:PROCESS]
+        blocks.append(np.sqrt(power)[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+    return np.asarray(block_diag(*blocks))
+
+
+def _peaks(shots: Sequence[Shot], means: Sequence[Array]) -> list[Array]:
+    """(channels,) of every shot: largest magnitude of the model's or the record's curve, whichever is larger."""
+    found = []
+    for shot, mean in zip(shots, means, strict=True):
+        own = [float(np.abs(mean[shot.record.channel == i]).max()) for i in range(len(shot.record.traces))]
+        found.append(np.maximum(own, [trace.peak for trace in shot.record.traces]))
+    return found
+
+
+def _discrepancy(
+    shots: Sequence[Shot],
+    kind: str,
+    places: Places,
+    shapes: Mapping[str, Shape],
+    peaks: Sequence[Array],
+    weights: Array,
+    options: Options | None,
+) -> Array:
+    """(n, n) for an amplitude of 1 of one kind of sensor; options None: the part that each shot has for itself."""
+    starts = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
+    whole = np.zeros((starts[-1], starts[-1]))
+    for i, shot in enumerate(shots):
+        for j, other in enumerate(shots):
+            if options is None and i != j:
+                continue
+            z, theirs = places.z[shot.group], places.z[other.group]
+            share = 1.0 if options is None else alike(z, theirs, weights, options.parameter_length)
+            block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
+            whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
+    return whole
+
+
+def _physical(shots: Sequence[Shot], places: Places, kind: str, peaks: Sequence[Array]) -> Array:
+    """(n, n) what each shot has for itself along the library's signatures, alike in all, for an amplitude of 1."""
+    blocks = []
+    for shot, peak in zip(shots, peaks, strict=True):
+        of_kind = np.array(shot.kinds)[shot.record.channel] == kind
+        share = np.where(of_kind, 1.0 / peak[shot.record.channel], 0.0)
+        curves = list(_directions(shot, places.z[shot.group]).T)
+        sizes = [float(np.sqrt(np.mean((share * curve)[of_kind] ** 2))) if of_kind.any() else 0.0 for curve in curves]
+        rows = np.array(
+            [np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6]
+        )
+        blocks.append(rows.T @ rows / len(rows) if len(rows) else np.zeros((len(share), len(share))))
+    return np.asarray(block_diag(*blocks))
+
+
+def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peaks: Array, theirs: Array) -> Array:
+    """(n, n') of two shots' channels of one kind; different channels are independent."""
+    block = np.zeros((len(shot.record.values), len(other.record.values)))
+    for i, trace in enumerate(shot.record.traces):
+        if shot.kinds[i] != kind or trace.name not in other.channels:
+            continue
+        j = other.channels.index(trace.name)
+        shape, again = shapes[trace.name], other.record.traces[j]
+        rows, columns = np.flatnonzero(shot.record.channel == i), np.flatnonzero(other.record.channel == j)
+        contact = shot.onset
+        kernel = started(trace.middle, again.middle, contact, shape.length)
+        left = peaks[i] * np.interp(trace.middle, shot.setup.time, shape.growth)
+        right = theirs[j] * np.interp(again.middle, other.setup.time, shape.growth)
+        block[np.ix_(rows, columns)] = left[:, None] * kernel * right
+    return block
+
+
+def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], found: Sequence[Suspect]) -> Array:
+    """(n, n) of something else: smooth in time, as large as the library's signatures are, in the measured shots."""
+    own = [signatures[one.label] ** 2 for one in found if one.response]
+    size = np.sqrt(np.mean(own, axis=0)) if own else np.zeros(sum(len(shot.record.values) for shot in shots))
+    blocks, first = [], 0
+    for shot in shots:
+        for i, trace in enumerate(shot.record.traces):
+            n = len(trace.values)
+            own = size[first : first + n]
+            first += n
+            if shot.baseline or shot.kinds[i] != kind:
+                blocks.append(np.zeros((n, n)))
+                continue
+            t = trace.middle
+            kernel = started(t, t, shot.onset, shot.shapes[trace.name].length)
+            blocks.append(float(np.sqrt(np.mean(own**2))) ** 2 * kernel)
+    return np.asarray(block_diag(*blocks))
+
+
+def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
+    """(n, q) what is not known of a signature for h = 1: the regression's error, and its size and slow trends in time.
+
+    The trends, in each channel by itself, stand for what another sound model would answer.
+    """
+    blocks: list[Array] = []
+    first, regression = 0, []
+    for shot in shots:
+        n = len(shot.record.values)
+        own = column[first : first + n]
+        first += n
+        if not np.any(own):
+            regression.append(np.zeros((n, len(shot.setup.responses[one.name].doubt))))
+            blocks.append(np.zeros((n, 0)))
+            continue
+        regression.append(shot.sample(shot.setup.responses[one.name].doubt_at(places.z[shot.group])).T)
+        x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
+        trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
+        of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
+        blocks.append(size * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
+    return np.hstack([np.vstack(regression), np.asarray(block_diag(*blocks))])
+
+
+def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:
+    """(n, q) directions of the discrepancy that baselines share, in the measured shots: none without baselines.
+
+    A model-form error is a share of the response. An effect that changes the response by a share changes it by that
+    share of itself, in a way that the baseline cannot know.
+    """
+    peaks, blocks = _peaks(shots, means), []
+    for shot, own in zip(shots, peaks, strict=True):
+        for i, trace in enumerate(shot.record.traces):
+            n = len(trace.values)
+            if shot.baseline or not known.own_is_free:
+                blocks.append(np.zeros((n, 0)))
+                continue
+            shape = shapes[trace.name]
+            t = trace.middle
+            values, vectors = np.linalg.eigh(started(t, t, shot.onset, shape.length))
+            size = known.fixed[shot.kinds[i]] * own[i] * np.interp(t, shot.setup.time, shape.growth)
+            kept = np.argsort(-values)[:CHANGED]
+            blocks.append(size[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+    return np.asarray(block_diag(*blocks))
+
+
+def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]) -> float:
+    """RMS of a signature over that of the curves, the channels weighed alike, for h = 1."""
+    first, ratios = 0, []
+    for shot, mean in zip(shots, means, strict=True):
+        own = signature[first : first + len(mean)]
+        first += len(mean)
+        if shot.baseline:
+            continue
+        for i in range(len(shot.record.traces)):
+            of = shot.record.channel == i
+            ratios.append(float((own[of] ** 2).mean() / max(float((mean[of] ** 2).mean()), 1e-300)))
+    return float(np.sqrt(np.mean(ratios))) if ratios else 0.0

@@ -1,0 +1,60 @@
+"""One diagnosis of a tiny rig through the command line, for all tests that read what it leaves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.solver.case.write import case_toml
+from birdstrike.solver.effects.registry import effects
+from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, shot, tiny
+
+
+def command(folder: Path, out: str, *words: str) -> Result:
+    """`birdstrike diagnose` of the folder's case, with simulations that lie in `out/`."""
+    given = ["--out", str(folder / out), "--doe", str(folder / "out"), "--workers", "1", *words]
+    return CliRunner().invoke(app, ["diagnose", str(folder / "case.toml"), *given], env={"COLUMNS": "200"})
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result."""
+
+    folder: Path
+    first: Result
+
+    def diagnose(self, out: str, *words: str) -> Result:
+        """`birdstrike diagnose` with the first call's simulations at hand."""
+        return command(self.folder, out, *words)
+
+    def content(self, out: str = "out") -> dict[str, Any]:
+        """diagnosis.json."""
+        return json.loads((self.folder / out / "diagnosis.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="session")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
+    """Diagnosed beside a baseline; simulations on threads, because processes would load all anew."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    (folder / "case.toml").write_text(case_toml(tiny()), encoding="utf-8")
+    shot(folder, "clean", 1)
+    shot(folder, "loose", 2, plate={"edges": "pinned"})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        sought = {name: effects()[name] for name in SOUGHT}
+        patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: sought)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
+        patch.setattr(
+            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
+        )
+        records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+        yield Laboratory(folder, command(folder, "out", *records))

@@ -1,0 +1,142 @@
+"""A tiny rig from nothing: edges that let go are found beside a baseline; the second call pays for no simulation."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.inversion.diagnosis.diagnose import clean_shots, diagnose, named_records
+from birdstrike.solver.case.case import load_case
+from tests.inversion.diagnosis.conftest import Laboratory
+from tests.inversion.diagnosis.rig import tiny
+
+KEYS = {
+    "schema_version", "alpha", "verdict", "confidence_set", "effects", "before", "after", "minimum_detectable",
+    "next_measurement", "pairs", "remainder", "noise", "nuisance", "case_after", "strikes", "warnings", "held_out",
+    "tolerances", "refused", "record", "sentence", "unnamed", "families", "required_discrepancy", "baseline", "shots",
+}  # fmt: skip
+OF_AN_EFFECT = {
+    "name", "magnitude", "unit", "interval_95", "p_consistent", "log_evidence", "twins", "at_bound", "absorbed", "bias",
+    "plausible_size", "meaning", "confirmed", "probability",
+}  # fmt: skip
+OF_A_STATE = {"model", "rmse", "weighted", "raw", "heldout", "parameters", "solver"}
+
+
+def record(end: float = 0.9e-3, sensors: tuple[str, ...] = ("displacement_centre", "displacement_side")) -> Measured:
+    time = np.linspace(0.0, end, 50)
+    return Measured(time, dict.fromkeys(sensors, time), {}, dict.fromkeys(sensors, "m"), path="shot.csv")
+
+
+def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(laboratory: Laboratory) -> None:
+    assert laboratory.first.exit_code == 0, laboratory.first.output
+    found = laboratory.content()
+    assert found["alarm"] < 0.05
+    assert any("clamp_rotation" in name for name in found["confidence_set"])
+    clamp = found["effects"][0]  # the likeliest first; on so coarse a mesh pairs that contain it share its probability
+    assert clamp["name"] == "clamp_rotation"
+    assert clamp["magnitude"] > 0.0
+    assert found["required_discrepancy"]["clamp_rotation"] < 0.7 * found["required_discrepancy"]["none"]
+
+
+def test_the_file_has_all_its_keys(laboratory: Laboratory) -> None:
+    found = laboratory.content()
+    assert set(found) >= KEYS
+    assert all(set(one) >= OF_AN_EFFECT for one in found["effects"])
+    assert set(found["before"]) >= OF_A_STATE
+    assert found["baseline"]["shots"] == ["clean"]
+    assert set(found["baseline"]["residual_rms"]) == {"displacement_centre", "displacement_side"}
+    assert [(one["name"], one["case"]) for one in found["shots"]] == [("loose", "case")]
+    assert sum(found["families"].values()) == pytest.approx(1.0, abs=1e-6)
+    assert set(found["required_discrepancy"]) >= {"none", "clamp_rotation"}
+    if found["after"] is not None:
+        assert load_case(laboratory.folder / "out" / found["case_after"]).time == tiny().time
+
+
+def test_the_command_says_what_the_file_says(laboratory: Laboratory) -> None:
+    told = " ".join(laboratory.first.output.split())
+    found = laboratory.content()
+    assert " ".join(found["sentence"].split()) in told
+    assert "model-form error: 1 baseline shot" in told
+
+
+def test_the_page_shows_the_answer_and_points_nowhere(laboratory: Laboratory) -> None:
+    text = html.unescape((laboratory.folder / "out" / "diagnosis.html").read_text(encoding="utf-8"))
+    assert laboratory.content()["sentence"] in text
+    for words in ("bias before", "least detectable", "Baseline clean", "Held out".lower()):
+        assert words in text
+    assert text.count("<svg") >= 3
+    assert "https://" not in text.replace("http://www.w3.org", "")
+
+
+def test_the_second_call_simulates_nothing_and_says_the_same(laboratory: Laboratory) -> None:
+    folder, before = laboratory.folder, laboratory.content()
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    assert laboratory.diagnose("out", *words).exit_code == 0
+    after = laboratory.content()
+    assert after["strikes"]["paid"] == 0
+    assert after["confidence_set"] == before["confidence_set"]
+
+
+def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
+    """The clean record is the second shot: what the first alone has is an effect of that shot."""
+    folder = laboratory.folder
+    words = [word for name in ("loose", "clean") for word in ("--measured", str(folder / f"{name}.csv"))]
+    result = laboratory.diagnose("both", *words)
+    assert result.exit_code == 0, result.output
+    found = laboratory.content("both")
+    assert [one["name"] for one in found["shots"]] == ["loose", "clean"]
+    assert {"impact_speed", "impact_speed@loose", "impact_speed@clean"} <= {one["name"] for one in found["effects"]}
+    assert {"shot loose", "shot clean"} <= set(found["held_out"])
+    assert (folder / "both" / "diagnosis_clean.csv").is_file()
+
+
+def test_baselines_that_cannot_serve_are_named_and_the_rest_goes_on(laboratory: Laboratory) -> None:
+    folder, case = laboratory.folder, tiny()
+    rows = (folder / "clean.csv").read_text().splitlines()
+    (folder / "short.csv").write_text("\n".join(rows[:20]) + "\n")
+    (folder / "cut.csv").write_text("\n".join([*rows[:20], "0.4,wrong"]) + "\n")
+    (folder / "other.csv").write_text("\n".join(rows).replace("displacement_", "deflection_") + "\n")
+    thick = case.overlaid({"plate": {"thickness": "9 mm"}})
+    names = [folder / f"{name}.csv" for name in ("short", "cut", "other", "clean", "clean")]
+    shots = named_records(case, folder / "loose.csv")
+    served, warnings = clean_shots(shots, names, [case, case, case, thick, case])
+    assert [one.record.path for one in served] == [str(folder / "clean.csv")]
+    for name, reason in (
+        ("short", "it ends at"),
+        ("cut.csv", "line"),
+        ("other", "none of the shot's sensors"),
+        ("clean", "another plate"),
+    ):
+        assert any(name in line and "is left out" in line and reason in line for line in warnings), (name, warnings)
+
+
+def test_a_case_names_its_own_baselines(laboratory: Laboratory) -> None:
+    folder = laboratory.folder
+    text = 'extends = "case.toml"\n[diagnosis]\nbaselines = ["clean.csv"]\n'
+    (folder / "series.toml").write_text(text)
+    case = load_case(folder / "series.toml")
+    served, warnings = clean_shots(named_records(case, folder / "loose.csv"), [], [])
+    assert [one.name for one in served] == ["clean"]
+    assert not warnings
+
+
+def test_numbers_of_records_and_cases_must_fit() -> None:
+    with pytest.raises(UserError, match="one case, or one for each"):
+        named_records([tiny(), tiny()], [record(), record(), record()])
+    with pytest.raises(UserError, match="--baseline-case for each --baseline"):
+        clean_shots(named_records(tiny(), record()), [record()], [tiny(), tiny()])
+    with pytest.raises(UserError, match="no measured-data file"):
+        clean_shots(named_records(tiny(), record()), ["nowhere.csv"], [])
+
+
+def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tmp_path: Path) -> None:
+    with pytest.raises(MeasuredError, match="no sensor of case"):
+        diagnose(tiny(), record(sensors=("other",)), tmp_path / "out")
+    with pytest.raises(MeasuredError, match="use the whole record"):
+        diagnose(tiny(), record(end=1e-4), tmp_path / "out")
+    assert not (tmp_path / "out").exists()

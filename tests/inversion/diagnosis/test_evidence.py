@@ -1,0 +1,175 @@
+"""The linear-Gaussian core against closed forms, and on data simulated from the model itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
+from birdstrike.inversion.diagnosis.responses import Response, updated
+from birdstrike.inversion.diagnosis.system import Block, System
+
+POINTS, EFFECTS = 40, 5
+
+
+class Stub:
+    """A suspect as the evidence reads it."""
+
+    def __init__(self, label: str, one_sided: bool = False) -> None:
+        self.label, self.name, self.one_sided = label, label, one_sided
+
+
+def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
+    """A made-up shot of one kind of sensor: two parameters, an unnamed error, five effects, a smooth discrepancy."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, POINTS)
+    waves = np.array(
+        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 3), rng.uniform(0, 6, EFFECTS + 3), strict=True)]
+    ).T
+    U = 400.0 * np.exp(-0.5 * ((t[:, None] - t) / 0.15) ** 2)
+    F = np.eye(POINTS)
+    J, P, G = 10.0 * waves[:, :2], 5.0 * waves[:, 2:3], size * waves[:, 3:]
+    values = np.zeros(POINTS) if y is None else y
+    columns = np.column_stack([values, J, P, G])
+    at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 4)}
+    at |= {f"e{i}": slice(4 + i, 5 + i) for i in range(EFFECTS)}
+    block = Block.of("displacement", np.arange(POINTS), F, U)
+    smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
+    return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
+
+
+def known(nodes: np.ndarray) -> Amplitudes:
+    weights = np.full(len(nodes), -np.log(len(nodes)))
+    return Amplitudes({"displacement": nodes}, {"displacement": weights}, {"displacement": 0.0}, False, "test")
+
+
+def models(one_sided: bool = False) -> dict[str, Hypothesis]:
+    found = {NONE: Hypothesis(NONE, (), 0.5, NONE)}
+    for i in range(EFFECTS):
+        found[f"e{i}"] = Hypothesis(f"e{i}", (Stub(f"e{i}", one_sided),), 0.5 / EFFECTS, f"f{i % 2}")  # pyright: ignore[reportArgumentType]
+    return found
+
+
+def covariance(s: System, a: float, unnamed: float, label: str | None = None) -> np.ndarray:
+    J, P = s.columns[:, s.at["J"]], unnamed * s.columns[:, s.at["unnamed"]]
+    C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T + P @ P.T
+    return C if label is None else C + s.columns[:, s.at[label]] @ s.columns[:, s.at[label]].T
+
+
+@pytest.mark.parametrize("label", [NONE, "e1"])
+def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
+    y = np.random.default_rng(3).standard_normal(POINTS) * 4.0
+    s = system(0, y)
+    nodes = np.array([0.01, 0.05])
+    found = Judge(s, known(nodes)).model(models()[label]).log_evidence
+    name = None if label == NONE else label
+    every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
+    exact = [multivariate_normal(np.zeros(POINTS), C).logpdf(y) for C in every]
+    expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
+    assert found == pytest.approx(
+        float(expected), abs=1e-3
+    )  # amplitudes of less than a thousandth of the weight are left out
+
+
+def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:
+    s = system(0)
+    y = 5.0 * s.columns[:, s.at["e1"]][:, 0]
+    s = system(0, y)
+    two, one = (Judge(s, known(np.array([0.01]))).model(models(sided)["e1"]) for sided in (False, True))
+    assert one.log_evidence - two.log_evidence == pytest.approx(np.log(2.0), abs=1e-3)
+
+
+def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> None:
+    """Truths drawn from the priors themselves: a model told with p is the truth with a frequency of p."""
+    rng = np.random.default_rng(1)
+    nodes = np.array([0.005, 0.02, 0.08])
+    priors = models()
+    labels, weights = list(priors), [m.prior for m in priors.values()]
+    told, right, covered, count = 0.0, 0.0, 0, 300
+    for _ in range(count):
+        base = system(7) truth = labels[rng.choice(len(labels), p=weights)] a = rng.choice(nodes) y =
+        rng.multivariate_normal(np.zeros(POINTS), covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else
+        truth)) judge = Judge(system(7, y), known(nodes)) shares = probabilities({label: judge.model(m) for label, m in
+        priors.items()}) best = max(shares, key=lambda name: shares[name]) told += shares[best] right += best == truth
+        covered += truth in credible_set(shares)
+    assert told / count == pytest.approx(right / count, abs=0.07)
+    assert covered / count > 0.92
+
+
+def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> None:
+    """Two shots share a discrepancy of ten times the effect: their difference shows it."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(0.0, 1.0, POINTS)
+    K = np.exp(-0.5 * ((t[:, None] - t) / 0.15) ** 2)
+    d = 60.0 * np.linalg.cholesky(K + 1e-9 * np.eye(POINTS)) @ rng.standard_normal(POINTS)
+    g = 6.0 * np.sin(5.0 * t)
+    y = np.concatenate([d + g + rng.standard_normal(POINTS), d + rng.standard_normal(POINTS)])
+    shared = 60.0**2 * np.block([[K, K], [K, K]])
+    own = np.block([[K, 0 * K], [0 * K, K]])
+    at = {"y": slice(0, 1), "J": slice(1, 2), "unnamed": slice(2, 2), "e0": slice(2, 3)}
+
+    def gain(rows: np.ndarray) -> float:
+        block = Block.of(
+            "displacement",
+            np.arange(len(rows)),
+            np.eye(len(rows)) + shared[np.ix_(rows, rows)],
+            own[np.ix_(rows, rows)],
+        )
+        columns = np.column_stack(
+            [y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])]
+        )[rows]
+        s = System((block,), {}, columns, at, np.zeros(1), ("shots",), np.eye(len(rows)), {}, np.ones(1), {})
+        judge = Judge(s, known(np.array([0.5])))
+        return judge.model(models()["e0"]).log_evidence - judge.model(models()[NONE]).log_evidence
+
+    assert gain(np.arange(POINTS)) < 2.0
+    assert gain(np.arange(2 * POINTS)) > 10.0
+
+
+def test_discrepancy_starts_at_contact() -> None:
+    t = np.linspace(0.0, 1e-3, 30)
+    K = started(t, t, 1e-4, 2e-4)
+    assert np.allclose(K[t <= 1e-4], 0.0)
+    assert K[-1, -1] == pytest.approx(1.0, abs=1e-3)
+    assert np.linalg.eigvalsh(K).min() > -1e-9
+
+
+def test_shots_with_the_same_identified_parameters_share_their_discrepancy() -> None:
+    weight = np.array([0.0, 3.0])
+    assert alike(np.array([0.0, 0.3]), np.array([1.0, 0.3]), weight) == pytest.approx(1.0)
+    assert alike(np.array([0.0, 0.0]), np.array([0.0, 1.0]), weight) == pytest.approx(float(matern52(np.array(3.0))))
+
+
+def response(signature: np.ndarray, **more: Any) -> Response:
+    """Of one parameter and one channel; its signature does not change with the parameter."""
+    q, slopes = len(signature), np.zeros((1, len(signature)))
+    spread = np.diag([1.0, 0.0])[:, :, None]
+    return Response(None, signature, slopes, np.zeros(1), 0.1 * np.ones((1, q)), spread, **more)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_response_that_bends_and_its_inverse() -> None:
+    bent = response(np.ones(4), knots=((-5.0, -2.0), (0.0, 0.0), (1.0, 1.6), (3.0, 3.0)))
+    assert bent.h(1.0) == pytest.approx(1.6)
+    assert bent.h(2.0) == pytest.approx(2.3)
+    assert bent.b(bent.h(2.3)) == pytest.approx(2.3)
+
+
+def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None:
+    """Two plausible sizes change the curves by three times the signature: the response is steeper than learnt."""
+    old = response(np.ones(10))
+    changes = 3.0 + 0.01 * np.random.default_rng(0).standard_normal((4, 10))
+    new = updated(old, 2.0, changes, np.zeros(1))
+    assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
+    assert np.allclose(new.h(2.0) * new.signature, changes.mean(axis=0))
+    assert new.h(-1.0) == old.h(-1.0)
+
+
+def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
+    old = response(np.ones(10))
+    assert updated(old, 2.0, -3.0 * np.ones((4, 10)), np.zeros(1)) is old

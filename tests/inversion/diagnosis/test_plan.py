@@ -1,0 +1,79 @@
+"""The plan's designs and the library of instrument faults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
+from birdstrike.inversion.diagnosis.instrument import instrument_effects, low_pass, signature
+from birdstrike.inversion.diagnosis.plan import make_plan, spread, two_level
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.sensors.instrument import Instrument, recorded
+
+
+def test_two_level_columns_are_orthogonal_and_balanced() -> None:
+    signs = two_level(12)
+    assert np.allclose(signs.T @ signs, len(signs) * np.eye(12))
+    assert np.allclose(signs.sum(axis=0), 0.0)
+
+
+def test_points_are_spread_from_the_middle_outwards() -> None:
+    unit = np.array([[0.5, 0.5], [0.52, 0.5], [1.0, 1.0], [0.0, 0.0]])
+    assert spread(unit)[0] == 0
+    assert set(spread(unit)[1:3]) == {2, 3}
+
+
+def test_the_fine_mesh_is_eight_times_the_campaign_and_never_coarser_than_declared() -> None:
+    case = load_case("reference_strike")
+    plan = make_plan(case, runs=9)
+    assert plan.coarse.bird.particles == 1000
+    assert plan.fine.bird.particles == 8000
+    assert all(f >= d for f, d in zip(plan.fine.plate.elements, case.plate.elements, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [
+        ("sensor_gain", Instrument(gain=1.03)),
+        ("time_offset", Instrument(time_offset="0.02 ms")),
+        ("sensor_bandwidth", Instrument(bandwidth=f"{1.0 / (2.0 * np.pi * 3e-5)} Hz")),
+        ("sensor_drift", Instrument(drift="0.1 m/s")),
+    ],
+)
+def test_a_signature_is_what_the_instrument_does(name: str, own: Instrument) -> None:
+    time = np.linspace(0.0, 3e-3, 601)
+    curve = 5e-3 * np.sin(900.0 * time) ** 2
+    size = {"sensor_gain": 0.03, "time_offset": 2e-5, "sensor_bandwidth": 3e-5, "sensor_drift": 0.1}[name]
+    change = recorded(own, time, curve) - curve
+    assert np.abs(signature(name, size, time, curve) - change)[5:-5].max() < 0.06 * np.abs(change).max()
+
+
+def test_the_low_pass_starts_at_rest() -> None:
+    assert np.allclose(low_pass(np.full(50, 2.0), 1e-6, 3e-5), 2.0)
+
+
+def test_each_sensor_may_have_a_fault_of_its_own() -> None:
+    case = load_case("virtual_strike")
+    labels = [one.label for one in instrument_effects(case, ("displacement_centre", "displacement_quarter"))]
+    assert "sensor_gain" in labels
+    assert "sensor_gain.displacement_centre" in labels
+    alone = [one.label for one in instrument_effects(case, ("displacement_centre",))]
+    assert "sensor_gain.displacement_centre" not in alone
+
+
+def test_priors_sum_to_one_and_families_share_alike() -> None:
+    found = [
+        Suspect(n, n, f, ("shot",))
+        for n, f in (("impact_speed", "impact"), ("plate_modulus", "plate"), ("plate_density", "plate"))
+    ]
+    models = hypotheses(found)
+    assert sum(one.prior for one in models) == pytest.approx(1.0)
+    prior = {one.label: one.prior for one in models}
+    assert prior[NONE] == 0.5
+    assert prior["impact_speed"] == pytest.approx(prior["plate_modulus"] + prior["plate_density"])
+
+
+def test_the_library_has_the_new_effects() -> None:
+    assert {"plate_modulus", "plate_density", "impact_offset_across", "bird_yaw"} <= set(effects())
