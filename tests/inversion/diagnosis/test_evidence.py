@@ -93,10 +93,16 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
     labels, weights = list(priors), [m.prior for m in priors.values()]
     told, right, covered, count = 0.0, 0.0, 0, 300
     for _ in range(count):
-        base = system(7) truth = labels[rng.choice(len(labels), p=weights)] a = rng.choice(nodes) y =
-        rng.multivariate_normal(np.zeros(POINTS), covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else
-        truth)) judge = Judge(system(7, y), known(nodes)) shares = probabilities({label: judge.model(m) for label, m in
-        priors.items()}) best = max(shares, key=lambda name: shares[name]) told += shares[best] right += best == truth
+        base = system(7)
+        truth = labels[rng.choice(len(labels), p=weights)]
+        a = rng.choice(nodes)
+        spread = covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else truth)
+        y = rng.multivariate_normal(np.zeros(POINTS), spread)
+        judge = Judge(system(7, y), known(nodes))
+        shares = probabilities({label: judge.model(m) for label, m in priors.items()})
+        best = max(shares, key=lambda name: shares[name])
+        told += shares[best]
+        right += best == truth
         covered += truth in credible_set(shares)
     assert told / count == pytest.approx(right / count, abs=0.07)
     assert covered / count > 0.92
