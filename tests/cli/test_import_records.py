@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import MeasuredError
+from birdstrike.loop import checked
 from tests.inversion.stand_in import pulse, truth
 
 CENTRE = "displacement_centre"
@@ -125,3 +126,14 @@ def test_a_raw_export_in_a_records_place_names_the_import_line(tmp_path: Path) -
     assert f"--sensor {CENTRE}='Disp Z (mm)' --out" in line
     assert str(source) in line
     assert "'" in line.split("--sensor")[0], "a name with a blank is quoted for the shell"
+
+
+def test_a_channel_that_is_left_out_need_not_be_a_sensor_of_the_case(tmp_path: Path) -> None:
+    """What `close-the-loop --channels` checks before it pays for a simulation."""
+    record = tmp_path / "two.csv"
+    record.write_text(f"time [ms],{CENTRE} [mm],trigger [mm]\n0,0,1\n1,2,5\n2,1,5\n")
+    with pytest.raises(MeasuredError, match='channel "trigger" is no sensor of case'):
+        checked("reference_strike", record)
+    assert checked("reference_strike", record, (CENTRE,))[1] == record
+    with pytest.raises(MeasuredError, match=f'--channels: .* has no channel "laser"; its channels: {CENTRE}, trigger'):
+        checked("reference_strike", record, ("laser",))

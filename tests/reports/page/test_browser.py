@@ -70,7 +70,7 @@ def test_nothing_goes_wrong_while_the_page_is_used(probed: dict[str, Any]) -> No
 
 
 def test_every_figure_is_drawn(probed: dict[str, Any]) -> None:
-    assert len(probed["figures"]) == 14
+    assert len(probed["figures"]) == 15
     for name, figure in probed["figures"].items():
         assert figure["width"] > 300, name
         assert figure["height"] > 60, name

@@ -25,6 +25,7 @@ TITLES = (
     "Test set-up",
     "The bird models side by side",
     "The impact in pictures",
+    "The record as it was read",
     "The record (measured) and the simulated curves",
     "Inverted parameters",
     "Identifiability of the parameters",
@@ -79,6 +80,7 @@ def test_every_figure_is_drawn(parsed: Page) -> None:
     wanted = {"setup", "comparison-displacement_centre", "prior-predictive-displacement_centre", "parameters", "design"}
     wanted |= {f"models-{sensor}" for sensor in ("displacement_centre", "contact_force", "reaction_force")}
     wanted |= {"training", "animation", "stress", "shapes", "posterior", "sobol-displacement_centre"}
+    wanted |= {"record-displacement_centre"}
     assert set(parsed.figures) == {f"figure-{name}" for name in wanted}
     for name, drawn in parsed.figures.items():
         if name not in parsed.pictures and name != "figure-animation":
