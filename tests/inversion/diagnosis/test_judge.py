@@ -28,7 +28,8 @@ def test_the_emulators_error_holds_the_whole_scatter_of_a_new_run(tmp_path: Path
     theta = 0.5 * (LOWS + HIGHS)
     said = np.diag(emulator_error(model, theta, np.zeros(len(model.known))))
     assert said == pytest.approx(np.diag(ground.emulator.covariance(theta, "middle", TIME)))
-    assert np.sqrt(said.mean()) == pytest.approx(SCATTER, rel=0.2)
+    # never less than the scatter; more by what the mean curve errs and Student's t for so few runs
+    assert 0.9 < np.sqrt(said.mean()) / SCATTER < 1.35
 
 
 class Answers(Strikes):
