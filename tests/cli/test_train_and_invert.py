@@ -149,3 +149,9 @@ def test_failed_verification_exits_2(loop: Path, tmp_path: Path, monkeypatch: py
     found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path)
     assert found.exit_code == 2
     assert "energy balance is off" in found.output
+
+
+def test_refine_takes_a_number_or_auto(loop: Path) -> None:
+    found = invoke(*(loop / "doe", "--measured", loop / "record.csv", "--out", loop / "refused", "--refine", "often"))
+    assert found.exit_code == 1
+    assert '--refine = often must be a number of runs, 0 or more, or "auto"' in found.output
