@@ -177,7 +177,7 @@ def test_a_record_noisier_than_the_case_states_is_inverted_and_both_figures_are_
 ) -> None:
     """0.03 mm by the case, 0.15 mm by the record: five times the noise is no other model."""
     record = laboratory_record(tmp_path / "noisy.csv", 0.15)
-    options = ("--method", "emulator", "--no-posterior")
+    options = ("--method", "emulator", "--no-posterior", "--refine", "0")
     found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
     assert found.exit_code == 0, found.output
     assert "cannot produce" not in found.output
@@ -190,7 +190,7 @@ def test_a_record_noisier_than_the_case_states_is_inverted_and_both_figures_are_
 
 def test_an_offset_is_found_subtracted_and_written_with_its_interval(loop: Path, tmp_path: Path) -> None:
     record = laboratory_record(tmp_path / "offset.csv", 0.03, offset=1.2)
-    options = ("--method", "emulator", "--no-posterior")
+    options = ("--method", "emulator", "--no-posterior", "--refine", "0")
     found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
     assert found.exit_code == 0, found.output
     value = viscosity_of(tmp_path / "out")
@@ -204,7 +204,7 @@ def test_an_offset_is_found_subtracted_and_written_with_its_interval(loop: Path,
 
 def test_a_channel_can_be_left_out(loop: Path, tmp_path: Path) -> None:
     record = laboratory_record(tmp_path / "two.csv", 0.03, more="contact_force [kN]")
-    options = ("--method", "emulator", "--no-posterior", "--channels", "displacement_centre")
+    options = ("--method", "emulator", "--no-posterior", "--refine", "0", "--channels", "displacement_centre")
     found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
     assert found.exit_code == 0, found.output
     assert "contact_force" not in found.output
@@ -220,3 +220,9 @@ def test_a_raw_export_in_place_of_a_record_names_the_import_that_makes_one(loop:
     assert found.exit_code == 1
     assert "birdstrike import" in found.output
     assert "--sensor displacement_centre='Disp Z'" in found.output
+
+
+def test_refine_takes_a_number_or_auto(loop: Path) -> None:
+    found = invoke(*(loop / "doe", "--measured", loop / "record.csv", "--out", loop / "refused", "--refine", "often"))
+    assert found.exit_code == 1
+    assert '--refine = often must be a number of runs, 0 or more, or "auto"' in found.output
