@@ -111,7 +111,9 @@ def read_truth(path: Path) -> Truth:
         named = (content.get("draw", path.name.removesuffix(TRUTH)), content.get("form", OWN), content.get("what", ""))
         return Truth(content["kind"], *named, planted, parameters, time, curves, slopes)
     except (KeyError, TypeError, ValueError, OSError) as error:
-        raise UserError(f"{path} is no truth file: {error}; make experiments with: birdstrike audit --make N") from error
+        raise UserError(
+            f"{path} is no truth file: {error}; make experiments with: birdstrike audit --make N"
+        ) from error
 
 
 def _curves(path: Path, content: Mapping) -> tuple[Array, dict[str, dict[str, Array]], dict[str, dict[str, Array]]]:
@@ -128,4 +130,3 @@ def _curves(path: Path, content: Mapping) -> tuple[Array, dict[str, dict[str, Ar
         into = slopes if role.startswith(f"{SLOPE} ") else curves
         into.setdefault(role.removeprefix(f"{SLOPE} "), {})[sensor] = table[column].to_numpy(np.float64)
     return table["time_s"].to_numpy(np.float64), curves, slopes
-

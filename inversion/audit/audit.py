@@ -1,0 +1,154 @@
+"""`birdstrike audit`: the diagnosis on records of known truth, scored against what only the scorer opens."""
+
+from __future__ import annotations
+
+import platform
+import warnings
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_json
+from birdstrike.doe.campaign.run import retry_before
+from birdstrike.inversion.audit.answers import answered, code_digest
+from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
+from birdstrike.inversion.audit.score import Score, score
+from birdstrike.inversion.audit.tables import WANTED, tables
+from birdstrike.inversion.audit.truth_runs import make_experiments
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.version import SOLVER_VERSION
+
+CASE = "virtual_strike"
+
+
+def audit(
+    folder: str | Path | None,
+    out: str | Path,
+    *,
+    options: DiagnosisOptions | None = None,
+    draws: int = 1,
+    channels: int | None = None,
+    make: int = 0,
+    forms: int = 0,
+    case: str | Path | Case = CASE,
+    most: int | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+    say: Callable[[str], None] = warnings.warn,
+    retry_failed: bool = False,
+    command: str = "",
+) -> dict[str, Any]:
+    """Score the diagnosis on every experiment of `folder` and write `out/audit.json`; returns its content.
+
+    Parameters
+    ----------
+    folder : experiments; None: those made in `out/experiments`.
+    out : answers are stored in `out/answers`, simulations in one store for all records of a declared case.
+    options : of every diagnosis; `check` is whether the solver is run at each record's fits.
+    draws : draws of the noise on each record; 1: the record as it is.
+    channels : only records of so many.
+    make, forms : truths to draw and simulate first, by the declared model and by another one.
+    case : the declared case of the truths that are made.
+    most : records answered at most in this call; the others are counted as not yet answered.
+    retry_failed : stored failures, of simulations and of answers, are tried again.
+    command : what was typed, for audit.json.
+
+    Raises
+    ------
+    UserError, RunFailed
+        No experiment fits; a truth cannot be simulated.
+    """
+    choice, place = options or DiagnosisOptions(), Path(out)
+    choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
+    if draws < 1:
+        raise UserError(f"--draws = {draws} is below 1; 1 takes each record as it is")
+    if folder is not None and (make or forms):
+        raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
+    made = place / "experiments"
+    if make or forms:
+        declared = case if isinstance(case, Case) else load_case(case)
+        with Strikes(place / "truths", (), choice.workers, retry=choice.retry) as strikes:
+            for count, other in ((make, False), (forms, True)):
+                if count:
+                    make_experiments(declared, made, strikes.run, count, choice.seed, forms=other)
+    source = made if folder is None else Path(folder)
+    found = [one for one in find_experiments(source) if channels in (None, len(read_measured(one.shots[0]).channels))]
+    if not found:
+        raise UserError(f"no experiment in {source} has {channels} channels")
+    scores, failed, left = _scored(found, place, choice, draws, most, retry_failed, progress, say)
+    return _written(place, scores, failed, left, choice, draws, command)
+
+
+def _scored(
+    found: Sequence[Experiment],
+    place: Path,
+    options: DiagnosisOptions,
+    draws: int,
+    most: int | None,
+    retry_failed: bool,
+    progress: Callable[[float], None],
+    say: Callable[[str], None],
+) -> tuple[list[Score], dict[str, str], int]:
+    """Scores, why records have none, and how many records are not yet answered."""
+    scores, failed = list[Score](), dict[str, str]()
+    tasks = [(one, noise) for noise in range(draws) for one in found]
+    asked = tasks if most is None else tasks[:most]
+    for i, (one, noise) in enumerate(asked):
+        answer = answered(one, place, options, noise, retry_failed)
+        name = f"{one.name} (noise {noise})" if noise else one.name
+        if "failed" in answer:
+            failed[name] = answer["failed"]
+            say(f"{name} has no answer and is not counted: {answer['failed']}; --retry-failed tries it again")
+        else:
+            scores.append(_score(name, one, answer, place, options))
+            say(f"{name}: {scores[-1].verdict} ({', '.join(scores[-1].confidence_set[:4])})")
+        progress((i + 1) / len(asked))
+    return scores, failed, len(tasks) - len(asked)
+
+
+def _score(name: str, one: Experiment, answer: dict[str, Any], place: Path, options: DiagnosisOptions) -> Score:
+    """The truth is opened after the record has been answered."""
+    case, held = load_case(one.case), None if one.heldout is None else read_measured(one.heldout)
+    store = place / "diagnoses" / case_hash(case) / "runs"
+    check = Strikes(store, (), options.workers, retry=options.retry) if options.check else None
+    with check or nullcontext():
+        simulate = check.run if check else None
+        return score(name, answer, read_truth(one.truth), case, simulate, one.baseline is not None, held)
+
+
+def _written(
+    place: Path,
+    scores: Sequence[Score],
+    failed: dict[str, str],
+    left: int,
+    options: DiagnosisOptions,
+    draws: int,
+    command: str,
+) -> dict[str, Any]:
+    """`audit.json`."""
+    found = tables(scores, options.alpha)
+    content = {
+        "design": 2,
+        "complete": bool(found) and not left and all(one["curves"] >= WANTED for one in found.values()),
+        "wanted": WANTED,
+        "records": len(scores),
+        "not_answered": left,
+        "failed": failed,
+        "alpha": options.alpha,
+        "draws": draws,
+        "confirmed": options.check,
+        "command": command,
+        "date": f"{datetime.now(UTC):%Y-%m-%d}",
+        "code": code_digest(),
+        "solver_version": SOLVER_VERSION,
+        "machine": platform.platform(),
+        "tables": found,
+    }
+    write_json(place / "audit.json", content)
+    return content
