@@ -105,7 +105,7 @@ def test_the_other_law_is_as_stiff_as_the_declared_one_in_small_compressions(cas
     other = murnaghan(density, law.B, law.g)
     own = grueneisen(density, one.parameters["bird.material.eos.C"], 2.48)
     for mu in (0.01, 0.03):
-        pressures = [law.terms(mu, law.parameters)[0] for law in (other, own)]
+        pressures = [law.terms(mu, law.constants)[0] for law in (other, own)]
         assert pressures[0] == pytest.approx(pressures[1], rel=0.01)
 
 

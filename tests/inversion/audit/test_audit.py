@@ -1,0 +1,113 @@
+"""The command on a truth of its own making: made, answered, scored, resumed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.solver.case.write import case_toml
+from birdstrike.solver.effects.registry import effects
+from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, tiny
+
+SOUGHT_HERE = (*SOUGHT, "sensor_gain")
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Folder with case.toml and the command's first result: one truth, one record of it answered."""
+
+    folder: Path
+    first: Result
+
+    def audit(self, *words: str) -> Result:
+        return audit(self.folder, *words)
+
+
+def audit(folder: Path, *words: str) -> Result:
+    given = ["--out", str(folder / "out"), "--case", str(folder / "case.toml"), "--workers", "1", "--seed", "3"]
+    return CliRunner().invoke(app, ["audit", *given, *words], env={"COLUMNS": "200"})
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    """Simulations on threads, because processes would load all anew."""
+    folder = tmp_path_factory.mktemp("bench")
+    case = tiny().overlaid({"time": {"end": "0.6 ms"}})
+    (folder / "case.toml").write_text(case_toml(case), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        for module, names in (("diagnosis.plan", SOUGHT), ("audit.draws", SOUGHT_HERE)):
+            sought = {name: effects()[name] for name in names}
+            patch.setattr(f"birdstrike.inversion.{module}.effects", lambda sought=sought: sought)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
+        patch.setattr(
+            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
+        )
+        yield Bench(folder, audit(folder, "--make", "1", "--most", "1"))
+
+
+def test_a_truth_is_made_answered_and_scored(bench: Bench) -> None:
+    assert bench.first.exit_code == 0, bench.first.output
+    out = bench.folder / "out"
+    content = json.loads((out / "audit.json").read_text(encoding="utf-8"))
+    assert (content["records"], content["not_answered"], content["complete"]) == (1, 7, False)
+    assert content["failed"] == {}
+    (entry,) = content["tables"].values()
+    (line,) = entry["experiments"]
+    assert 0.0 <= line["p"] <= 1.0
+    assert line["confidence_set"]
+    if line["kind"] == "single":
+        assert line["signal"] > 0.0
+        assert line["rank"] >= 1
+    names = {path.name for path in (out / "experiments").iterdir()}
+    assert {"truth_000_1.csv", "truth_000_1.truth.toml", "truth_000_8.shot3.csv", "truth_000_8.baseline.csv"} <= names
+    assert "has not been run to the end" in (out / "audit.md").read_text(encoding="utf-8")
+    assert (out / "audit.html").is_file()
+
+
+def test_run_again_it_makes_nothing_anew(bench: Bench) -> None:
+    out = bench.folder / "out"
+    kept = [*(out / "answers").iterdir(), *(out / "experiments").iterdir(), *(out / "truths").iterdir()]
+    assert any(path.parent.name == "truths" for path in kept)
+    before = {path: path.stat().st_mtime_ns for path in kept}
+    again = bench.audit("--make", "1", "--most", "1")
+    assert again.exit_code == 0, again.output
+    assert {path: path.stat().st_mtime_ns for path in kept} == before
+
+
+def test_a_record_that_cannot_be_diagnosed_is_counted_apart_and_tried_again_when_asked(bench: Bench) -> None:
+    made = bench.folder / "out" / "experiments"
+    alone = bench.folder / "alone"
+    alone.mkdir()
+    for name in ("truth_000_1.toml", "truth_000_1.truth.toml", "truth_000.curves"):
+        (alone / name).write_text((made / name).read_text(encoding="utf-8"), encoding="utf-8")
+    (alone / "truth_000_1.csv").write_text("time [ms],no_such_sensor [mm]\n0,0.1\n0.1,0.2\n0.6,0.3\n")
+    out = bench.folder / "other"
+    words = ["audit", "--experiments", str(alone), "--out", str(out)]
+    found = CliRunner().invoke(app, words)
+    assert found.exit_code == 0, found.output
+    content = json.loads((out / "audit.json").read_text(encoding="utf-8"))
+    assert content["records"] == 0
+    assert "no_such_sensor" in content["failed"]["truth_000_1"]
+    stored = out / "answers" / "truth_000_1.json"
+    before = stored.stat().st_mtime_ns
+    CliRunner().invoke(app, words)
+    assert stored.stat().st_mtime_ns == before
+    CliRunner().invoke(app, [*words, "--retry-failed"])
+    assert stored.stat().st_mtime_ns > before
+
+
+def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_path: Path) -> None:
+    words = ["audit", "--experiments", str(tmp_path), "--make", "1", "--out", str(tmp_path / "out")]
+    found = CliRunner().invoke(app, words)
+    assert found.exit_code == 1
+    assert "exclude each other" in found.output
+    assert not (tmp_path / "out").exists()
