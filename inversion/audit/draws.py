@@ -1,8 +1,8 @@
 """What a truth is: parameters, effects, sizes and signs drawn from a seed, on a finer mesh or by another model.
 
-A truth stands on at least eight times the declared particles and twice the declared shells a side, on the other lattice,
-jittered, so that its mesh error is not that of anything the diagnosis simulates. In the model-form variant the bird is
-of hexahedra, or follows another equation of state with another artificial viscosity, on three times the shells.
+A truth stands on at least eight times the declared particles and twice the declared shells a side, on the other,
+jittered lattice, so that its mesh error is not that of anything the diagnosis simulates. In the model-form variant the
+bird is of hexahedra, or follows another equation of state with another artificial viscosity, on three times the shells.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
 
 
 def label_of(case: Case, rng: Generator) -> str:
-    """One effect: a family, an effect of it, then a sensor or a shot, each as likely, as the diagnosis' prior has it."""
+    """One effect: a family, an effect of it, then a sensor or a shot, each as likely, as in the diagnosis' prior."""
     families: dict[str, list[str]] = {}
     for name, effect in effects().items():
         if not effect.refuses(case):
@@ -146,7 +146,7 @@ def _ellipsoid(case: Case) -> Raw:
 
 
 def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS)) -> dict[str, Case]:
-    """The simulations of a truth: shots, a repeat held out, the baseline, the first shot without effects, sensitivities.
+    """The simulations of a truth: shots, a repeat held out, a baseline, the first shot without effects, sensitivities.
 
     `without` stands on the first shot's own lattice, so that their difference is the effect's and nothing else;
     sensitivities, on the declared mesh, are needed only to remove from it what the parameters imitate.
@@ -209,7 +209,7 @@ def replaced(case: Case, table: Raw) -> Case:
     return case_from_table(_merged(raw, table), case.name)
 
 
-def _merged(raw: Any, table: Raw) -> Raw:
+def _merged(raw: Any, table: Mapping[str, Any]) -> Raw:
     found = dict(raw) if isinstance(raw, Mapping) else {}
     for key, value in table.items():
         if value is None:

@@ -73,9 +73,9 @@ def experiment_of(record: Path) -> Experiment:
     if missing:
         raise UserError(f"{record}: {', '.join(missing)} is missing beside it")
     further = [beside(f".{shot}.csv") for shot in SHOTS[1:]]
-    optional = [path if path.is_file() else None for path in (beside(".baseline.csv"), beside(".heldout.csv"))]
+    clean, held = (path if path.is_file() else None for path in (beside(".baseline.csv"), beside(".heldout.csv")))
     shots = (record, *(path for path in further if path.is_file()))
-    return Experiment(stem.name, beside(".toml"), shots, *optional, beside(TRUTH))
+    return Experiment(stem.name, beside(".toml"), shots, clean, held, beside(TRUTH))
 
 
 def truth_text(truth: Truth, curves: str) -> str:
@@ -94,7 +94,7 @@ def unit_of(label: str) -> str:
 
 
 def curves_text(time: Array, columns: Mapping[tuple[str, str], Array]) -> str:
-    """Text of a file of curves: (role, sensor) -> (n,); a role is a shot, `heldout`, `without` or `slope <parameter>`."""
+    """Text of a file of curves: (role, sensor) -> (n,); role: a shot, `heldout`, `without`, `slope <parameter>`."""
     table = {"time_s": time, **{f"{role}|{sensor}": values for (role, sensor), values in columns.items()}}
     return pd.DataFrame(table).to_csv(index=False, float_format="%.7g", lineterminator="\n")
 
@@ -107,7 +107,7 @@ def read_truth(path: Path) -> Truth:
             raise ValueError(f'kind = "{content["kind"]}" is none of {", ".join(KINDS)}')
         planted = {label: float(value) for label, value in content.get("effects", {}).items()}
         parameters = {name: float(value) for name, value in content.get("parameters", {}).items()}
-        time, curves, slopes = _curves(path, content)
+        time, curves, slopes = read_curves(path, content)
         named = (content.get("draw", path.name.removesuffix(TRUTH)), content.get("form", OWN), content.get("what", ""))
         return Truth(content["kind"], *named, planted, parameters, time, curves, slopes)
     except (KeyError, TypeError, ValueError, OSError) as error:
@@ -116,14 +116,17 @@ def read_truth(path: Path) -> Truth:
         ) from error
 
 
-def _curves(path: Path, content: Mapping) -> tuple[Array, dict[str, dict[str, Array]], dict[str, dict[str, Array]]]:
+def read_curves(path: Path, content: Mapping) -> tuple[Array, dict[str, dict[str, Array]], dict[str, dict[str, Array]]]:
     """Clock, curves by role, and sensitivities, from the file that the truth names or from its own table."""
     if "curves" not in content:
-        own = {name: np.array(values, dtype=np.float64) for name, values in content.get("curve", {}).items()}
+        own: dict[str, Array] = {
+            name: np.array(values, dtype=np.float64) for name, values in content.get("curve", {}).items()
+        }
         time = own.pop("time", np.empty(0))
-        return time, {SHOTS[0]: own} if own else {}, {}
+        curves = {SHOTS[0]: own} if own else dict[str, dict[str, Array]]()
+        return time, curves, {}
     table = pd.read_csv(path.parent / content["curves"])
-    curves: dict[str, dict[str, Array]] = {}
+    curves = dict[str, dict[str, Array]]()
     slopes: dict[str, dict[str, Array]] = {}
     for column in table.columns[1:]:
         role, sensor = str(column).split("|", 1)

@@ -24,8 +24,8 @@ from birdstrike.solver.case.case import Case
 
 Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
 CORRELATION = 0.1
-"""Of the record: correlation time of the errors that are not noise, whose standard deviation alone an answer states; the
-middle, in logarithm, of what a diagnosis allows (0.02 to 0.25), with a Matern 5/2 process."""
+"""Of the record: correlation time of the errors that are not noise, of which an answer states the standard deviation;
+the middle, in logarithm, of what a diagnosis allows (0.02 to 0.25), with a Matern 5/2 process."""
 NOT_SINGLES = (NONE, SOMETHING_ELSE)
 
 
@@ -107,7 +107,7 @@ def score(
     """The answer of one record; simulate: for the error that remains, which is left out without it."""
     found = answer["diagnosis"]
     shots, channels = len(found["shots"]), tuple(found["noise"]["sensors"])
-    same = [label for label in truth.effects]
+    same = list(truth.effects)
     ranked = single_ranks(found)
 
     def true(label: str) -> bool:
@@ -198,7 +198,7 @@ def remaining_error(
     Held out: a repeat of the first shot where the truth has one, else the sensors that the record does not have, else
     a record held out. None where there is nothing, and where a simulation fails.
     """
-    target = _target(truth, case, channels, heldout)
+    target = _target(truth, channels, heldout)
     after, parameters = found["after"], found["before"]["parameters"]
     if target is None or after is None or truth.form != OWN:
         return None
@@ -222,7 +222,7 @@ def remaining_error(
 
 
 def _target(
-    truth: Truth, case: Case, channels: Sequence[str], heldout: Measured | None
+    truth: Truth, channels: Sequence[str], heldout: Measured | None
 ) -> tuple[Array, Mapping[str, Array]] | None:
     """Clock and curves that nothing was fitted to."""
     if HELDOUT in truth.curves:

@@ -127,16 +127,17 @@ def _answers(scores: Sequence[Score], alpha: float) -> list[Gate]:
     if deciles:
         share = float(np.mean([one["within"] for one in deciles]))
         within = Rate(share, None, None, len({s.draw for s in scores}), len(scores))
+    inside = rate(by_truth(_of(scores, SINGLE), lambda s: s.in_set))
     return [
         Gate("false alarms", alarms, words, met),
-        between("truth in the 95 % set, single effects", rate(by_truth(_of(scores, SINGLE), lambda s: s.in_set)), 0.93, 0.98),
+        between("truth in the 95 % set, single effects", inside, 0.93, 0.98),
         Gate(
             "deciles of the stated probabilities that hold",
             within,
             "each within its interval",
             None if within.value is None else within.value == 1.0,
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _at_signals(scores: Sequence[Score], channels: int, shots: int) -> list[Gate]:
@@ -163,22 +164,24 @@ def _near(value: float | None, at: float) -> bool:
 def _intervals(scores: Sequence[Score]) -> list[Gate]:
     excess = figures_of(by_truth(scores, lambda s: s.excess if s.attributed else None), middle=np.median)
     met = None if excess.value is None else excess.value < 0.25
+    theta = rate(by_truth(scores, lambda s: list(s.parameters.values())))
+    sizes = rate(by_truth(_of(scores, SINGLE), lambda s: s.magnitude))
     return [
         Gate("excess error after / before, held out, where attributed", excess, "median below 0.25", met),
-        between("95 % intervals: parameters", rate(by_truth(scores, lambda s: list(s.parameters.values()))), 0.90, 0.98),
-        between("95 % intervals: magnitudes", rate(by_truth(_of(scores, SINGLE), lambda s: s.magnitude)), 0.90, 0.98),
-    ]  # fmt: skip
+        between("95 % intervals: parameters", theta, 0.90, 0.98),
+        between("95 % intervals: magnitudes", sizes, 0.90, 0.98),
+    ]
 
 
 def _shown(scores: Sequence[Score]) -> list[Gate]:
-    single = _of(scores, SINGLE)
-    return [
-        shown("attributed to another effect, single effects", rate(by_truth(single, lambda s: s.attributed and not s.right))),
-        shown("attributed to it, single effects", rate(by_truth(single, lambda s: s.attributed and s.right))),
-        shown("attributed, clean records", rate(by_truth(_of(scores, CLEAN), lambda s: s.attributed))),
-        shown("attributed to one effect, pairs", rate(by_truth(_of(scores, PAIR), lambda s: s.attributed))),
-        shown("attributed, outside the library", rate(by_truth(_of(scores, OUTSIDE), lambda s: s.attributed))),
-    ]  # fmt: skip
+    wanted: list[tuple[str, str, Callable[[Score], bool]]] = [
+        ("attributed to another effect, single effects", SINGLE, lambda s: s.attributed and not s.right),
+        ("attributed to it, single effects", SINGLE, lambda s: s.attributed and s.right),
+        ("attributed, clean records", CLEAN, lambda s: s.attributed),
+        ("attributed to one effect, pairs", PAIR, lambda s: s.attributed),
+        ("attributed, outside the library", OUTSIDE, lambda s: s.attributed),
+    ]
+    return [shown(words, rate(by_truth(_of(scores, kind), figure))) for words, kind, figure in wanted]
 
 
 def _of(scores: Iterable[Score], kind: str) -> list[Score]:
@@ -224,7 +227,7 @@ def reliability(scores: Sequence[Score], seed: int = 0) -> list[dict[str, Any]]:
 
 
 def confusion(scores: Sequence[Score]) -> dict[str, dict[str, float]]:
-    """Planted -> share of records by answer: none, an effect alone, ambiguous with or without the truth, unexplained."""
+    """Planted -> share of records by answer: none, an effect, ambiguous with or without the truth, unexplained."""
     found: dict[str, Counter[str]] = {}
     for s in sorted(scores, key=lambda one: (ORDER.index(one.kind), list(one.planted))):
         planted = " + ".join(s.planted) or (s.kind if s.kind == CLEAN else "outside the library")

@@ -57,8 +57,8 @@ def answer(
         "before": state("none", 400.0, 50.0),
         "after": after,
         "shots": [{"name": f"shot{i + 1}"} for i in range(shots)],
-        "noise": {"sensors": dict.fromkeys(channels, {})},
+        "noise": {"sensors": {name: {} for name in channels}},
     }
     one = {"time": TIME.tolist(), "sigma": [2e-5] * len(TIME), "error": [2e-5] * len(TIME)}
-    stated = {f"shot{i + 1}": {name: one for name in channels} for i in range(shots)}
+    stated = {f"shot{i + 1}": dict.fromkeys(channels, one) for i in range(shots)}
     return {"diagnosis": found, "stated": stated}

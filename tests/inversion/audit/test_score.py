@@ -10,7 +10,15 @@ import pytest
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, find_experiments, read_truth, truth_text
+from birdstrike.inversion.audit.records import (
+    CURVES,
+    TRUTH,
+    Truth,
+    curves_text,
+    find_experiments,
+    read_truth,
+    truth_text,
+)
 from birdstrike.inversion.audit.score import equivalent, score, signal
 from birdstrike.solver.case.case import Case
 from tests.inversion.audit.answers import TIME, answer, state
@@ -110,7 +118,9 @@ def stand_in(cases: Mapping[str, Case]) -> dict[str, Histories]:
     for label, case in cases.items():
         slip = case.effects.get("clamp_rotation", 0.0)
         level = case.bird.material.viscosity * 1e-6 + 1e-4 * slip
-        found[label] = Histories(TIME, dict.fromkeys(case.sensors, np.full(len(TIME), level)), dict.fromkeys(case.sensors, "m"))
+        found[label] = Histories(
+            TIME, dict.fromkeys(case.sensors, np.full(len(TIME), level)), dict.fromkeys(case.sensors, "m")
+        )
     return found
 
 
@@ -145,7 +155,12 @@ def test_a_truth_file_is_read_as_it_was_written(tmp_path: Path) -> None:
     (tmp_path / f"d0{CURVES}").write_text(curves_text(TIME, columns), encoding="utf-8")
     (tmp_path / f"a{TRUTH}").write_text(truth_text(planted, f"d0{CURVES}"), encoding="utf-8")
     found = read_truth(tmp_path / f"a{TRUTH}")
-    assert (found.kind, found.draw, found.effects, found.parameters) == ("single", "d0", planted.effects, planted.parameters)
+    assert (found.kind, found.draw, found.effects, found.parameters) == (
+        "single",
+        "d0",
+        planted.effects,
+        planted.parameters,
+    )
     np.testing.assert_allclose(found.curves["shot1"]["displacement_centre"], 1e-3 * TIME, rtol=1e-6)
     np.testing.assert_allclose(found.slopes[VISCOSITY]["displacement_centre"], TIME, rtol=1e-6)
 

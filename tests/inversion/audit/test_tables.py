@@ -35,7 +35,13 @@ def record(i: int, **changes: Any) -> Score:
 
 
 def single(i: int, **changes: Any) -> Score:
-    whole = {"kind": "single", "planted": {"plate_thickness": 1e-4}, "verdict": "ambiguous", "alarm": True, "signal": 5.0}
+    whole = {
+        "kind": "single",
+        "planted": {"plate_thickness": 1e-4},
+        "verdict": "ambiguous",
+        "alarm": True,
+        "signal": 5.0,
+    }
     return record(i, **(whole | changes))
 
 
@@ -95,9 +101,7 @@ def stated(p: float, true_share: float, count: int) -> list[Score]:
     """Records of every kind in the prior's shares, each with one model of probability p that is true so often."""
     kinds = ["clean"] * 50 + ["single"] * 40 + ["pair"] * 5 + ["outside"] * 5
     rng = np.random.default_rng(3)
-    return [
-        record(i, kind=kinds[i % 100], probabilities=((p, bool(rng.random() < true_share)),)) for i in range(count)
-    ]
+    return [record(i, kind=kinds[i % 100], probabilities=((p, bool(rng.random() < true_share)),)) for i in range(count)]
 
 
 def test_probabilities_that_hold_are_told_from_those_that_do_not() -> None:
