@@ -233,7 +233,9 @@ def audit_markdown(content: Mapping[str, Any]) -> str:
 
 def _lines(content: Mapping[str, Any]) -> Iterator[str]:
     yield "# Audit of the diagnosis"
-    made = f"Made by `{content['command'] or 'birdstrike audit'}` on {content['date']}."
+    made = (
+        f"Made by `{content['command'] or 'birdstrike audit'}` on {content['date']}; figures: [audit.json](audit.json)."
+    )
     yield from ("", made, "", state(content), "", words(content), "", METHOD)
     for name, entry in content["tables"].items():
         yield f"\n## Records of {name}: {entry['curves']} truths, {entry['records']} records"

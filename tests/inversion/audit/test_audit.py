@@ -15,7 +15,7 @@ from birdstrike.cli.app import app
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
-from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, tiny
+from tests.inversion.diagnosis.rig import SOUGHT, tiny
 
 SOUGHT_HERE = (*SOUGHT, "sensor_gain")
 
@@ -40,14 +40,14 @@ def audit(folder: Path, *words: str) -> Result:
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     """Simulations on threads, because processes would load all anew."""
     folder = tmp_path_factory.mktemp("bench")
-    case = tiny().overlaid({"time": {"end": "0.6 ms"}})
+    case = tiny().with_mesh(100, (8, 6)).overlaid({"time": {"end": "0.6 ms"}})
     (folder / "case.toml").write_text(case_toml(case), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
         for module, names in (("diagnosis.plan", SOUGHT), ("audit.draws", SOUGHT_HERE)):
             sought = {name: effects()[name] for name in names}
             patch.setattr(f"birdstrike.inversion.{module}.effects", lambda sought=sought: sought)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", 100)
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
         )

@@ -78,6 +78,13 @@ def test_a_sensor_s_fault_is_the_common_one_where_it_is_the_only_sensor() -> Non
     assert not equivalent("impact_speed", "impact_speed@shot1", ("a", "b"), 3)
 
 
+def test_a_fault_that_only_one_sensor_can_have_is_listed_as_the_common_one() -> None:
+    given = answer(SHARES, credible=("sensor_gain",), channels=("displacement_centre", "contact_force"))
+    found = score("a", given, truth("single", {"sensor_gain.displacement_centre": 0.03}), tiny())
+    assert found.in_set
+    assert found.rank == 3
+
+
 def test_a_pair_is_in_the_set_only_as_a_pair() -> None:
     planted = {"clamp_rotation": 1.0, "plate_thickness": 1.0}
     alone = score("a", answer(SHARES, credible=("clamp_rotation",)), truth("pair", planted), tiny())
