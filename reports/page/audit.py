@@ -135,6 +135,8 @@ def state(content: Mapping[str, Any]) -> str:
     failed = f" {len(content['failed'])} further records have no answer." if content["failed"] else ""
     if content["complete"]:
         return f"{records} records were diagnosed and scored.{failed}"
+    if not records:
+        return f"**The audit of this design of the diagnosis has not been run**: no record has been scored.{failed}"
     return (
         f"**The audit of this design of the diagnosis has not been run to the end**: {records} records were diagnosed "
         f"and scored, and a table needs {wanted} truths. Figures of so few say little.{failed}"
