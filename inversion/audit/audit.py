@@ -26,6 +26,8 @@ from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
 CASE = "virtual_strike"
+FOURTH = {"strain_back": {"kind": "strain", "at": ["0 mm", "0 mm"], "side": "back", "noise": 2e-5}}
+"""A sensor beside the three of the shipped case: the criteria are stated for one and for four channels."""
 
 
 def audit(
@@ -54,7 +56,7 @@ def audit(
     draws : draws of the noise on each record; 1: the record as it is.
     channels : only records of so many.
     make, forms : truths to draw and simulate first, by the declared model and by another one.
-    case : the declared case of the truths that are made.
+    case : the declared case of the truths that are made; the shipped one gets a fourth sensor.
     most : records answered at most in this call; the others are counted as not yet answered.
     retry_failed : stored failures, of simulations and of answers, are tried again.
     command : what was typed, for audit.json.
@@ -73,6 +75,7 @@ def audit(
     made = place / "experiments"
     if make or forms:
         declared = case if isinstance(case, Case) else load_case(case)
+        declared = declared.with_sensors(FOURTH) if case == CASE else declared
         with Strikes(place / "truths", (), choice.workers, retry=choice.retry) as strikes:
             for count, other in ((make, False), (forms, True)):
                 if count:
