@@ -1,4 +1,4 @@
-"""`birdstrike audit`: the blind test of the diagnosis on experiments of known truth."""
+"""`birdstrike audit`: the blind test of the diagnosis on records of known truth."""
 
 from __future__ import annotations
 
@@ -15,46 +15,59 @@ from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_ba
 
 @framed
 def command(
-    out: Annotated[Path, typer.Option(help="Folder for audit.json, the page, campaigns and runs.")],
+    out: Annotated[Path, typer.Option(help="Folder for audit.json, the page, answers and runs.")],
     experiments: Annotated[
-        Path | None, typer.Option(help="Folder of <name>.toml, .csv and .truth.toml; by default the shipped ones.")
+        Path | None,
+        typer.Option(help="Folder of <name>.toml, .csv and .truth.toml; by default the shipped ones, or those made."),
     ] = None,
-    draws: Annotated[int, typer.Option(help="Draws of the noise on each curve.")] = 200,
+    make: Annotated[
+        int, typer.Option(min=0, help="Truths to draw from the seed and to simulate first; kept in OUT/experiments.")
+    ] = 0,
+    make_forms: Annotated[
+        int, typer.Option(min=0, help="The same, by a deliberately different model of bird and plate.")
+    ] = 0,
+    case: Annotated[str, typer.Option(help="Declared case of the truths that are made.")] = "virtual_strike",
+    draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
+    most: Annotated[int | None, typer.Option(min=1, help="Records answered at most; run again for the others.")] = None,
     confirm: Annotated[
-        bool, typer.Option(help="Ask the solver about each record's models, as diagnose does; without it: quick.")
+        bool, typer.Option(help="Run the solver at each record's fits, as diagnose does; without it: quick.")
     ] = True,
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
-    seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Experiments at a time; all cores by default.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the truths and of every diagnosis.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
     retry_failed: RetryFailed = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Score the diagnosis against the sealed truths of virtual experiments.
 
-    Run again to resume: scores stay in OUT/scores as long as nothing that made them has changed.
+    Run again to resume: answers stay in OUT/answers as long as nothing that made them has changed.
 
-    Example: birdstrike audit --out audit --channels 1
+    Example: birdstrike audit --out audit --make 100 --make-forms 100
     """
     from birdstrike.data.files import write_atomically
     from birdstrike.data.paths import MEASURED
     from birdstrike.inversion.audit.audit import audit
-    from birdstrike.inversion.diagnosis.diagnose import Wishes
+    from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
     from birdstrike.reports.page.audit import audit_markdown, write_audit_page
 
-    wishes = Wishes(alpha, seed, workers, counter=campaign_bar, say=say)
-    folder = MEASURED / "virtual" if experiments is None else experiments
-    with progress_bar("experiments") as progress:
+    options = DiagnosisOptions(alpha, seed, workers, counter=campaign_bar, say=say, check=confirm)
+    made = make > 0 or make_forms > 0
+    with progress_bar("records") as progress:
         content = audit(
-            folder,
+            MEASURED / "virtual" if experiments is None and not made else experiments,
             out,
-            wishes=wishes,
+            options=options,
             draws=draws,
-            confirm=confirm,
             channels=channels,
+            make=make,
+            forms=make_forms,
+            case=case,
+            most=most,
             progress=progress,
             say=say,
             retry_failed=retry_failed,
+            command=typed(make, make_forms, case, draws, channels, confirm, seed),
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -63,12 +76,26 @@ def command(
     say(f"Written to {out}: audit.json, audit.md, {page.name}")
     missed = list(missing(content))
     say(f"acceptance criteria missed: {'; '.join(missed) if missed else 'none'}")
+    if not content["complete"]:
+        say(f"{content['records']} records were answered; a table needs {content['wanted']} truths")
     return {"out": str(out), "audit": str(out / "audit.json"), "page": str(page), "missed": missed}
+
+
+def typed(
+    make: int, make_forms: int, case: str, draws: int, channels: int | None, confirm: bool, seed: int
+) -> str:  # fmt: skip
+    """The command by what changes its figures, without paths of the machine."""
+    parts = ["birdstrike audit --out audit"]
+    parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
+    parts += [f"--case {Path(case).name}"] * (case != "virtual_strike") + [f"--draws {draws}"] * (draws > 1)
+    parts += [f"--channels {channels}"] * (channels is not None) + ["--no-confirm"] * (not confirm)
+    return " ".join(parts + [f"--seed {seed}"] * bool(seed))
 
 
 def table(name: str, entry: Mapping[str, Any]) -> Table:
     """Acceptance criteria with their figures."""
-    shown = Table(title=f"{name}, {entry['curves']} curves", title_justify="left")
+    heading = f"{name}: {entry['curves']} truths, {entry['records']} records"
+    shown = Table(title=heading, title_justify="left")
     for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "criterion", "met"):
         shown.add_column(head, overflow="fold")
     for gate in entry["gates"]:

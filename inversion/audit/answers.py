@@ -1,97 +1,131 @@
-"""What was answered: the confusion matrix, power by physical size, and a line for every experiment."""
+"""The diagnosis of each record, stored beside what it was made of, so that a killed audit goes on record by record."""
 
 from __future__ import annotations
 
-from collections import Counter
+import hashlib
+import json
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from birdstrike.inversion.diagnosis.verdict import NONE
 
-from birdstrike.inversion.audit.planted import CLEAN, OUTSIDE, PAIR, SINGLE
-from birdstrike.inversion.audit.score import STATED, Score
+import birdstrike.inversion
+import birdstrike.surrogate
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.errors import MachineFailure, RunFailed, UserError
+from birdstrike.data.files import write_json
+from birdstrike.inversion.audit.draws import BASELINE, SHOTS
+from birdstrike.inversion.audit.records import Experiment, read_truth
+from birdstrike.inversion.diagnosis.answer import Diagnosis
+from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
+from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.version import SOLVER_VERSION
 
-ORDER = (CLEAN, SINGLE, PAIR, OUTSIDE)
-
-
-def of_kind(scores: Sequence[Score], kind: str) -> list[Score]:
-    """Scores of a kind; single effects only where the case can carry them."""
-    return [s for s in scores if s.kind == kind and (kind != SINGLE or len(s.signals) == 1)]
-
-
-def confusion(scores: Sequence[Score]) -> dict[str, dict[str, float]]:
-    """Planted -> share of draws by answer: none, an effect alone, ambiguous with or without the truth, unexplained."""
-    found: dict[str, dict[str, float]] = {}
-    for s in sorted(scores, key=lambda one: (ORDER.index(one.kind), list(one.planted))):
-        planted = _planted(s)
-        draws = s.believed[STATED]
-        counts = Counter(_answer(one, name, set(s.planted)) for one, name in zip(draws.sets, draws.named, strict=True))
-        row = found.setdefault(planted, {})
-        for key, count in counts.items():
-            row[key] = row.get(key, 0.0) + count
-    return {name: {k: v / sum(row.values()) for k, v in row.items()} for name, row in found.items()}
+STATED = ("time", "sigma", "error")  # columns of the answer's curves from which the signal is measured
+SOURCES = ("diagnosis", "estimation", "observations", "results")
+"""Folders of `inversion` whose code makes an answer."""
 
 
-def _planted(score: Score) -> str:
-    effects = " + ".join(score.planted)
-    return effects or (score.kind if score.kind == CLEAN else f"outside: {score.what}")
+@cache
+def code_digest() -> str:
+    """First 16 hex digits of SHA-256 of the sources by which an answer is made, beside the solver's own version."""
+    found = hashlib.sha256(SOLVER_VERSION.encode())
+    inversion = Path(next(iter(birdstrike.inversion.__path__)))
+    for folder in (*(inversion / name for name in SOURCES), Path(next(iter(birdstrike.surrogate.__path__)))):
+        for path in sorted(folder.rglob("*.py"), key=lambda p: p.relative_to(folder).as_posix()):
+            found.update(path.relative_to(folder).as_posix().encode())
+            found.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return found.hexdigest()[:16]
 
 
-def _answer(allowed: tuple[str, ...], named: str, planted: set[str]) -> str:
-    if NONE in allowed:
-        return "none needed"
-    if not allowed:
-        return "unexplained"
-    return named or f"ambiguous, truth {'' if planted & set(allowed) else 'not '}among them"
+def answer_key(experiment: Experiment, options: DiagnosisOptions, noise: int) -> str:
+    """What an answer depends on, as 16 hex digits."""
+    chosen = (options.alpha, options.seed, options.runs, options.check)
+    scales = (options.magnitude_scale, options.remainder_scale, options.parameter_length)
+    files = [path for path in (experiment.case, *experiment.shots, experiment.baseline, experiment.heldout) if path]
+    if noise:  # drawn on the truth's own curve
+        files.append(experiment.truth)
+    parts = [code_digest(), repr((*chosen, *scales, noise)), *(path.read_text(encoding="utf-8") for path in files)]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
-def power_curve(scores: Sequence[Score]) -> list[dict[str, Any]]:
-    """Power against signal, reached by the noise; in physical units, what would make it at the stated noise.
+def answered(
+    experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int = 0, retry_failed: bool = False
+) -> dict[str, Any]:
+    """The answer to a record: the content of diagnosis.json under `diagnosis`, or why there is none under `failed`.
 
-    magnitude: the planted size times the wanted over the planted signal, as if the curve answered in proportion; shown:
-    |P_0 r| of the noise-free record at that noise.
+    place: folder of the audit, in which the answer is stored; noise: 0 for the record as it is, else the number of a
+    further draw of the noise; retry_failed: a stored failure is tried again.
     """
-    return [
-        {
-            "experiment": s.name,
-            "effect": s.effect,
-            "planted": s.planted[s.effect],
-            "planted_signal": s.signals[s.effect],
-            "signal": one.signal,
-            "shown": one.shown,
-            "along": one.along,
-            "noise": one.scale,
-            "magnitude": one.signal / s.signals[s.effect] * s.planted[s.effect],
-            "power": float(np.mean(one.rejected)),
-        }
-        for s in of_kind(scores, SINGLE)
-        for one in s.power
-    ]
+    path = place / "answers" / f"{experiment.name}{f'_noise{noise}' if noise else ''}.json"
+    key = answer_key(experiment, options, noise)
+    known = stored(path, key)
+    if known is not None and not (retry_failed and "failed" in known):
+        return known
+    found = {"key": key, **_made(experiment, place, options, noise)}
+    write_json(path, found)
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
-def lines(scores: Sequence[Score]) -> list[dict[str, Any]]:
-    """One line an experiment."""
-    return [_line(s) for s in scores]
+def stored(path: Path, key: str) -> dict[str, Any] | None:
+    """A stored answer; None where there is none, or one that was made of something else."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return None
+    return found if found.get("key") == key else None
 
 
-def _line(s: Score) -> dict[str, Any]:
-    draws = s.believed[STATED]
+def _made(experiment: Experiment, place: Path, options: DiagnosisOptions, noise: int) -> dict[str, Any]:
+    """Diagnosed; the simulations lie in one store for all records of one declared case."""
+    try:
+        case = load_case(experiment.case)
+        shots = records(experiment, noise, options.seed)
+        clean = () if experiment.baseline is None else (_named(read_measured(experiment.baseline), BASELINE),)
+        held = None if experiment.heldout is None else read_measured(experiment.heldout)
+        folder = place / "diagnoses" / case_hash(case)
+        found = diagnose(case, shots, folder, None, held, options, False, clean)
+    except MachineFailure:
+        raise
+    except (UserError, RunFailed) as error:
+        return {"failed": str(error)}
+    return {"diagnosis": found.figures(), "stated": stated(found)}
+
+
+def records(experiment: Experiment, noise: int, seed: int) -> list[Measured]:
+    """The shots, named by their order; noise: the number of a further draw."""
+    found = [_named(read_measured(path), SHOTS[i]) for i, path in enumerate(experiment.shots)]
+    if not noise:
+        return found
+    case, truth = load_case(experiment.case), read_truth(experiment.truth)
+    rng = np.random.default_rng([seed, noise, len(experiment.name)])
+    if missing := [one.path for one in found if one.path not in truth.curves]:
+        raise UserError(f"{experiment.truth} has no noise-free curve of {', '.join(missing)}; use --draws 1")
+    return [_redrawn(one, case.sensors, truth.time, truth.curves[one.path], rng) for one in found]
+
+
+def _redrawn(one: Measured, sensors: Any, time: Any, clean: Any, rng: np.random.Generator) -> Measured:
+    """The noise-free curve at the record's instants with other noise; gaps stay gaps."""
+    values = {}
+    for name, given in one.channels.items():
+        level = sensors[name].noise or 0.0
+        drawn = np.interp(one.time, time, clean[name]) + level * rng.standard_normal(len(one.time))
+        values[name] = np.where(np.isfinite(given), drawn, np.nan)
+    return replace(one, channels=values)
+
+
+def _named(record: Measured, name: str) -> Measured:
+    """The record under a name that tells nothing of the experiment, and by which effects of one shot are labelled."""
+    return replace(record, path=name)
+
+
+def stated(found: Diagnosis) -> dict[str, dict[str, dict[str, Sequence[float]]]]:
+    """shot -> channel -> instants, noise and error that the answer states."""
     return {
-        "experiment": s.name,
-        "channels": list(s.channels),
-        "kind": s.kind,
-        "planted": dict(s.planted) or s.what,
-        "signals": dict(s.signals),
-        "shown": s.shown,
-        "verdict": s.blind.verdict,
-        "confidence_set": list(s.blind.allowed),
-        "struck": list(s.blind.struck),
-        "strikes": s.blind.strikes,
-        "in_set": float(np.mean(draws.holds(s.effect))),
-        "none_in_set": float(np.mean(draws.holds(NONE))),
-        "attributed": float(np.mean([one != "" for one in draws.named])),
-        "unasked": s.unasked,
-        "covered": {key: float(np.mean(values)) for key, values in s.covered.items()},
-        "error_before_after": s.error,
+        shot: {name: {key: np.asarray(one[key]).tolist() for key in STATED} for name, one in channels.items()}
+        for shot, channels in found.curves.items()
     }

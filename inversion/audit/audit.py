@@ -1,147 +1,157 @@
-"""`birdstrike audit`: the diagnosis on planted experiments, scored against their sealed truths."""
+"""`birdstrike audit`: the diagnosis on records of known truth, scored against what only the scorer opens."""
 
 from __future__ import annotations
 
-import os
+import platform
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
-from multiprocessing.util import Finalize
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
-from birdstrike.doe.campaign.worker import process_pool
-from birdstrike.inversion.audit.bench import Bench, digest
-from birdstrike.inversion.audit.circular import emulator_made
-from birdstrike.inversion.audit.experiment import Experiment, experiments
-from birdstrike.inversion.audit.score import Asked, Score, score
-from birdstrike.inversion.audit.stored import load_score, save_score, score_key
-from birdstrike.inversion.audit.table import write_audit
-from birdstrike.inversion.diagnosis.diagnose import Wishes, quiet, uncounted
-from birdstrike.solver.case.case import load_case
+from birdstrike.inversion.audit.answers import answered, code_digest
+from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
+from birdstrike.inversion.audit.score import Score, score
+from birdstrike.inversion.audit.tables import WANTED, tables
+from birdstrike.inversion.audit.truth_runs import make_experiments
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
+from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.version import SOLVER_VERSION
 
-DRAWS, READ, MADE = 200, 2, 20
-BEFORE_QUEUES = 20  # exit priority; queues close at 10, and a pool can tell its processes nothing after that
-FEWEST_DRAWS = 20
-
-
-@dataclass(frozen=True)
-class Task:
-    """A score to be made: of an experiment, or of the `made`-th truth of the emulator itself; where it is kept."""
-
-    experiment: Experiment
-    made: int | None
-    path: Path
-    key: str
+CASE = "virtual_strike"
+FOURTH = {"strain_back": {"kind": "strain", "at": ["0 mm", "0 mm"], "side": "back", "noise": 2e-5}}
+"""A sensor beside the three of the shipped case: the criteria are stated for one and for four channels."""
 
 
 def audit(
-    folder: str | Path,
+    folder: str | Path | None,
     out: str | Path,
     *,
-    wishes: Wishes | None = None,
-    draws: int = DRAWS,
-    confirm: bool = True,
+    options: DiagnosisOptions | None = None,
+    draws: int = 1,
     channels: int | None = None,
-    read: int = READ,
-    made: int = MADE,
+    make: int = 0,
+    forms: int = 0,
+    case: str | Path | Case = CASE,
+    most: int | None = None,
     progress: Callable[[float], None] = lambda _: None,
     say: Callable[[str], None] = warnings.warn,
     retry_failed: bool = False,
+    command: str = "",
 ) -> dict[str, Any]:
-    """Score every experiment of `folder` and write `out/audit.json`; returns its content.
+    """Score the diagnosis on every experiment of `folder` and write `out/audit.json`; returns its content.
 
-    draws: of the noise on each curve; confirm: the solver is asked as `diagnose` asks it (some thirty strikes an
-    experiment); channels: only records of so many; read: whole records drawn of each kind of noise; made: truths of the
-    emulator itself. Every score is kept in `out/scores` and used again, so that a killed audit loses those in flight
-    only.
-    retry_failed: runs with a failure on record are tried again. A script that calls this
-    needs `if __name__ == "__main__":`. Raises UserError and RunFailed.
+    Parameters
+    ----------
+    folder : experiments; None: those made in `out/experiments`.
+    out : answers are stored in `out/answers`, simulations in one store for all records of a declared case.
+    options : of every diagnosis; `check` is whether the solver is run at each record's fits.
+    draws : draws of the noise on each record; 1: the record as it is.
+    channels : only records of so many.
+    make, forms : truths to draw and simulate first, by the declared model and by another one.
+    case : the declared case of the truths that are made; the shipped one gets a fourth sensor.
+    most : records answered at most in this call; the others are counted as not yet answered.
+    retry_failed : stored failures, of simulations and of answers, are tried again.
+    command : what was typed, for audit.json.
+
+    Raises
+    ------
+    UserError, RunFailed
+        No experiment fits; a truth cannot be simulated.
     """
-    choice, place = wishes or Wishes(), Path(out)
+    choice, place = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
-    if draws < FEWEST_DRAWS:
-        raise UserError(f"--draws = {draws} is below {FEWEST_DRAWS}: rates would be coarse; 200 is the gate's")
-    found = [one for one in experiments(Path(folder)) if channels in (None, len(read_measured(one.record).channels))]
+    if draws < 1:
+        raise UserError(f"--draws = {draws} is below 1; 1 takes each record as it is")
+    if folder is not None and (make or forms):
+        raise UserError(f"--experiments {folder} and --make exclude each other: truths are made in --out")
+    made = place / "experiments"
+    if make or forms:
+        declared = case if isinstance(case, Case) else load_case(case)
+        declared = declared.with_sensors(FOURTH) if case == CASE else declared
+        with Strikes(place / "truths", (), choice.workers, retry=choice.retry) as strikes:
+            for count, other in ((make, False), (forms, True)):
+                if count:
+                    make_experiments(declared, made, strikes.run, count, choice.seed, forms=other)
+    source = made if folder is None else Path(folder)
+    found = [one for one in find_experiments(source) if channels in (None, len(read_measured(one.shots[0]).channels))]
     if not found:
-        raise UserError(f"no experiment in {folder} has {channels} channels")
-    asked = Asked(draws, read, confirm)
-    tasks = _tasks(place, found, choice, asked, made)
-    scores: dict[Path, Score] = {}
-    for task, one in _scores(place, choice, tasks, asked):
-        scores[task.path] = one
-        progress(len(scores) / len(tasks))
-        if task.made is None:
-            say(f"{one.name}: {one.blind.verdict} ({', '.join(one.blind.allowed[:4])})")
-    planted = [scores[task.path] for task in tasks if task.made is None]
-    emulated = [scores[task.path] for task in tasks if task.made is not None]
-    return write_audit(place, planted, emulated, choice.alpha, asked)
+        raise UserError(f"no experiment in {source} has {channels} channels")
+    scores, failed, left = _scored(found, place, choice, draws, most, retry_failed, progress, say)
+    return _written(place, scores, failed, left, choice, draws, command)
 
 
-def _tasks(place: Path, found: list[Experiment], choice: Wishes, asked: Asked, made: int) -> list[Task]:
-    """Every experiment, and truths of the emulator on the points of the first record of each case and channels."""
-    common = (repr(asked), repr((choice.alpha, choice.seed, choice.runs)))
-    tasks, templates = [], {}
-    for one in found:
-        case, record = load_case(one.case), one.record.read_text(encoding="utf-8")
-        templates.setdefault((digest(case), tuple(read_measured(one.record).channels)), (one, record))
-        key = score_key(*common, digest(case), record, one.truth.read_text(encoding="utf-8"))
-        tasks.append(Task(one, None, place / "scores" / f"{one.name}.json", key))
-    for (case, channels), (one, record) in templates.items():
-        name = f"emulator_{case[:6]}_{len(channels)}"
-        tasks += [
-            Task(one, i, place / "scores" / f"{name}_{i:03d}.json", score_key(*common, case, record, str(i)))
-            for i in range(made)
-        ]
-    return tasks
-
-
-def _scores(place: Path, choice: Wishes, tasks: list[Task], asked: Asked) -> Iterator[tuple[Task, Score]]:
-    """Scores as they are done: those on the disk first, the others several at a time, each striking on one core."""
-    due = []
-    for task in tasks:
-        known = load_score(task.path, task.key)
-        if known is None:
-            due.append(task)
+def _scored(
+    found: Sequence[Experiment],
+    place: Path,
+    options: DiagnosisOptions,
+    draws: int,
+    most: int | None,
+    retry_failed: bool,
+    progress: Callable[[float], None],
+    say: Callable[[str], None],
+) -> tuple[list[Score], dict[str, str], int]:
+    """Scores, why records have none, and how many records are not yet answered."""
+    scores, failed = list[Score](), dict[str, str]()
+    tasks = [(one, noise) for noise in range(draws) for one in found]
+    asked = tasks if most is None else tasks[:most]
+    for i, (one, noise) in enumerate(asked):
+        answer = answered(one, place, options, noise, retry_failed)
+        name = f"{one.name} (noise {noise})" if noise else one.name
+        if "failed" in answer:
+            failed[name] = answer["failed"]
+            say(f"{name} has no answer and is not counted: {answer['failed']}; --retry-failed tries it again")
         else:
-            yield task, known
-    if not due:
-        return
-    _ready(place, choice, due)
-    plain = replace(choice, display=quiet, counter=uncounted, say=warnings.warn, workers=1)
-    workers = min(choice.workers or os.cpu_count() or 1, len(due))
-    with process_pool(workers) as pool:
-        running = {pool.submit(_score, place, plain, asked, task): task for task in due}
-        for done in as_completed(running):
-            yield running.pop(done), done.result()
+            scores.append(_score(name, one, answer, place, options))
+            say(f"{name}: {scores[-1].verdict} ({', '.join(scores[-1].confidence_set[:4])})")
+        progress((i + 1) / len(asked))
+    return scores, failed, len(tasks) - len(asked)
 
 
-def _ready(place: Path, choice: Wishes, due: list[Task]) -> None:
-    """Run campaigns and shared strikes before experiments are scored side by side."""
-    bench = Bench(place, choice)
-    with bench.stack:
-        for task in due:
-            bench.study(load_case(task.experiment.case), tuple(read_measured(task.experiment.record).channels))
+def _score(name: str, one: Experiment, answer: dict[str, Any], place: Path, options: DiagnosisOptions) -> Score:
+    """The truth is opened after the record has been answered."""
+    case, held = load_case(one.case), None if one.heldout is None else read_measured(one.heldout)
+    store = place / "diagnoses" / case_hash(case) / "runs"
+    check = Strikes(store, (), options.workers, retry=options.retry) if options.check else None
+    with check or nullcontext():
+        simulate = check.run if check else None
+        return score(name, answer, read_truth(one.truth), case, simulate, one.baseline is not None, held)
 
 
-_bench: Bench | None = None
-
-
-def _score(place: Path, wishes: Wishes, asked: Asked, task: Task) -> Score:
-    """One score in a worker, which keeps its bench for the next, on the disk when it is returned."""
-    global _bench
-    if _bench is None:
-        _bench = Bench(place, wishes)
-        Finalize(None, _bench.stack.close, exitpriority=BEFORE_QUEUES)  # a worker ends its own strikes' workers
-    if task.made is None:
-        found = score(_bench, task.experiment, asked)
-    else:
-        measured = read_measured(task.experiment.record)
-        study = _bench.study(load_case(task.experiment.case), tuple(measured.channels))
-        found = emulator_made(study, study.read(measured), task.made)
-    save_score(task.path, task.key, found)
-    return found
+def _written(
+    place: Path,
+    scores: Sequence[Score],
+    failed: dict[str, str],
+    left: int,
+    options: DiagnosisOptions,
+    draws: int,
+    command: str,
+) -> dict[str, Any]:
+    """`audit.json`."""
+    found = tables(scores, options.alpha)
+    content = {
+        "design": 2,
+        "complete": bool(found) and not left and all(one["curves"] >= WANTED for one in found.values()),
+        "wanted": WANTED,
+        "records": len(scores),
+        "not_answered": left,
+        "failed": failed,
+        "alpha": options.alpha,
+        "draws": draws,
+        "confirmed": options.check,
+        "command": command,
+        "date": f"{datetime.now(UTC):%Y-%m-%d}",
+        "code": code_digest(),
+        "solver_version": SOLVER_VERSION,
+        "machine": platform.platform(),
+        "tables": found,
+    }
+    write_json(place / "audit.json", content)
+    return content

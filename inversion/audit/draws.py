@@ -1,243 +1,243 @@
-"""Answers over many draws of the noise: every model's linearised refit to each draw, its p-value, its unknowns."""
+"""What a truth is: parameters, effects, sizes and signs drawn from a seed, on a finer mesh or by another model.
+
+A truth stands on at least eight times the declared particles and twice the declared shells a side, on the other,
+jittered lattice, so that its mesh error is not that of anything the diagnosis simulates. In the model-form variant the
+bird is of hexahedra, or follows another equation of state with another artificial viscosity, on three times the shells.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from birdstrike.inversion.diagnosis.choice import silent, visible
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.record import Trace, averaged
-from birdstrike.inversion.diagnosis.verdict import NONE, confidence_set
-from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
-from scipy.signal import lfilter
+from numpy.random import Generator
 
-from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.ranking import Fit, bounds
+from birdstrike.data.errors import UserError
+from birdstrike.data.units import quantity_text
+from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
+from birdstrike.solver.case.case import Case, case_from_table
+from birdstrike.solver.case.overlay import Raw
+from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.sensors.instrument import Instrument
 
-OUTLIER = 8.0  # standard deviations
-ROUNDS = 6  # of linearising where the active bounds of a draw hold
-OFF_BOUND = 3e-4  # of a range: an unknown that far from a bound counts as free
-CHANGES = 40  # of the active bounds of one linear problem
-ROUNDING = 1e-12  # of a range
-
-
-@dataclass(frozen=True)
-class Draws:
-    """Answers over draws of the noise.
-
-    sets: confidence set of each; named: the effect that each names, "" where it names none; unknowns: model ->
-    (draws, q) refitted.
-    """
-
-    sets: tuple[tuple[str, ...], ...]
-    named: tuple[str, ...]
-    unknowns: Mapping[str, Array] = field(default_factory=dict)
-
-    def holds(self, name: str) -> Array:
-        """(draws,) whether a model is in the set."""
-        return np.array([float(name in one) for one in self.sets])
-
-    def names(self, name: str) -> Array:
-        """(draws,) whether this effect is named."""
-        return np.array([float(one == name) for one in self.named])
-
-    def names_other(self, names: Sequence[str]) -> Array:
-        """(draws,) whether an effect is named that is none of `names`."""
-        return np.array([float(one != "" and one not in names) for one in self.named])
+CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
+SHARES = {CLEAN: 0.30, SINGLE: 0.54, PAIR: 0.08, OUTSIDE: 0.08}
+"""Of the truths. More single effects than the diagnosis' prior has, because most criteria are about them; the
+reliability of the probabilities is weighted back to the prior."""
+SMALLEST, LARGEST = 0.8, 3.0  # plausible sizes of a planted effect
+PARTICLES, SHELLS, SHELLS_OF_FORM = 8, 2, 3  # times those declared
+JITTER = 0.05  # of the particle spacing
+INSIDE = 0.05  # of a parameter's range: distance of a truth from its ends
+SPARE = 1e-4  # s beyond the declared end, for a record that starts early
+STEP = 0.05  # of a parameter's range: of the differences that give its sensitivities
+TRIES = 50
+SHOTS = ("shot1", "shot2", "shot3")
+BASELINE, HELDOUT, WITHOUT, SLOPE = "baseline", "heldout", "without", "slope"
+SENSOR_FAULTS = ("sensor_gain", "time_offset", "sensor_bandwidth", "sensor_drift")
+OWN, HEXAHEDRA, OTHER_LAW = "own model", "hexahedral bird", "other equation of state"
 
 
 @dataclass(frozen=True)
-class Noises:
-    """How the noise is drawn: white of the stated level, or otherwise.
+class Drawn:
+    """One truth.
 
-    level: factor on the stated one; rho: AR(1) correlation between raw samples; outliers: share of raw samples off by
-    8 standard deviations.
+    number: of the draw, which all records of it share; parameters, clean: SI values of the shots and of the baseline;
+    planted: label as in the answer -> SI magnitude; what, outside: something that no effect describes, in words and as
+    a table of the case; form: the model that makes the truth; seed: of the lattices.
     """
 
-    level: float = 1.0
-    rho: float = 0.0
-    outliers: float = 0.0
-    name: str = "as stated"
-
-    def raw(self, shape: tuple[int, int], rng: np.random.Generator) -> Array:
-        """(draws, raw) samples in units of the stated level."""
-        noise = rng.standard_normal(shape)
-        if self.rho:
-            noise = np.asarray(lfilter([np.sqrt(1.0 - self.rho**2)], [1.0, -self.rho], noise, axis=1), dtype=np.float64)
-        hit = rng.random(shape) < self.outliers
-        return self.level * (noise + OUTLIER * hit * rng.choice([-1.0, 1.0], shape))
-
-    def draw(self, traces: Sequence[Trace], draws: int, seed: int) -> Array:
-        """(draws, n) on a record's points."""
-        rng = np.random.default_rng(seed)
-        raw = [self.raw((draws, len(trace.times)), rng) for trace in traces]
-        return np.hstack(
-            [averaged(trace.noise.level * one, trace.block) for trace, one in zip(traces, raw, strict=True)]
-        )
+    number: int
+    kind: str
+    parameters: Mapping[str, float]
+    clean: Mapping[str, float]
+    planted: Mapping[str, float]
+    form: str
+    seed: int
+    what: str = ""
+    outside: Raw = field(default_factory=dict)
 
 
-def answer(judge: Judge, models: Mapping[str, Judged], noise: Array, alpha: float) -> Draws:
-    """Confidence sets of draws (draws, n) of the noise added to the record that the models were fitted to."""
-    answered = {name: _answered(judge, one, noise) for name, one in models.items()}
-    p = {name: np.where(_as_none(models, name, x), answered[NONE][0], own) for name, (own, x) in answered.items()}
-    unknowns = {name: x for name, (_, x) in answered.items()}
-    sets = tuple(confidence_set({n: float(v[i]) for n, v in p.items()}, alpha) for i in range(len(noise)))
-    return Draws(sets, tuple(_named(models, one, unknowns, i) for i, one in enumerate(sets)), unknowns)
+def draw(case: Case, seed: int, number: int, forms: bool, attempt: int = 0) -> Drawn:
+    """The truth of a number, the same for the same seed; attempt: counts truths whose simulation failed.
 
-
-def _as_none(models: Mapping[str, Judged], name: str, unknowns: Array) -> np.ndarray:
-    """(draws,) whether a model is the one without effects at its refitted unknowns (draws, q): see `choice.level`."""
-    fit = models[name].fit
-    own = unknowns[:, len(fit.x) - len(fit.own) :]
-    return np.full(len(unknowns), silent(models, name)) | ~own.any(axis=1)
-
-
-def _named(models: Mapping[str, Judged], allowed: tuple[str, ...], unknowns: Mapping[str, Array], i: int) -> str:
-    """The effect that a confidence set names at the refitted unknowns (draws, q) of draw i, else "".
-
-    One that is alone, stands out of the others and is not held by the largest magnitude that is looked at.
+    forms: of the model-form variant.
     """
-    if len(allowed) != 1 or allowed == (NONE,):
-        return ""
-    one = models[allowed[0]]
-    held = replace(one.fit, x=unknowns[allowed[0]][i]).at_limit
-    return allowed[0] if visible(one) and not held else ""
+    rng = np.random.default_rng([seed, number, attempt, int(forms)])
+    kind = str(np.random.default_rng([seed, number]).choice(list(SHARES), p=list(SHARES.values())))
+    form = str(rng.choice([HEXAHEDRA, OTHER_LAW])) if forms else OWN
+    what, outside = _outside(case, rng) if kind == OUTSIDE else ("", {})
+    planted = _bearable(case, {SINGLE: 1, PAIR: 2}.get(kind, 0), rng)
+    theta, clean = _parameters(case, rng), _parameters(case, rng)
+    return Drawn(number, kind, theta, clean, planted, form, int(rng.integers(1_000_000)), what, outside)
 
 
-def _answered(judge: Judge, one: Judged, noise: Array) -> tuple[Array, Array]:
-    """p (draws,) and unknowns (draws, q) of one model, every draw refitted within the bounds.
+def _parameters(case: Case, rng: Generator) -> dict[str, float]:
+    return {p.name: float(p.low + rng.uniform(INSIDE, 1.0 - INSIDE) * (p.high - p.low)) for p in case.parameters()}
 
-    A draw is solved by the model linearised where its active bounds hold, until the solution has just these active; the
-    few that change for ever are solved once more with the last held.
+
+def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
+    """Labels, sizes and signs of effects of different names, drawn again where the case cannot bear them together."""
+    if not count:
+        return {}
+    for _ in range(TRIES):
+        labels = [label_of(case, rng) for _ in range(count)]
+        if len({name_of(label) for label in labels}) < count:
+            continue
+        acting = {label: _magnitude(case, name_of(label), rng) for label in labels}
+        try:
+            with_planted(case, acting, SHOTS[0]).resolved()
+        except UserError:
+            continue
+        return acting
+    raise UserError(f"{case.name} cannot carry {count} effects of {SMALLEST:g} to {LARGEST:g} plausible sizes")
+
+
+def label_of(case: Case, rng: Generator) -> str:
+    """One effect: a family, an effect of it, then a sensor or a shot, each as likely, as in the diagnosis' prior."""
+    families: dict[str, list[str]] = {}
+    for name, effect in effects().items():
+        if not effect.refuses(case):
+            families.setdefault(family_of(name), []).append(name)
+    name = str(rng.choice(families[str(rng.choice(list(families)))]))
+    if name in SENSOR_FAULTS:
+        return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(case, name))]))
+    return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
+
+
+def able_sensors(case: Case, name: str) -> list[str]:
+    """Sensors that a fault may act on alone: a drift is in m/s, and no instrument reads the contact force."""
+    refused = {"sensor_bandwidth": ("contact_force",)}.get(name, ())
+    kinds = {sensor: one.kind for sensor, one in case.sensors.items() if one.kind not in refused}
+    return [sensor for sensor, kind in kinds.items() if name != "sensor_drift" or kind == "displacement"]
+
+
+def name_of(label: str) -> str:
+    """The effect's name in a label such as `sensor_gain.displacement_centre` or `impact_speed@shot1`."""
+    return label.split("@")[0].split(".")[0]
+
+
+def _magnitude(case: Case, name: str, rng: Generator) -> float:
+    effect = effects()[name]
+    sign = 1.0 if effect.one_sided(case) else float(rng.choice([-1.0, 1.0]))
+    return sign * float(rng.uniform(SMALLEST, LARGEST)) * effect.size(case)
+
+
+def _outside(case: Case, rng: Generator) -> tuple[str, Raw]:
+    """Something that no effect of the library is, as a table of the case."""
+    radius = float(rng.uniform(4.0, 10.0)) * case.plate.length
+    stiffness = float(10 ** rng.uniform(7.0, 8.0))
+    found = [
+        (f"the panel is curved with a radius of {radius:.3g} m", {"plate": {"radius": quantity_text(radius, "m")}}),
+        (
+            f"the supports yield across the surface with {stiffness:.3g} N/m^2",
+            {"plate": {"edges": {"transverse": quantity_text(stiffness, "N/m^2")}}},
+        ),
+        ("the bird is an ellipsoid of the same mass", _ellipsoid(case)),
+    ]
+    return found[int(rng.integers(len(found)))]
+
+
+def _ellipsoid(case: Case) -> Raw:
+    """Of the declared mass, length and diameter."""
+    shape = "ellipsoid" if case.bird.shape != "ellipsoid" else "hemispherical_cylinder"
+    return {"bird": {"shape": shape, "density": None, "mass": quantity_text(case.bird.actual_mass, "kg")}}
+
+
+def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS)) -> dict[str, Case]:
+    """The simulations of a truth: shots, a repeat held out, a baseline, the first shot without effects, sensitivities.
+
+    `without` stands on the first shot's own lattice, so that their difference is the effect's and nothing else;
+    sensitivities, on the declared mesh, are needed only to remove from it what the parameters imitate.
     """
-    rows, fit = _rows(one, noise), one.fit
-    least, most = bounds(fit.problem, fit.own, fit.box)
-    start = _side(fit)
-    fits = {tuple(start): fit}
-    sides, x = np.tile(start, (len(rows), 1)), np.tile(fit.x, (len(rows), 1))
-    due = np.ones(len(rows), dtype=bool)
-    for _ in range(ROUNDS):
-        for pattern in np.unique(sides[due], axis=0):
-            here = due & (sides == pattern).all(axis=1)
-            there = fits.setdefault(tuple(pattern), _standing_on(fit, pattern))
-            residuals = there.linear.residual + rows[here]
-            x[here], found = bounded_least_squares(there.whole_design, residuals, there.x, least, most)
-            found[:, _own_held(fit)] = pattern[_own_held(fit)]
-            due[here] = (found != pattern).any(axis=1)
-            sides[here] = found
-        if not due.any():
-            break
-    p = np.zeros(len(rows))
-    for pattern in np.unique(sides, axis=0):
-        here = (sides == pattern).all(axis=1)
-        there = fits.setdefault(tuple(pattern), _standing_on(fit, pattern))
-        if (late := here & due).any():
-            held = pattern != 0
-            held[_own_held(fit)] = False
-            low, high = np.where(held, there.x, least), np.where(held, there.x, most)
-            residuals = there.linear.residual + rows[late]
-            x[late], _ = bounded_least_squares(there.whole_design, residuals, there.x, low, high)
-        p[here] = _p_values(one if there is fit else judge.judged(one.name, there), rows[here])
-    return p, x
+    found = {shot: truth_case(case, drawn, i, shot) for i, shot in enumerate(SHOTS[:shots])}
+    found[HELDOUT] = truth_case(case, drawn, len(SHOTS), SHOTS[0])
+    found[BASELINE] = truth_case(case, drawn, len(SHOTS) + 1, BASELINE)
+    if drawn.planted:
+        found[WITHOUT] = truth_case(case, drawn, 0, WITHOUT)
+        for p in case.parameters():
+            for sign in (-1.0, 1.0):
+                value = drawn.parameters[p.name] + sign * STEP * (p.high - p.low)
+                at = {**drawn.parameters, p.name: float(np.clip(value, p.low, p.high))}
+                found[f"{SLOPE} {p.name} {sign:+.0f}"] = case.with_values(at)
+    return found
 
 
-def _standing_on(fit: Fit, pattern: NDArray[np.int_]) -> Fit:
-    """The model with these bounds active (-1 the lower, 1 the upper); what else stood at a bound is just off it."""
-    least, most = bounds(fit.problem, fit.own, fit.box)
-    off = OFF_BOUND * (most - least)
-    inside = np.clip(fit.x, least + off, most - off)
-    return replace(fit, x=np.where(pattern > 0, most, np.where(pattern < 0, least, inside)))
+def truth_case(case: Case, drawn: Drawn, lattice: int, role: str) -> Case:
+    """One simulation of a truth."""
+    formed = drawn.form != OWN
+    times = SHELLS_OF_FORM if formed else SHELLS
+    shells = (times * case.plate.elements[0], times * case.plate.elements[1])
+    found = case.with_mesh(PARTICLES * case.bird.particles, shells)
+    found = found.with_values(drawn.clean if role == BASELINE else drawn.parameters)
+    if drawn.outside and role not in (BASELINE, WITHOUT):
+        found = replaced(found, drawn.outside)
+    bird = {
+        "lattice": "cubic" if case.bird.lattice == "fcc" else "fcc",
+        "jitter": JITTER,
+        "seed": drawn.seed + lattice,
+    }
+    found = found.overlaid({"bird": bird, "time": {"end": quantity_text(case.time.end + SPARE, "s")}})
+    if formed:
+        found = replaced(found, form_table(found, drawn.form))
+    return found if role in (BASELINE, WITHOUT) else with_planted(found, drawn.planted, role)
 
 
-def _side(fit: Fit) -> NDArray[np.int_]:
-    """(q,) where a fit stands: -1 at the lower bound, 1 at the upper, 0 between."""
-    least, most = bounds(fit.problem, fit.own, fit.box)
-    return np.where(fit.at_bound, np.where(fit.x - least < most - fit.x, -1, 1), 0)
+def form_table(case: Case, form: str) -> Raw:
+    """What another model of the same bird changes in a case.
 
-
-def _own_held(fit: Fit) -> slice:
-    """Place of an effect held at b = 0: whether a draw frees it is part of its reference already."""
-    count = len(fit.x)
-    return slice(count - len(fit.own) if fit.linear.held is not None else count, count)
-
-
-def bounded_least_squares(
-    design: Array, residuals: Array, start: Array, low: Array, high: Array
-) -> tuple[Array, NDArray[np.int_]]:
-    """Minimise |residual - design (x - start)|^2 for low <= x <= high, for many residuals of one design.
-
-    Active sets by their optimality conditions: an unknown beyond a bound is held there, a held one whose gradient
-    points inwards is freed, until nothing changes (Bergounioux, Ito and Kunisch, SIAM J. Control Optim. 37 (1999)
-    1176). Draws that do not settle are solved one by one (Stark and Parker, Comput. Stat. 10 (1995) 129).
-
-    Parameters
-    ----------
-    design : (rows, q) array
-        Change of the model by every unknown.
-    residuals : (draws, rows) array
-        Data minus model at `start`.
-    start, low, high : (q,) arrays
-        Where the model is linearised, and the bounds; equal ones fix an unknown.
-
-    Returns
-    -------
-    tuple
-        x (draws, q), and its active bounds (draws, q): -1 the lower (and a fixed unknown), 1 the upper, 0 none.
+    Murnaghan's law with the bulk modulus rho C^2 and its slope 4 S1 - 1 agrees with the shock line to second order in
+    compression (Ruoff, J. Appl. Phys. 38 (1967) 4976).
     """
-    if (fixed := low >= high).any():
-        x, sides = np.tile(low, (len(residuals), 1)), np.full((len(residuals), len(start)), -1)
-        if not fixed.all():
-            left = residuals - design[:, fixed] @ (low - start)[fixed]
-            x[:, ~fixed], sides[:, ~fixed] = bounded_least_squares(
-                design[:, ~fixed], left, start[~fixed], low[~fixed], high[~fixed]
-            )
-        return x, sides
-    sides = np.zeros((len(residuals), len(start)), dtype=int)
-    x = np.tile(start, (len(residuals), 1))
-    room = ROUNDING * np.maximum(high - low, 1e-300)
-    due = np.ones(len(residuals), dtype=bool)
-    for _ in range(CHANGES):
-        for pattern in np.unique(sides[due], axis=0):
-            here = due & (sides == pattern).all(axis=1)
-            free = pattern == 0
-            x[here] = np.where(pattern > 0, high, np.where(pattern < 0, low, start))
-            left = residuals[here] - design @ (x[here][0] - start)
-            step = left @ np.linalg.pinv(design[:, free]).T
-            x[np.ix_(here, free)] += step
-            inwards = -pattern * ((left - step @ design[:, free].T) @ design)
-            held = ~free & (inwards <= 0.0)
-            found = np.where(held, pattern, 0)
-            found = np.where(free & (x[here] < low - room), -1, np.where(free & (x[here] > high + room), 1, found))
-            due[here] = (found != pattern).any(axis=1)
-            sides[here] = found
-        if not due.any():
-            break
-    for i in np.flatnonzero(due):
-        solved = lsq_linear(design, residuals[i], (low - start, high - start), method="bvls")
-        x[i], sides[i] = start + solved.x, solved.active_mask
-    return np.clip(x, low, high), sides
+    if form == HEXAHEDRA:
+        return {"bird": {"method": "hexahedra", "lattice": None, "jitter": None, "seed": None}}
+    eos = case.table["bird"]["material"].get("eos", {})
+    changed: Raw = {"solver": {"shock_linear": 2.0, "shock_quadratic": 4.0}}
+    law: Any = case.bird.material.law
+    if eos.get("kind") == "grueneisen":
+        slope = max(4.0 * law.S1 - 1.0, 1.0)
+        bulk = case.bird.actual_density * law.C**2
+        murnaghan = {"kind": "murnaghan", "B": quantity_text(bulk / slope, "Pa"), "g": slope}
+        changed["bird"] = {"material": {"eos": {**dict.fromkeys(eos), **murnaghan}}}
+    return changed
 
 
-def _rows(one: Judged, noise: Array) -> Array:
-    """(draws, rows) whitened noise; priors have none."""
-    whitened = one.fit.problem.whitener.apply(noise)
-    priors = np.zeros((len(noise), len(one.fit.linear.residual) - whitened.shape[1]))
-    return np.hstack([whitened, priors])
+def replaced(case: Case, table: Raw) -> Case:
+    """The case with a table laid over its own; None takes a key away. What is calibrated is left out."""
+    raw = {key: value for key, value in case.table.items() if key not in ("inversion", "diagnosis")}
+    return case_from_table(_merged(raw, table), case.name)
 
 
-def _p_values(one: Judged, rows: Array) -> Array:
-    """p (draws,) by the linearisation where the model stands; unknowns at a bound stay there."""
-    linear = one.fit.linear
-    return one.reference.p_values(_bounded(one, linear.remainder + linear.project(rows.T).T))
+def _merged(raw: Any, table: Mapping[str, Any]) -> Raw:
+    found = dict(raw) if isinstance(raw, Mapping) else {}
+    for key, value in table.items():
+        if value is None:
+            found.pop(key, None)
+        else:
+            found[key] = _merged(found.get(key), value) if isinstance(value, Mapping) else value
+    return found
 
 
-def _bounded(one: Judged, remainders: Array) -> Array:
-    """Of an effect held at b = 0: what b > 0 explains in a draw is gone."""
-    held = one.fit.linear.held
-    if held is None:
-        return remainders
-    own = one.fit.linear.signatures[:, held]
-    return remainders - np.maximum(remainders @ own, 0.0)[:, None] * own
+def with_planted(case: Case, planted: Mapping[str, float], shot: str) -> Case:
+    """The case with effects by their labels (SI), those of another shot left out."""
+    acting = {label: value for label, value in planted.items() if value and label.partition("@")[2] in ("", shot)}
+    common = {name_of(label): value for label, value in acting.items() if "." not in label}
+    found = case.with_effects({**case.effects, **common}) if common else case
+    table = {}
+    for label, value in acting.items():
+        if "." in label:
+            name, sensor = label.split("@")[0].split(".", 1)
+            table.setdefault(sensor, {}).update(_fault(name, value, found.instrument.get(sensor, Instrument())))
+    return found.overlaid({"instrument": table}) if table else found
+
+
+def _fault(name: str, value: float, own: Instrument) -> Raw:
+    """Keys of an instrument with a fault of one sensor."""
+    if name == "sensor_gain":
+        return {"gain": own.gain * (1.0 + value)}
+    if name == "time_offset":
+        return {"time_offset": quantity_text(own.time_offset + value, "s")}
+    if name == "sensor_drift":
+        return {"drift": quantity_text(own.drift + value, "m/s")}
+    return {"bandwidth": quantity_text(1.0 / (2.0 * np.pi * max(value, 1e-9)), "1/s")}

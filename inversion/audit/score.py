@@ -1,184 +1,285 @@
-"""The score of one experiment: the diagnosis of its record as it stands, and of many draws of its noise."""
+"""An answer against its truth: alarm, the truth's place in it, coverage, the error that remains, the signal.
+
+The signal is the change that the effect makes between two simulations of the truth, one with and one without it on the
+same lattice, whitened by the errors that the answer states, less what the calibrated parameters imitate.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from birdstrike.inversion.diagnosis.choice import Choice
-from birdstrike.inversion.diagnosis.heldout import time_block
-from birdstrike.inversion.diagnosis.judge import Judge, Judged
-from birdstrike.inversion.diagnosis.verdict import ATTRIBUTED, NONE
+from scipy.linalg import block_diag, cholesky, solve_triangular
 
-from birdstrike.data.curves import Measured, read_measured
-from birdstrike.data.histories import Array
-from birdstrike.inversion.audit.bench import Bench
-from birdstrike.inversion.audit.carried import Models, confirmed_where_moved, of_part, of_record, struck, without_noise
-from birdstrike.inversion.audit.coarse import FEW, coarse_models
-from birdstrike.inversion.audit.coverage import covered
-from birdstrike.inversion.audit.draws import Draws, Noises, answer
-from birdstrike.inversion.audit.experiment import Experiment, Truth, read_truth
-from birdstrike.inversion.audit.planted import CLEAN, SINGLE
-from birdstrike.inversion.audit.power import Power, power, shown, signal
-from birdstrike.inversion.audit.reading import read_draws
-from birdstrike.inversion.diagnosis.diagnose import Study
-from birdstrike.solver.case.case import load_case
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.audit.draws import CLEAN, HELDOUT, OWN, SHOTS, SINGLE, WITHOUT, name_of, with_planted
+from birdstrike.inversion.audit.records import Truth
+from birdstrike.inversion.diagnosis.answer import ATTRIBUTED
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, family_of
+from birdstrike.solver.case.case import Case
 
-TWIN = 0.9
-STATED = "as stated"
-COARSE = f"emulator of the first {FEW} runs"
-KINDS = (
-    Noises(name=STATED),
-    Noises(level=1.2, name="noise 1.2 times the stated"),
-    Noises(level=1.5, name="noise 1.5 times the stated"),
-    Noises(rho=0.3, name="AR(1) noise, 0.3"),
-    Noises(outliers=0.01, name="1 % outliers of 8 sigma"),
-)
-
-
-@dataclass(frozen=True)
-class Asked:
-    """Draws of the noise on each curve; read: of each kind as whole records; confirm: whether the solver is asked."""
-
-    draws: int
-    read: int
-    confirm: bool
-
-
-@dataclass(frozen=True)
-class Blind:
-    """The answer to the record as it stands; struck: models that the solver was asked about, in so many strikes."""
-
-    verdict: str
-    allowed: tuple[str, ...]
-    struck: tuple[str, ...] = ()
-    strikes: int = 0
+Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
+CORRELATION = 0.1
+"""Of the record: correlation time of the errors that are not noise, of which an answer states the standard deviation;
+the middle, in logarithm, of what a diagnosis allows (0.02 to 0.25), with a Matern 5/2 process."""
+NOT_SINGLES = (NONE, SOMETHING_ELSE)
 
 
 @dataclass(frozen=True)
 class Score:
-    """One experiment: what was planted, the answer to the record itself, and the answers to draws of the noise.
+    """One answer to one record.
 
-    believed: by kind of noise, Sigma as stated; read: the same as the diagnosis reads whole records; unasked: share of
-    the draws in whose confidence set an effect is that the solver was not asked about; signals: planted effect ->
-    |P_0 g b|; shown: |P_0 r| of the noise-free record; lone: whether the effect has no twin; power: at several signals;
-    covered: of the true model; error: before and after against the noise-free truth on a held-out block, where the
-    verdict on the record is attributed.
+    draw: the truth that it shares with others; p: of the alarm; rank, family_rank: of the true effect among the single
+    effects and of its family among the families, 1 the likeliest; named: the effect that is attributed; probabilities:
+    (stated probability, whether it is the truth) of every model listed; parameters: name -> whether its 95 % interval
+    holds the truth; magnitude: the same of the effect; error: RMS errors before and after, and of the true parameters
+    and effect, held out, in units of the noise; signal: see above.
     """
 
     name: str
+    draw: str
     channels: tuple[str, ...]
+    shots: int
+    baseline: bool
+    form: str
     kind: str
     what: str
     planted: Mapping[str, float]
-    blind: Blind
-    believed: Mapping[str, Draws]
-    read: Mapping[str, Draws] = field(default_factory=dict)
-    unasked: float = 0.0
-    signals: Mapping[str, float] = field(default_factory=dict)
-    shown: float = 0.0
-    lone: bool = False
-    power: tuple[Power, ...] = ()
-    covered: Mapping[str, Array] = field(default_factory=dict)
-    error: tuple[float, float] | None = None
+    verdict: str
+    p: float
+    alarm: bool
+    confidence_set: tuple[str, ...]
+    in_set: bool
+    rank: int | None = None
+    family_rank: int | None = None
+    named: str = ""
+    probability: float | None = None
+    probabilities: tuple[tuple[float, bool], ...] = ()
+    parameters: Mapping[str, bool] = field(default_factory=dict)
+    magnitude: bool | None = None
+    error: tuple[float, float, float] | None = None
+    signal: float | None = None
 
     @property
-    def effect(self) -> str:
-        """The first planted effect, or none."""
-        return next(iter(self.planted), NONE)
+    def attributed(self) -> bool:
+        """Whether one effect is named."""
+        return self.verdict == ATTRIBUTED
+
+    @property
+    def right(self) -> bool:
+        """Whether the named effect is there."""
+        return any(equivalent(self.named, one, self.channels, self.shots) for one in self.planted)
+
+    @property
+    def excess(self) -> float | None:
+        """(after^2 - oracle^2) / (before^2 - oracle^2); None where the oracle is no better than before."""
+        if self.error is None:
+            return None
+        before, after, oracle = (one**2 for one in self.error)
+        return None if before <= oracle else float((after - oracle) / (before - oracle))
 
 
-def score(bench: Bench, experiment: Experiment, asked: Asked) -> Score:
-    """One experiment; the truth is opened after the record has been answered."""
-    measured = read_measured(experiment.record)
-    study = bench.study(load_case(experiment.case), tuple(measured.channels))
-    alpha, paid = study.choice.alpha, study.strikes.paid + study.strikes.reused
-    judge, models = judgement(study, measured, asked.confirm)
-    choice = Choice.of(models, alpha)
-    blind = Blind(choice.verdict, choice.allowed, tuple(n for n, one in models.items() if struck(one)))
-    trained = _trained(judge, models, alpha) if choice.verdict == ATTRIBUTED else None
+def equivalent(label: str, truth: str, channels: Sequence[str], shots: int) -> bool:
+    """Whether two labels mean the same in a record: of one shot, and of one sensor, each is also the common one."""
+    return reduced(label, channels, shots) == reduced(truth, channels, shots)
 
-    truth = read_truth(experiment.truth)
-    clean = replace(judge, record=without_noise(judge.record, truth))
-    fitted = of_record(clean, models, clean.record)
-    if asked.confirm:
-        fitted = confirmed_where_moved(clean, models, fitted, study.strikes)
-    blind = replace(blind, strikes=study.strikes.paid + study.strikes.reused - paid)
-    blunt, blunted = coarse_models(bench.coarse(study), clean, fitted)
-    seed = study.choice.seed
-    noise = {one.name: one.draw(clean.record.traces, asked.draws, seed) for one in KINDS}
-    believed = {name: answer(clean, fitted, drawn, alpha) for name, drawn in noise.items()}
-    believed[COARSE] = answer(blunt, blunted, noise[STATED], alpha)
-    read = {one.name: read_draws(study, clean, fitted, measured, truth, one, asked.read, seed) for one in KINDS}
-    read[COARSE] = read_draws(study, blunt, blunted, measured, truth, KINDS[0], asked.read, seed)
+
+def listed(label: str, ranked: Sequence[str], channels: Sequence[str], shots: int) -> str:
+    """A planted label as the answer lists it: where a fault can be of one sensor only, the common one stands for it."""
+    known = any(equivalent(one, label, channels, shots) for one in ranked)
+    return label if known or "." not in label else name_of(label)
+
+
+def reduced(label: str, channels: Sequence[str], shots: int) -> str:
+    """A label without the shot or the sensor that goes without saying."""
+    base, _, shot = label.partition("@")
+    base = name_of(base) if len(channels) == 1 else base
+    return f"{base}@{shot}" if shot and shots > 1 else base
+
+
+def score(
+    name: str,
+    answer: Mapping[str, Any],
+    truth: Truth,
+    case: Case,
+    simulate: Simulate | None = None,
+    baseline: bool = False,
+    heldout: Measured | None = None,
+) -> Score:
+    """The answer of one record; simulate: for the error that remains, which is left out without it."""
+    found = answer["diagnosis"]
+    shots, channels = len(found["shots"]), tuple(found["noise"]["sensors"])
+    ranked = single_ranks(found)
+    same = [listed(label, ranked, channels, shots) for label in truth.effects]
+
+    def true(label: str) -> bool:
+        parts = label.split("+")
+        return len(parts) == len(same) and all(
+            any(equivalent(part, one, channels, shots) for part in parts) for one in same
+        )
+
+    believed = {CLEAN: lambda label: label == NONE, "outside": lambda label: label == SOMETHING_ELSE}.get(
+        truth.kind, true
+    )
+    single = next((label for label in ranked if true(label)), None) if truth.kind == SINGLE else None
+    named = ranked[0] if found["verdict"] == ATTRIBUTED and ranked else ""
     return Score(
-        experiment.name,
-        tuple(measured.channels),
-        truth.kind,
-        truth.what,
-        truth.effects,
-        blind,
-        believed,
-        read,
-        _unasked(fitted, believed[STATED]),
-        error=None if trained is None else _against_truth(clean, *trained),
-        **_of_truth(clean, fitted, believed[STATED], truth, alpha, asked.draws),
+        name=name,
+        draw=truth.draw,
+        channels=channels,
+        shots=shots,
+        baseline=baseline,
+        form=truth.form,
+        kind=truth.kind,
+        what=truth.what,
+        planted=dict(truth.effects),
+        verdict=found["verdict"],
+        p=found["alarm"],
+        alarm=found["alarm"] < found["alpha"],
+        confidence_set=tuple(found["confidence_set"]),
+        in_set=any(believed(label) for label in found["confidence_set"]),
+        rank=ranked.index(single) + 1 if single else None,
+        family_rank=family_rank(found, family_of(name_of(single))) if single else None,
+        named=named,
+        probability=next((p for label, p in found["probabilities"].items() if believed(label)), None),
+        probabilities=tuple((float(p), bool(believed(label))) for label, p in found["probabilities"].items()),
+        parameters=parameters_covered(found, truth, single),
+        magnitude=magnitude_covered(found, truth, single),
+        error=remaining_error(found, truth, case, simulate, channels, heldout) if named and simulate else None,
+        signal=signal(answer["stated"], truth, case, shots) if truth.kind == SINGLE else None,
     )
 
 
-def judgement(study: Study, measured: Measured, confirm: bool) -> tuple[Judge, dict[str, Judged]]:
-    """As `diagnose` judges the record; without the solver if that is not to be asked."""
-    record = study.read(measured)
-    if confirm:
-        return study.judgement(record)
-    judge = Judge.of(study.ground, record, study.choice.seed)
-    return judge, judge.models()
+def single_ranks(found: Mapping[str, Any]) -> list[str]:
+    """Single effects, the likeliest first."""
+    return [one["name"] for one in found["effects"] if one["name"] not in NOT_SINGLES]
 
 
-def _of_truth(clean: Judge, fitted: Models, draws: Draws, truth: Truth, alpha: float, count: int) -> dict:
-    """Figures that need to know what was planted."""
-    base = fitted[NONE]
-    names = base.fit.problem.names
-    sizes = {known.name: known.size for known in clean.groundwork.known}
-    planted = {name: value / sizes[name] for name, value in truth.effects.items() if name in names}
-    found: dict = {
-        "signals": {name: signal(base.fit, name, b) for name, b in planted.items()},
-        "shown": shown(base.fit),
+def family_rank(found: Mapping[str, Any], family: str) -> int | None:
+    """Place of a family among the library's families by their probability."""
+    others = (NONE, SOMETHING_ELSE, "pairs")
+    ordered = sorted((name for name in found["families"] if name not in others), key=lambda n: -found["families"][n])
+    return ordered.index(family) + 1 if family in ordered else None
+
+
+def magnitude_covered(found: Mapping[str, Any], truth: Truth, label: str | None) -> bool | None:
+    """Whether the 95 % interval holds the planted magnitude; None where there is none to hold."""
+    if label is None:
+        return None
+    interval = next(one["interval_95"] for one in found["effects"] if one["name"] == label)
+    (value,) = truth.effects.values()
+    return None if interval is None else bool(interval[0] <= value <= interval[1])
+
+
+def parameters_covered(found: Mapping[str, Any], truth: Truth, label: str | None) -> dict[str, bool]:
+    """Identified parameter -> whether its interval holds the truth, where the answer has a fit of the true model.
+
+    Parameters of another model than the declared one have no true value.
+    """
+    after = found["after"]
+    state = found["before"] if truth.kind == CLEAN else after if after and after["model"] == label else None
+    if state is None or truth.form != OWN:
+        return {}
+    return {
+        name: bool(one["interval_95"][0] <= truth.parameters[name] <= one["interval_95"][1])
+        for name, one in state["parameters"].items()
+        if name in truth.parameters and one.get("identified", True)
     }
-    if truth.kind == CLEAN:
-        found["covered"] = covered(clean, base, draws, truth.parameters, 0.0)
-    if truth.kind == SINGLE and len(planted) == 1:
-        ((name, b),) = planted.items()
-        found["lone"] = lone(base, name)
-        found["power"] = tuple(power(clean, base, name, b, alpha, count, clean.seed))
-        found["covered"] = covered(clean, fitted[name], draws, truth.parameters, b)
-    return found
 
 
-def lone(base: Judged, name: str) -> bool:
-    """Whether no other effect is its twin."""
-    cosines = np.abs(base.fit.linear.cosines()[base.fit.problem.index(name)])
-    return bool(np.sort(cosines)[-2] < TWIN)
+def remaining_error(
+    found: Mapping[str, Any],
+    truth: Truth,
+    case: Case,
+    simulate: Simulate,
+    channels: Sequence[str],
+    heldout: Measured | None,
+) -> tuple[float, float, float] | None:
+    """RMS errors of the declared model before, after, and with the true parameters and effects, in units of the noise.
+
+    Held out: a repeat of the first shot where the truth has one, else the sensors that the record does not have, else
+    a record held out. None where there is nothing, and where a simulation fails.
+    """
+    target = _target(truth, channels, heldout)
+    after, parameters = found["after"], found["before"]["parameters"]
+    if target is None or after is None or truth.form != OWN:
+        return None
+    time, curves = target
+    one = next(entry for entry in found["effects"] if entry["name"] == after["model"])
+    fitted = {name: entry["value"] for name, entry in parameters.items()}
+    corrected = {name: entry["value"] for name, entry in after["parameters"].items()}
+    try:
+        cases = {
+            "before": case.with_values(fitted),
+            "after": with_planted(case.with_values(corrected), {one["name"]: one["magnitude"]}, SHOTS[0]),
+            "oracle": with_planted(case.with_values(truth.parameters), truth.effects, SHOTS[0]),
+        }
+        histories = simulate(cases)
+    except (UserError, RunFailed):
+        return None
+    if any(label not in histories for label in cases):
+        return None
+    errors = [_rms(histories[label], time, curves, case) for label in cases]
+    return errors[0], errors[1], errors[2]
 
 
-def _unasked(models: Models, draws: Draws) -> float:
-    """Share of draws that reject none and allow a model that no strike has corrected."""
-    learnt = {name for name, one in models.items() if not struck(one)}
-    return float(np.mean([NONE not in one and bool(learnt & set(one)) for one in draws.sets]))
+def _target(
+    truth: Truth, channels: Sequence[str], heldout: Measured | None
+) -> tuple[Array, Mapping[str, Array]] | None:
+    """Clock and curves that nothing was fitted to."""
+    if HELDOUT in truth.curves:
+        return truth.time, truth.curves[HELDOUT]
+    others = {name: v for name, v in truth.curves.get(SHOTS[0], {}).items() if name not in channels}
+    if others:
+        return truth.time, others
+    return None if heldout is None else (heldout.time, heldout.channels)
 
 
-def _trained(judge: Judge, models: Models, alpha: float) -> tuple[Judged, Judged, np.ndarray]:
-    """Models before and after, selected and fitted without a block in time, and the block; after may be before."""
-    trained, held = time_block(judge, judge.groundwork.case.first_contact)
-    part = judge.only(trained)
-    found = of_part(part, models)
-    return found[NONE], Choice.of(found, alpha).chosen or found[NONE], held
+def _rms(histories: Histories, time: Array, curves: Mapping[str, Array], case: Case) -> float:
+    """Of all sensors, from contact on, each in units of its noise (without one: of 1 % of its peak)."""
+    of = (time >= 0.0) & (time <= case.time.end)
+    parts = []
+    for name, values in curves.items():
+        scale = case.sensors[name].noise or 0.01 * float(np.nanmax(np.abs(values)))
+        off = np.interp(time[of], histories.time, histories.channels[name]) - values[of]
+        parts.append(np.nanmean((off / scale) ** 2))
+    return float(np.sqrt(np.mean(parts)))
 
 
-def _against_truth(clean: Judge, before: Judged, after: Judged, held: np.ndarray) -> tuple[float, float]:
-    """RMS errors against the noise-free truth on the block, in units of the measurement noise."""
-    sigma = np.sqrt(np.diag(clean.measurement))
-    miss = [(clean.record.values - one.fit.curve) / sigma for one in (before, after)]
-    first, second = (float(np.sqrt(np.mean(one[held] ** 2))) for one in miss)
-    return first, second
+def signal(stated: Mapping[str, Any], truth: Truth, case: Case, shots: int) -> float | None:
+    """The effect's change in the record, whitened, less what the parameters imitate; None without paired simulations.
+
+    A fault of one sensor or an effect of one shot is in the first shot alone; a change of the rig is in every shot.
+    """
+    if WITHOUT not in truth.curves or SHOTS[0] not in stated:
+        return None
+    changed, slopes, factors = [], [], []
+    for shot in list(stated)[:shots]:
+        acts = any(label.partition("@")[2] in ("", shot) for label in truth.effects)
+        part, own = [], []
+        for name, one in stated[shot].items():
+            t = np.asarray(one["time"])
+            off = truth.curves[SHOTS[0]][name] - truth.curves[WITHOUT][name] if acts else np.zeros_like(truth.time)
+            part.append(np.interp(t, truth.time, off))
+            own.append([np.interp(t, truth.time, slope[name]) for slope in truth.slopes.values()])
+            factors.append(cholesky(covariance(t, one["sigma"], one["error"], case.time.end), lower=True))
+        changed += part
+        slopes.append(np.concatenate([np.reshape(one, (len(truth.slopes), -1)) for one in own], axis=1))
+    factor = block_diag(*factors)
+    d = solve_triangular(factor, np.concatenate(changed), lower=True)
+    g = solve_triangular(factor, np.concatenate(slopes, axis=1).T, lower=True)
+    if g.shape[1]:
+        d = d - g @ np.linalg.lstsq(g, d, rcond=None)[0]
+    return float(np.linalg.norm(d))
+
+
+def covariance(time: Array, sigma: Sequence[float], error: Sequence[float], end: float) -> Array:
+    """White noise beside a Matern 5/2 process that has the rest of the stated variance."""
+    noise, whole = np.asarray(sigma, dtype=float), np.asarray(error, dtype=float)
+    rest = np.sqrt(np.maximum(whole**2 - noise**2, 0.0))
+    r = np.sqrt(5.0) * np.abs(time[:, None] - time) / (CORRELATION * end)
+    return np.diag(noise**2 + 1e-8 * whole**2) + rest[:, None] * rest * (1.0 + r + r**2 / 3.0) * np.exp(-r)

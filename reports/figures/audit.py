@@ -1,4 +1,4 @@
-"""Figures of the audit: what was planted against what was answered, and power against the size of effects."""
+"""Figures of the audit: what was planted against what was answered, and stated probabilities against frequencies."""
 
 from __future__ import annotations
 
@@ -6,22 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from birdstrike.data.units import from_si
 from birdstrike.reports.figures.style import BLUE, GREY, VERMILION, WIDE, styled
-from birdstrike.solver.case.effects import SHOWN
-from birdstrike.solver.effects.registry import effects
 
-COLUMNS = 4
 LAST = ("none needed", "ambiguous, truth among them", "ambiguous, truth not among them", "unexplained")
 
 
 @styled
 def confusion_figure(confusion: Mapping[str, Mapping[str, float]]) -> Figure:
-    """Rows: what was planted; columns: the answer; shares of the noise draws."""
+    """Rows: what was planted; columns: the answer; shares of the records."""
     answers = sorted({a for row in confusion.values() for a in row if a not in LAST}) + list(LAST)
     matrix = np.array([[row.get(answer, 0.0) for answer in answers] for row in confusion.values()])
     figure = Figure(figsize=(WIDE, 0.3 * len(matrix) + 2.6), layout="constrained")
@@ -36,7 +30,7 @@ def confusion_figure(confusion: Mapping[str, Mapping[str, float]]) -> Figure:
                 axes.text(
                     j, i, f"{100 * share:.0f}", ha="center", va="center", color="w" if share > 0.6 else "k", size=7
                 )
-    axes.set_title("answers in % of the noise draws (rows: planted, columns: answered)")
+    axes.set_title("answers in % of the records (rows: planted, columns: answered)")
     return figure
 
 
@@ -45,40 +39,19 @@ def _short(name: str) -> str:
 
 
 @styled
-def power_figure(power: Sequence[Mapping[str, Any]], alpha: float) -> Figure:
-    """Probability that the model without effects is rejected against the effect's size, one panel an effect."""
-    names = list(dict.fromkeys(one["effect"] for one in power))
-    rows = -(-len(names) // COLUMNS)
-    figure = Figure(figsize=(WIDE, 1.75 * rows + 0.3), layout="constrained")
-    panels = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True)
-    for axes in panels.ravel()[len(names) :]:
-        axes.remove()
-    for axes, name in zip(panels.ravel(), names, strict=False):
-        _panel(axes, name, [one for one in power if one["effect"] == name], alpha)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("power")
+def reliability_figure(deciles: Sequence[Mapping[str, Any]]) -> Figure:
+    """How often what is stated with a probability is true, with 95 % intervals; on the diagonal it is as stated."""
+    figure = Figure(figsize=(0.55 * WIDE, 0.55 * WIDE), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [0.0, 1.0], color=GREY, lw=0.8)
+    for one in deciles:
+        if one["truths"]:
+            colour = BLUE if one["within"] else VERMILION
+            axes.plot([one["stated"]] * 2, one["interval_95"], color=colour, lw=1.2)
+            axes.plot(one["stated"], one["true"], "o", color=colour, ms=4.0)
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xlabel("stated probability")
+    axes.set_ylabel("share that is true")
+    axes.set_title("reliability of the stated probabilities")
     return figure
-
-
-def _panel(axes: Axes, name: str, power: Sequence[Mapping[str, Any]], alpha: float) -> None:
-    """Curves of one effect in the unit that its magnitudes are shown in."""
-    si = effects()[name].unit
-    unit = SHOWN.get(si, si)
-    for experiment in dict.fromkeys(one["experiment"] for one in power):
-        part = [one for one in power if one["experiment"] == experiment]
-        sizes = [_size(one["magnitude"], unit) for one in part]
-        axes.plot(sizes, [one["power"] for one in part], "o-", color=BLUE, ms=3.0, lw=1.0)
-        axes.axvline(_size(part[0]["planted"], unit), color=GREY, lw=0.8)
-    axes.axhline(alpha, color=VERMILION, lw=0.8, ls=":")
-    axes.set_xscale("log")
-    axes.set_ylim(-0.03, 1.05)
-    axes.set_title(name, fontsize=8.0)
-    axes.set_xlabel(unit or "–", fontsize=7.5, labelpad=1.0)
-    axes.xaxis.set_major_locator(MaxNLocator(3, min_n_ticks=2))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.tick_params(labelsize=7.0)
-
-
-def _size(magnitude: float, unit: str) -> float:
-    return abs(from_si(magnitude, unit) if unit else magnitude)

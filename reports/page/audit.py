@@ -1,4 +1,4 @@
-"""The audit as Markdown, for the repository's own pages."""
+"""The audit as a page and as Markdown, for the repository's own pages."""
 
 from __future__ import annotations
 
@@ -9,43 +9,33 @@ from typing import Any
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
+from birdstrike.inversion.audit.tables import NEAR, gates
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
-from birdstrike.reports.figures.audit import confusion_figure, power_figure
+from birdstrike.reports.figures.audit import confusion_figure, reliability_figure
 from birdstrike.reports.page.render import rendered
 from birdstrike.solver.case.effects import shown
 from birdstrike.solver.effects.registry import effects
 
-GATES = ("figure", "value", "95 % by bootstrap", "95 % Clopper-Pearson", "curves", "gate", "met")
-KEYS = ("false alarms", "truth in the set", "unique and wrong")
-APART = 0.3  # of the wanted signal: from there the table says why what the record shows is another
-CIRCULAR = "Made by the emulator itself (circular: shows only that the arithmetic holds)"
+GATES = ("figure", "value", "95 % by bootstrap", "95 % Clopper-Pearson", "truths", "criterion", "met")
+EXPECTED = ((1, 1), (4, 1), (4, 3))
+"""(channels, shots) of the tables that the design asks for, without and with a baseline, by both kinds of truth."""
+BARS = 40  # characters from 0 to 1 in the diagram in text
 
 Rows = tuple[tuple[str, ...], ...]
 
 
 def tables(entry: Mapping[str, Any]) -> dict[str, Table]:
-    """Every table of one number of channels, by name; those of which there is nothing to say are left out."""
-    found = {
-        "gates": Table(GATES, gate_rows(entry["gates"]), "The gates.", frozenset({1, 2, 3, 4})),
-        "made": Table(
-            GATES[:-2],
-            tuple(row[:-2] for row in gate_rows(entry["emulator_made"]["gates"]) if row[1] != "–"),
-            CIRCULAR,
-            frozenset({1, 2, 3, 4}),
-        ),
-        "power": _power(entry["power"]),
-        "robustness": _robustness(entry["robustness"]),
+    """Tables of one kind of record, by name."""
+    return {
+        "gates": Table(GATES, gate_rows(entry["gates"]), "The acceptance criteria.", frozenset({1, 2, 3, 4})),
+        "reliability": _reliability(entry["reliability"]),
         "experiments": _experiments(entry["experiments"]),
     }
-    return {
-        name: table
-        for name, table in found.items()
-        if table.rows and (name != "made" or entry["emulator_made"]["curves"])
-    }
 
 
-def gate_rows(gates: Sequence[Mapping[str, Any]]) -> Rows:
-    """Gates with both intervals; the one that judges a gate on an interval is the wider."""
+def gate_rows(found: Sequence[Mapping[str, Any]]) -> Rows:
+    """Criteria with both intervals; the one that judges a criterion on an interval is the wider."""
     return tuple(
         (
             gate["figure"],
@@ -54,10 +44,16 @@ def gate_rows(gates: Sequence[Mapping[str, Any]]) -> Rows:
             _ends(gate["exact_95"]),
             str(gate["curves"]),
             gate["gate"],
-            {None: "–", True: "yes", False: "no"}[gate["met"]],
+            _met(gate),
         )
-        for gate in gates
+        for gate in found
     )
+
+
+def _met(gate: Mapping[str, Any]) -> str:
+    if gate["gate"] != "shown" and gate["value"] is None:
+        return "not measured"
+    return {None: "–", True: "yes", False: "no"}[gate["met"]]
 
 
 def _ends(interval: Sequence[float] | None) -> str:
@@ -68,120 +64,106 @@ def _share(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def _power(power: Sequence[Mapping[str, Any]]) -> Table:
-    """Power at a signal of 4 and 5: what makes it, in physical units, and what the record itself shows there."""
-    head = (
-        "effect",
-        "experiment",
-        "signal",
-        "the record shows",
-        "along one effect",
-        "size that makes it",
-        "power",
-        "why",
-    )
+def _reliability(deciles: Sequence[Mapping[str, Any]]) -> Table:
+    head = ("stated, from .. to", "models", "truths", "mean stated", "true", "95 %", "within")
     rows = tuple(
         (
-            one["effect"],
-            one["experiment"],
-            f"{one['signal']:g}",
-            f"{one['shown']:.1f}",
-            f"{one['along']:.1f}",
-            shown(effects()[one["effect"]], one["magnitude"]),
-            f"{one['power']:.2f}",
-            _why(one),
+            f"{one['from']:.1f} .. {one['to']:.1f}",
+            str(one["models"]),
+            str(one["truths"]),
+            _share(one["stated"]),
+            _share(one["true"]),
+            _ends(one["interval_95"]),
+            {None: "–", True: "yes", False: "no"}[one["within"]],
         )
-        for one in power
-        if one["signal"] in (4.0, 5.0)
+        for one in deciles
     )
     caption = (
-        "Power at a signal |P g b| of 4 and 5, reached by scaling the noise. Beside it what the noise-free record "
-        "shows beyond the model without effects, |P r|, and how much of that lies along the learnt signature of one "
-        "effect; the size of the effect that would make the signal at the stated noise, if curves answered in "
-        "proportion."
+        "Reliability: how often what is stated with a probability is true, kinds of truth weighted to the prior "
+        "probabilities of the diagnosis."
     )
-    return Table(head, rows, caption, frozenset({2, 3, 4, 5, 6}))
+    return Table(head, rows, caption, frozenset({1, 2, 3, 4, 5}))
 
 
-def _why(one: Mapping[str, Any]) -> str:
-    """Why what the record shows differs from the signal, where it does by more than 30 %."""
-    off = one["shown"] / one["signal"] - 1.0
-    if off > APART:
-        return "the record shows more: error of the mesh beside the effect"
-    if off < -APART:
-        return "the record shows less: parameters absorb more than the learnt response says"
-    if one["along"] < (1.0 - APART) * one["shown"]:
-        return "what it shows has the shape of no single effect as learnt"
-    return ""
-
-
-def _robustness(robustness: Sequence[Mapping[str, Any]]) -> Table:
-    head = ("noise", *(f"{key}, {how}" for how in ("believed", "as read") for key in KEYS))
-    rows = tuple(
-        (one["noise"], *(_share(one[how][key]["value"]) for how in ("believed", "as read") for key in KEYS))
-        for one in robustness
-    )
-    caption = (
-        "Robustness. Believed: the covariance as stated, whatever the noise is. As read: whole drawn records go "
-        "through the reading of `diagnose`, which checks the noise before contact, finds correlation and leaves "
-        "outliers out."
-    )
-    return Table(head, rows, caption, frozenset(range(1, 7)))
-
-
-def _experiments(experiments: Sequence[Mapping[str, Any]]) -> Table:
+def _experiments(records: Sequence[Mapping[str, Any]]) -> Table:
     head = (
-        "experiment",
+        "record",
         "planted",
         "signal",
-        "shown",
         "answer",
-        "confidence set (first five)",
-        "strikes",
-        "truth in set",
-        "unasked",
+        "p",
+        "95 % set (first five)",
+        "rank",
+        "probability",
+        "excess error",
     )
     rows = tuple(
         (
-            one["experiment"],
-            _planted(one["planted"]) or one["kind"],
-            ", ".join(f"{value:.1f}" for value in one["signals"].values()) or "–",
-            f"{one['shown']:.1f}",
-            one["verdict"].replace("_", " "),
+            one["name"],
+            _planted(one),
+            "–" if one["signal"] is None else f"{one['signal']:.1f}",
+            one["verdict"].replace("_", " ") + (f": {one['named']}" if one["named"] else ""),
+            f"{one['p']:.3f}",
             ", ".join(one["confidence_set"][:5]) or "–",
-            str(one["strikes"]),
-            f"{one['in_set']:.2f}",
-            f"{one['unasked']:.2f}",
+            "–" if one["rank"] is None else str(one["rank"]),
+            _share(one["probability"]),
+            "–" if one["excess"] is None else f"{one['excess']:.2f}",
         )
-        for one in experiments
+        for one in records
     )
     caption = (
-        "Every experiment: the answer to the record as it stands and the strikes that it took; the last two columns "
-        "over the noise draws: the truth in the set, and sets with an effect in them that the solver was not asked "
-        "about."
+        "Every record: rank of the planted effect among the single effects, probability that the answer gives to the "
+        "truth, and (after^2 - oracle^2) / (before^2 - oracle^2) of the errors held out."
     )
-    return Table(head, rows, caption, frozenset({2, 3, 6, 7, 8}))
+    return Table(head, rows, caption, frozenset({2, 4, 6, 7, 8}))
 
 
-def _planted(planted: Mapping[str, float] | str) -> str:
-    if isinstance(planted, str):
-        return planted
-    return ", ".join(f"{name} {shown(effects()[name], value)}" for name, value in planted.items())
+def _planted(one: Mapping[str, Any]) -> str:
+    if not one["planted"]:
+        return one["what"] or one["kind"]
+    return ", ".join(f"{label} {_size(label, value)}" for label, value in one["planted"].items())
+
+
+def _size(label: str, value: float) -> str:
+    effect = effects().get(name_of(label))
+    return f"{value:.3g}" if effect is None else shown(effect, value)
+
+
+def state(content: Mapping[str, Any]) -> str:
+    """Whether the audit has been run to the end, and with how many records."""
+    records, wanted = content["records"], content["wanted"]
+    failed = f" {len(content['failed'])} further records have no answer." if content["failed"] else ""
+    if content["complete"]:
+        return f"{records} records were diagnosed and scored.{failed}"
+    if not records:
+        return f"**The audit of this design of the diagnosis has not been run**: no record has been scored.{failed}"
+    return (
+        f"**The audit of this design of the diagnosis has not been run to the end**: {records} records were diagnosed "
+        f"and scored, and a table needs {wanted} truths. Figures of so few say little.{failed}"
+    )
 
 
 def words(content: Mapping[str, Any]) -> str:
     """How the audit was made, in sentences."""
     asked = (
-        "Each record was diagnosed as `birdstrike diagnose` does it, the solver asked about the models that matter; "
-        "draws of the noise carry its corrections, and effects that a draw alone brings near the set are answered by "
-        "emulator and learnt responses."
+        "Each record was diagnosed as `birdstrike diagnose` does it."
         if content["confirmed"]
-        else "Quick: the solver was asked about no model (--no-confirm), which `birdstrike diagnose` never does."
+        else "Quick: the solver was not run at the fits (--no-confirm)."
     )
-    return (
-        f"{asked} {content['draws']} draws of the noise on each curve, {content['read']} whole records of each kind "
-        f"of noise; solver {content['solver_version']}."
-    )
+    several = f" {content['draws']} draws of the noise on each record." if content["draws"] > 1 else ""
+    return f"{asked}{several} Solver {content['solver_version']}, code of the diagnosis {content['code']}."
+
+
+METHOD = (
+    f"Truths that the audit makes stand on {PARTICLES} times the declared particles and {SHELLS} times the declared "
+    "shells a side, on the other, jittered lattice; parameters, effects, sizes (0.8 to 3 plausible ones), signs and "
+    f"noise are drawn from the seed. Truths by another model have {SHELLS_OF_FORM} times the shells and a bird of "
+    "hexahedra, or another equation of state with twice the artificial viscosity. A baseline has a bird of its own. "
+    "The signal is the whitened change between two simulations of the truth, with and without the effect on one "
+    "lattice, less what the calibrated parameters imitate; a record counts at a signal within a factor of "
+    f"{NEAR:g} of it. The records that are shipped are older: their truths stand on 2 to 2.8 times the particles, and "
+    "they have no such pairs, so that figures at a signal are not measured on them."
+)
 
 
 def in_markdown(table: Table) -> Iterator[str]:
@@ -189,6 +171,21 @@ def in_markdown(table: Table) -> Iterator[str]:
     yield f"| {' | '.join(table.head)} |"
     yield f"|{'---|' * len(table.head)}"
     yield from (f"| {' | '.join(row)} |" for row in table.rows)
+
+
+def diagram(deciles: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The reliability diagram in text: a row a decile, - its interval, o the share that is true, | the mean stated."""
+    yield "```text"
+    yield f"stated     0{' ' * (BARS - 2)}1"
+    for one in deciles:
+        cells = [" "] * (BARS + 1)
+        if one["truths"]:
+            low, high = (round(BARS * x) for x in one["interval_95"])
+            cells[low : high + 1] = "-" * (high - low + 1)
+            cells[round(BARS * one["stated"])] = "|"
+            cells[round(BARS * one["true"])] = "o"
+        yield f"{one['from']:.1f} .. {one['to']:.1f} {''.join(cells)}".rstrip()
+    yield "```"
 
 
 def write_audit_page(folder: str | Path) -> Path:
@@ -206,43 +203,65 @@ def page(content: Mapping[str, Any]) -> str:
     """The page as HTML text; nothing in it points outside."""
     return rendered(
         title="Audit of the diagnosis",
-        subtitle=f"Planted experiments, simulated on finer meshes than the diagnosed ones. {words(content)}",
-        sections=[
-            section(i, name, entry, content["alpha"]) for i, (name, entry) in enumerate(content["tables"].items())
-        ],
+        subtitle=f"Records of known truth. {state(content).replace('**', '')} {words(content).replace('`', '')}",
+        sections=[section(i, name, entry) for i, (name, entry) in enumerate(content["tables"].items())],
     )
 
 
-def section(number: int, name: str, entry: Mapping[str, Any], alpha: float) -> Section:
-    """All of one number of channels."""
+def section(number: int, name: str, entry: Mapping[str, Any]) -> Section:
+    """All of one kind of record."""
     intro = (
-        f"{entry['curves']} curves. Rates are means over curves of the share of noise draws. Two intervals, both over "
-        "curves: by bootstrap, which is too narrow over a handful of them, and Clopper and Pearson's of the nearest "
-        "whole number of curves, which is wide; a gate on an interval takes the wider. Missed gates are shown."
+        f"{entry['records']} records of {entry['curves']} truths. Two intervals, both over truths: by bootstrap, which "
+        "is too narrow over a handful of them, and Clopper and Pearson's of the nearest whole number of truths, which "
+        "is wide; a criterion on an interval takes the wider. Missed criteria are shown."
     )
     found = tables(entry)
     confusion = drawing(
         f"confusion-{number}", confusion_figure(entry["confusion"]), "What was planted and what was answered."
     )
-    blocks: list[Block] = [Paragraph(intro), found.pop("gates"), confusion]
-    if entry["power"]:
-        caption = (
-            "Power against the size of the effect that makes the signal at the stated noise, one panel an effect; "
-            "dots: signals of 2 to 6, reached by scaling the noise; the upright line: the size that was planted."
-        )
-        blocks.append(drawing(f"power-{number}", power_figure(entry["power"], alpha), caption))
+    caption = (
+        "Stated probabilities by deciles against the share that is true, with 95 % intervals; on the diagonal they are "
+        "as stated."
+    )
+    reliable = drawing(f"reliability-{number}", reliability_figure(entry["reliability"]), caption)
+    blocks: list[Block] = [Paragraph(intro), found.pop("gates"), confusion, reliable]
     return Section(f"table-{number}", f"Records of {name}", (*blocks, *found.values()))
 
 
 def audit_markdown(content: Mapping[str, Any]) -> str:
-    """Gates, power, robustness, the emulator's own truths and every experiment as tables."""
+    """docs/audit.md: criteria, met or not, the reliability diagram and every record."""
     return "\n".join(_lines(content)) + "\n"
 
 
 def _lines(content: Mapping[str, Any]) -> Iterator[str]:
-    yield words(content)
+    yield "# Audit of the diagnosis"
+    made = (
+        f"Made by `{content['command'] or 'birdstrike audit'}` on {content['date']}; figures: [audit.json](audit.json)."
+    )
+    yield from ("", made, "", state(content), "", words(content), "", METHOD)
     for name, entry in content["tables"].items():
-        yield f"\n## Records of {name}: {entry['curves']} curves"
-        for table in tables(entry).values():
+        yield f"\n## Records of {name}: {entry['curves']} truths, {entry['records']} records"
+        for key, table in tables(entry).items():
             yield f"\n{table.caption}\n"
             yield from in_markdown(table)
+            if key == "reliability":
+                yield ""
+                yield from diagram(entry["reliability"])
+    missing = [one for one in EXPECTED if not any(_fits(name, one) for name in content["tables"])]
+    if missing:
+        yield "\n## Not measured\n"
+        yield "The criteria of the tables for which no record has been diagnosed:"
+    for channels, shots in missing:
+        heading = f"{channels} channel{'s' if channels > 1 else ''}, {shots} shot{'s' if shots > 1 else ''}"
+        yield f"\n### {heading}, without and with a baseline, truths by the declared and by another model\n"
+        yield "| figure | criterion | met |"
+        yield "|---|---|---|"
+        for gate in gates((), content["alpha"], channels, shots):
+            if gate.gate != "shown":
+                yield f"| {gate.figure} | {gate.gate} | not measured |"
+
+
+def _fits(name: str, wanted: tuple[int, int]) -> bool:
+    """Whether a table of that name has one or several channels and so many shots as are wanted."""
+    count, shots = name.split(", ")[:2]
+    return (int(count.split()[0]) > 1) == (wanted[0] > 1) and int(shots.split()[0]) == wanted[1]

@@ -71,7 +71,7 @@ COMMANDS: dict[str, Arguments] = {
     "diagnose": lambda data: [
         *("diagnose", "reference_strike", "--measured", str(data / "record.csv"), "--workers", "1"),
     ],
-    "audit": lambda _: ["audit", "--draws", "20", "--channels", "1", "--workers", "1"],
+    "audit": lambda _: ["audit", "--most", "1", "--channels", "1", "--workers", "1"],
     "close-the-loop": lambda data: [
         *("close-the-loop", "reference_strike", "--measured", str(data / "record.csv"), "--design", "lhs"),
         *("--runs", "8", "--no-diagnosis", "--workers", "1"),

@@ -1,161 +1,127 @@
-"""Drawn refits within bounds: the bounded solution, and the share of draws that a true model survives."""
+"""Truths: what is drawn, on which mesh, by which model, and from nothing but the seed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
+from collections import Counter
 
 import numpy as np
 import pytest
-from birdstrike.inversion.diagnosis.covariance import Whitener
-from birdstrike.inversion.diagnosis.judge import Judged
-from birdstrike.inversion.diagnosis.statistics import Reference
-from birdstrike.inversion.diagnosis.verdict import NONE
-from scipy.optimize import lsq_linear
-from scipy.stats import binom
 
-from birdstrike.data.histories import Array
-from birdstrike.inversion.audit import draws
-from birdstrike.inversion.audit.draws import answer, bounded_least_squares
-from birdstrike.inversion.diagnosis.ranking import Fit, Problem
-from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.audit.draws import (
+    BASELINE,
+    CLEAN,
+    HELDOUT,
+    HEXAHEDRA,
+    OTHER_LAW,
+    OUTSIDE,
+    OWN,
+    PAIR,
+    SHARES,
+    SINGLE,
+    WITHOUT,
+    Drawn,
+    draw,
+    roles,
+    truth_case,
+    with_planted,
+)
+from birdstrike.solver.bird.eos.grueneisen import grueneisen
+from birdstrike.solver.bird.eos.murnaghan import murnaghan
+from birdstrike.solver.case.case import Case, load_case
 
-POINTS, UNKNOWNS, DRAWS = 16, 8, 2000
-ALPHA = 0.05
-INSIDE = 2e-4  # of the range: what counts as off a bound in a fit, and is nothing beside the standard errors
-
-
-class NoPrior:
-    """The prior of parameters about which nothing is known: it adds no row to a fit."""
-
-    def __sub__(self, z: Array) -> Array:
-        return np.zeros((len(z), 0))
-
-
-@dataclass(frozen=True)
-class LinearModel:
-    """y = design z for parameters within 0..1, and no effect: what a drawn refit asks of a model, no more."""
-
-    design: Array
-    record: Any
-
-    coordinates = SimpleNamespace(mean=NoPrior(), sd=1.0)
-    known = ()
-
-    def points(self, place: Any, _: Box) -> Array:
-        return place.z @ self.design.T
+COUNT = 60
 
 
-def correlated_design(seed: int) -> Array:
-    """Columns that look alike: a standard error of each unknown of tenths of its range."""
-    rng = np.random.default_rng(seed)
-    common = rng.standard_normal((POINTS, 1))
-    return 8.0 * (0.98 * common + np.sqrt(1.0 - 0.98**2) * rng.standard_normal((POINTS, UNKNOWNS)))
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return load_case("virtual_strike")
 
 
-class CurvedModel(LinearModel):
-    """y = design (z + z^2), so that the slopes depend on where a draw is linearised."""
-
-    def points(self, place: Any, _: Box) -> Array:
-        return (place.z + place.z**2) @ self.design.T
+@pytest.fixture(scope="module")
+def drawn(case: Case) -> list[Drawn]:
+    return [draw(case, 0, number, forms=False) for number in range(COUNT)]
 
 
-def survived(truth: Array, seed: int) -> Array:
-    """(DRAWS,) whether the true model is kept at 5 %."""
-    return answered(truth, seed, LinearModel).holds(NONE)
+def one_of(drawn: list[Drawn], kind: str) -> Drawn:
+    return next(one for one in drawn if one.kind == kind)
 
 
-def answered(truth: Array, seed: int, kind: type[LinearModel]) -> draws.Draws:
-    """Answers over the draws of one true model."""
-    design = correlated_design(seed)
-    model: Any = kind(design, None)
-    values = model.points(SimpleNamespace(z=truth), None)
-    model = kind(design, SimpleNamespace(values=values))
-    low, high = np.zeros(UNKNOWNS), np.ones(UNKNOWNS)
-    box = Box(low, high, np.zeros(UNKNOWNS, dtype=bool), low, high)
-    problem = Problem(model, Whitener.of(np.eye(POINTS)), ())
-
-    def judged(name: str, fit: Fit) -> Judged:
-        reference = Reference.of(fit.linear)
-        return Judged(name, fit, reference, reference.judge(), True)
-
-    judge: Any = SimpleNamespace(judged=judged)
-    base = judged(NONE, Fit(problem, (), box, truth, 0.0))
-    noise = np.random.default_rng(100 + seed).standard_normal((DRAWS, POINTS))
-    return answer(judge, {NONE: base}, noise, ALPHA)
+def test_a_truth_follows_from_the_seed_and_its_number_alone(case: Case, drawn: list[Drawn]) -> None:
+    assert draw(case, 0, 7, forms=False) == drawn[7]
+    assert draw(case, 1, 7, forms=False).parameters != drawn[7].parameters
+    assert draw(case, 0, 7, forms=False, attempt=1).parameters != drawn[7].parameters
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_true_model_beside_its_bounds_survives_in_95_of_100_draws(seed: int) -> None:
-    """With the truth at the corner of the box the residual on each face is chi-squared, so that 95 % is exact."""
-    kept = survived(np.full(UNKNOWNS, INSIDE), seed)
-    low, high = binom.interval(0.99, DRAWS, 1.0 - ALPHA)
-    assert low <= kept.sum() <= high
+def test_kinds_come_in_their_shares_and_parameters_inside_their_ranges(case: Case, drawn: list[Drawn]) -> None:
+    counts = Counter(one.kind for one in drawn)
+    for kind, share in SHARES.items():
+        assert abs(counts[kind] - share * COUNT) <= 4.0 * np.sqrt(COUNT * share * (1.0 - share))
+    for p in case.parameters():
+        assert all(p.low < one.parameters[p.name] < p.high for one in drawn)
+        assert all(one.parameters[p.name] != one.clean[p.name] for one in drawn), "a baseline has a bird of its own"
 
 
-def test_a_true_model_far_from_its_bounds_survives_in_95_of_100_draws() -> None:
-    low, high = binom.interval(0.99, DRAWS, 1.0 - ALPHA)
-    assert low <= survived(np.full(UNKNOWNS, 0.5), 7).sum() <= high
+def test_single_effects_are_of_several_families_and_some_of_one_sensor_or_of_one_shot(drawn: list[Drawn]) -> None:
+    labels = [label for one in drawn for label in one.planted]
+    assert any("." in label for label in labels)
+    assert any(label.endswith("@shot1") for label in labels)
+    assert len({label.split("@")[0].split(".")[0] for label in labels}) > 8
+    assert all(len(one.planted) == {CLEAN: 0, SINGLE: 1, PAIR: 2, OUTSIDE: 0}[one.kind] for one in drawn)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_bounded_solutions_are_those_of_one_draw_at_a_time(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    design, start = correlated_design(seed), rng.random(UNKNOWNS)
-    low, high = np.zeros(UNKNOWNS), np.ones(UNKNOWNS)
-    residuals = 4.0 * rng.standard_normal((200, POINTS))
-    x, sides = bounded_least_squares(design, residuals, start, low, high)
-    for row, found, side in zip(residuals, x, sides, strict=True):
-        solved = lsq_linear(design, row, (low - start, high - start), method="bvls", tol=1e-14)
-        np.testing.assert_allclose(found, start + solved.x, atol=1e-7)
-        np.testing.assert_array_equal(side, solved.active_mask)
-    assert (sides != 0).any(axis=1).mean() > 0.5
+def test_every_truth_is_eight_times_finer_on_another_lattice_and_the_baseline_is_clean(
+    case: Case, drawn: list[Drawn]
+) -> None:
+    one = one_of(drawn, SINGLE)
+    cases = roles(one, case)
+    for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE, WITHOUT):
+        found = cases[role]
+        assert found.bird.particles >= 8 * case.bird.particles
+        assert all(fine >= 2 * coarse for fine, coarse in zip(found.plate.elements, case.plate.elements, strict=True))
+        assert found.bird.lattice != case.bird.lattice
+        assert found.bird.jitter > 0.0
+    assert len({cases[role].bird.seed for role in ("shot1", "shot2", "shot3", HELDOUT, BASELINE)}) == 5
+    assert cases[BASELINE].resolved() == cases[BASELINE]
+    assert cases[WITHOUT].bird.seed == cases["shot1"].bird.seed
+    assert cases["shot1"].canonical() != cases[WITHOUT].canonical()
 
 
-def test_draws_that_do_not_settle_are_solved_where_they_are_judged(monkeypatch) -> None:
-    """After one round many draws are due; their unknowns and their p belong to the same linearisation."""
-    judged: list[tuple[Fit, Array]] = []
-
-    def noted(one: Judged, rows: Array) -> Array:
-        judged.append((one.fit, rows))
-        return np.ones(len(rows))
-
-    monkeypatch.setattr(draws, "ROUNDS", 1)
-    monkeypatch.setattr(draws, "_p_values", noted)
-    found = answered(np.full(UNKNOWNS, 0.02), 0, CurvedModel).unknowns[NONE]
-    noise = np.random.default_rng(100).standard_normal((DRAWS, POINTS))
-    place = {row.tobytes(): x for row, x in zip(noise, found, strict=True)}
-    assert len(judged) > 20
-    for fit, rows in judged:
-        low, high = np.where(fit.at_bound, fit.x, 0.0), np.where(fit.at_bound, fit.x, 1.0)
-        x, _ = bounded_least_squares(fit.whole_design, fit.linear.residual + rows, fit.x, low, high)
-        own = np.array([place[row[:POINTS].tobytes()] for row in rows])
-        np.testing.assert_allclose(own, x, atol=1e-9)
+@pytest.mark.parametrize("form", [HEXAHEDRA, OTHER_LAW])
+def test_the_other_model_is_another_model_on_three_times_the_shells(case: Case, drawn: list[Drawn], form: str) -> None:
+    one = one_of(drawn, CLEAN)
+    found = truth_case(case, Drawn(0, CLEAN, one.parameters, one.clean, {}, form, 1), 0, "shot1")
+    own = truth_case(case, Drawn(0, CLEAN, one.parameters, one.clean, {}, OWN, 1), 0, "shot1")
+    assert found.plate.elements[0] >= 3 * case.plate.elements[0]
+    assert (found.bird.method != own.bird.method) == (form == HEXAHEDRA)
+    if form == OTHER_LAW:
+        assert found.bird.material.law.kind == "murnaghan"
+        assert found.solver.shock_linear > own.solver.shock_linear
 
 
-def test_an_unknown_without_a_range_is_fixed() -> None:
-    rng = np.random.default_rng(3)
-    design, start = correlated_design(3), rng.random(UNKNOWNS)
-    low, high = np.zeros(UNKNOWNS), np.ones(UNKNOWNS)
-    low[[2, 5]] = high[[2, 5]] = start[2], 0.25
-    free = np.setdiff1d(np.arange(UNKNOWNS), [2, 5])
-    residuals = 4.0 * rng.standard_normal((50, POINTS))
-    x, sides = bounded_least_squares(design, residuals, start, low, high)
-    assert (x[:, [2, 5]] == low[[2, 5]]).all()
-    assert (sides[:, [2, 5]] == -1).all()
-    for row, found in zip(residuals - design[:, 5:6].T * (0.25 - start[5]), x, strict=True):
-        solved = lsq_linear(design[:, free], row, ((low - start)[free], (high - start)[free]), method="bvls", tol=1e-14)
-        np.testing.assert_allclose(found[free], start[free] + solved.x, atol=1e-7)
-    x, sides = bounded_least_squares(design, residuals, start, high, high)
-    assert (x == high).all()
-    assert (sides == -1).all()
+def test_the_other_law_is_as_stiff_as_the_declared_one_in_small_compressions(case: Case) -> None:
+    one = draw(case, 0, 0, forms=False)
+    found = truth_case(case, Drawn(0, CLEAN, one.parameters, one.clean, {}, OTHER_LAW, 1), 0, "shot1")
+    law, density = found.bird.material.law, case.bird.actual_density
+    other = murnaghan(density, law.B, law.g)
+    own = grueneisen(density, one.parameters["bird.material.eos.C"], 2.48)
+    for mu in (0.01, 0.03):
+        pressures = [law.terms(mu, law.constants)[0] for law in (other, own)]
+        assert pressures[0] == pytest.approx(pressures[1], rel=0.01)
 
 
-def test_draws_solved_one_by_one_take_a_fixed_unknown(monkeypatch) -> None:
-    monkeypatch.setattr(draws, "CHANGES", 1)
-    design, low, high = correlated_design(4), np.zeros(UNKNOWNS), np.ones(UNKNOWNS)
-    high[0] = 0.0
-    residuals = 4.0 * np.random.default_rng(4).standard_normal((20, POINTS))
-    x, _ = bounded_least_squares(design, residuals, np.full(UNKNOWNS, 0.5), low, high)
-    assert (x[:, 0] == 0.0).all()
+def test_something_outside_the_library_changes_the_shot_but_not_the_baseline(case: Case, drawn: list[Drawn]) -> None:
+    one = one_of(drawn, OUTSIDE)
+    cases = roles(one, case)
+    plain = truth_case(case, Drawn(0, CLEAN, one.parameters, one.clean, {}, OWN, one.seed), 0, "shot1")
+    assert one.what
+    assert cases["shot1"].canonical() != plain.canonical()
+    assert cases[BASELINE].plate == plain.plate
+
+
+def test_an_effect_of_one_shot_or_of_one_sensor_acts_there_alone(case: Case) -> None:
+    fast = with_planted(case, {"impact_speed@shot1": 2.0}, "shot1")
+    assert fast.impact.speed == pytest.approx(case.impact.speed + 2.0)
+    assert with_planted(case, {"impact_speed@shot1": 2.0}, "shot2") == case
+    loud = with_planted(case, {"sensor_gain.displacement_quarter": 0.05}, "shot2")
+    assert loud.instrument["displacement_quarter"].gain == pytest.approx(1.05)
+    assert "displacement_centre" not in loud.instrument

@@ -1,0 +1,205 @@
+"""Truths simulated through the run store, and the records that are made of them.
+
+All records of one truth share its simulations: with one and with all channels, of one and of three shots, without and
+with a baseline; each has noise of its own. Everything follows from the seed, so that a killed audit goes on where it
+stood; a truth whose simulation fails is drawn again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.audit.draws import (
+    BASELINE,
+    CLEAN,
+    HELDOUT,
+    PAIR,
+    SHOTS,
+    SINGLE,
+    SLOPE,
+    STEP,
+    WITHOUT,
+    Drawn,
+    draw,
+    roles,
+)
+from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, truth_text
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.write import case_toml
+
+Simulate = Callable[[Mapping[str, Case]], dict[str, Histories]]
+"""Histories by label of those cases whose simulation succeeded."""
+BEFORE = 5.5e-4  # s of record before first contact, from which the noise is read
+ATTEMPTS = 10
+HEADER = (
+    "SIMULATED, NOT MEASURED: a virtual experiment made by birdstrike's own solver, with noise added.",
+    "The declared case stands in the file of the same name that ends in .toml. What the shot really was is sealed.",
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a record of a truth consists of."""
+
+    channels: tuple[str, ...]
+    shots: int
+    baseline: bool
+
+
+def layouts(case: Case) -> list[Layout]:
+    """One and all channels, one and three shots, without and with a baseline."""
+    names = tuple(case.sensors)
+    sets = [names[:1]] if len(names) == 1 else [names[:1], names]
+    return [Layout(*one) for one in product(sets, (1, len(SHOTS)), (False, True))]
+
+
+def make_experiments(
+    case: Case,
+    folder: Path,
+    simulate: Simulate,
+    count: int,
+    seed: int = 0,
+    *,
+    forms: bool = False,
+    wanted: tuple[Layout, ...] = (),
+    progress: Callable[[float], None] = lambda _: None,
+) -> list[str]:
+    """Write the experiments of `count` truths into `folder`, those that are there already left alone; their names.
+
+    forms: of the model-form variant; wanted: by default all layouts. Raises RunFailed where a truth fails every time.
+    """
+    found, own = [], wanted or tuple(layouts(case))
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(count):
+        stem = f"{'form' if forms else 'truth'}_{number:03d}"
+        names = [f"{stem}_{i + 1}" for i in range(len(own))]
+        if not all((folder / f"{name}{TRUTH}").is_file() for name in names):
+            drawn, histories = _simulated(case, simulate, seed, number, forms, max(one.shots for one in own))
+            columns = _columns(case, drawn, histories)
+            write_atomically(folder / f"{stem}{CURVES}", curves_text(*columns))
+            for i, (name, layout) in enumerate(zip(names, own, strict=True)):
+                rng = np.random.default_rng([seed, number, int(forms), i])
+                _write(folder, name, case, drawn, layout, columns, rng, stem)
+        found += names
+        progress((number + 1) / count)
+    return found
+
+
+def _simulated(
+    case: Case, simulate: Simulate, seed: int, number: int, forms: bool, shots: int
+) -> tuple[Drawn, dict[str, Histories]]:
+    """A truth with all its simulations, drawn again until they succeed."""
+    reason = ""
+    for attempt in range(ATTEMPTS):
+        drawn = draw(case, seed, number, forms, attempt)
+        try:
+            cases = roles(drawn, case, shots)
+        except UserError as error:
+            reason = str(error)
+            continue
+        histories = simulate(cases)
+        missing = [role for role in cases if role not in histories]
+        if not missing:
+            return drawn, histories
+        reason = f"{', '.join(missing)} failed"
+    raise RunFailed(
+        f"truth {number} failed {ATTEMPTS} times: {reason}", "use a case that runs over its whole parameter range"
+    )
+
+
+def _columns(
+    case: Case, drawn: Drawn, histories: Mapping[str, Histories]
+) -> tuple[Array, dict[tuple[str, str], Array]]:
+    """The clock of the records and the noise-free curves on it, from well before contact to the declared end."""
+    step = case.time.output_interval
+    early = max(int(np.ceil((BEFORE - case.first_contact) / step)), 0)
+    time = step * np.arange(-early, round(case.time.end / step) + 1)
+    found: dict[tuple[str, str], Array] = {}
+    for role, one in histories.items():
+        if role.startswith(SLOPE):
+            continue
+        drifts = _drifts(case, drawn, role)
+        for sensor in case.sensors:
+            values = np.interp(time, one.time, one.channels[sensor])
+            found[role, sensor] = np.where(time < 0.0, drifts.get(sensor, 0.0) * time, values)
+    for p in case.parameters() if drawn.planted else ():
+        low, high = (histories[f"{SLOPE} {p.name} {sign}"] for sign in ("-1", "+1"))
+        ends = np.clip(drawn.parameters[p.name] + np.array([-1, 1]) * STEP * (p.high - p.low), p.low, p.high)
+        share = float(ends[1] - ends[0]) / (p.high - p.low)
+        for sensor in case.sensors:
+            change = high.channels[sensor] - low.channels[sensor]
+            found[f"{SLOPE} {p.name}", sensor] = np.interp(time, low.time, change) / share
+    return time, found
+
+
+def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
+    """Sensor -> drift [m/s], which runs before contact as well."""
+    if role in (BASELINE, WITHOUT):
+        return {}
+    found = {}
+    for label, value in drawn.planted.items():
+        name, _, sensor = label.split("@")[0].partition(".")
+        if name == "sensor_drift":
+            those = [sensor] if sensor else [n for n, s in case.sensors.items() if s.kind == "displacement"]
+            found.update(dict.fromkeys(those, value))
+    return found
+
+
+def visible(drawn: Drawn, layout: Layout) -> dict[str, float]:
+    """The planted effects that a record can show: a fault of a sensor that it does not have is not there."""
+    shown = {}
+    for label, value in drawn.planted.items():
+        sensor = label.split("@")[0].partition(".")[2]
+        if not sensor or sensor in layout.channels:
+            shown[label] = value
+    return shown
+
+
+def _write(
+    folder: Path,
+    name: str,
+    case: Case,
+    drawn: Drawn,
+    layout: Layout,
+    columns: tuple[Array, Mapping[tuple[str, str], Array]],
+    rng: Generator,
+    curves: str,
+) -> None:
+    """Declared case, records and, last, the sealed truth."""
+    time, clean = columns
+    write_atomically(folder / f"{name}.toml", f"# Declared case of a virtual experiment.\n{case_toml(case)}")
+    for role, ending, channels in _files(case, layout):
+        record = {sensor: clean[role, sensor] for sensor in channels}
+        write_measured(folder / f"{name}{ending}", noisy(case, time, record, rng))
+    planted = visible(drawn, layout)
+    kind = {0: CLEAN, 1: SINGLE, 2: PAIR}[len(planted)] if drawn.planted else drawn.kind
+    truth = Truth(kind, curves, drawn.form, drawn.what, planted, drawn.parameters)
+    write_atomically(folder / f"{name}{TRUTH}", truth_text(truth, f"{curves}{CURVES}"))
+
+
+def _files(case: Case, layout: Layout) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Role, ending of the file, channels."""
+    for i, shot in enumerate(SHOTS[: layout.shots]):
+        yield shot, f".{shot}.csv" if i else ".csv", layout.channels
+    if layout.baseline:
+        yield BASELINE, ".baseline.csv", layout.channels
+    yield HELDOUT, ".heldout.csv", tuple(case.sensors)
+
+
+def noisy(case: Case, time: Array, clean: Mapping[str, Array], rng: Generator) -> Measured:
+    """White noise of each sensor's own level."""
+    channels = {
+        name: values + (case.sensors[name].noise or 0.0) * rng.standard_normal(len(values))
+        for name, values in clean.items()
+    }
+    return Measured(time, channels, {}, {name: case.sensors[name].unit for name in channels}, HEADER)
