@@ -348,7 +348,7 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
 
 
 def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
-    """Of diagnosis.json: verdict and sentence, the likeliest model with its magnitude in words, errors by sensor in SI."""
+    """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI)."""
     from birdstrike.inversion.diagnosis.answer import EffectFigures, magnitude_words
 
     answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}

@@ -27,11 +27,7 @@ SESSIONS = {
         "birdstrike export loop --to lsdyna --units mm-ms-g-MPa",
         "grep -A 8 MAT_NULL loop/bird.k",
     ),
-    "demo": (
-        "birdstrike close-the-loop demo_rig --measured openradioss_speed96 \\\n"
-        "    --baseline openradioss_clean1 --out demo_out",
-    ),
-    "table7": ("birdstrike close-the-loop demo --measured table7_group5 --out table7",),
+    "table7": ("birdstrike close-the-loop demo --measured table7_group5 --out demo_out",),
 }
 """Name -> command lines; a place in a page is marked by <!-- session NAME --> and <!-- /session -->."""
 

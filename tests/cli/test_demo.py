@@ -1,4 +1,4 @@
-"""What `make demo` runs on: the shipped shot, its baseline and the case of their rig; and the lines that it ends with."""
+"""What `make demo` runs on (shipped shot, baseline, case of their rig), and the lines that it ends with."""
 
 from __future__ import annotations
 
