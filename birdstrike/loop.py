@@ -355,7 +355,8 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
     results = read_results(plan.out)
     diagnosed = read_json(plan.diagnosis / "diagnosis.json") if plan.diagnosed else {}
     return plan.ledger.write(
-        diagnosis={name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")} if diagnosed else None,
+        diagnosis=answer_of(diagnosed) if diagnosed else None,
+        stated=stated_truth(results.record.provenance),
         case_hash=case_hash(plan.case),
         simulated_record=results.record.simulated,
         findings=findings(results),
@@ -364,3 +365,25 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
         paths={"report": plan.report, "doe": plan.doe, "inversion": plan.inversion},
         failed_strikes=dict(results.failures),
     )
+
+
+def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
+    """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI)."""
+    from birdstrike.inversion.diagnosis.answer import EffectFigures, magnitude_words
+
+    answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}
+    if listed := diagnosed.get("effects"):
+        one = EffectFigures(**listed[0])
+        words = {"meaning": one.meaning, "magnitude_words": magnitude_words(one)}
+        answer["likeliest"] = {"name": one.name, "probability": one.probability, "magnitude": one.magnitude, **words}
+    for state in ("before", "after"):
+        found = diagnosed.get(state) or {}
+        answer[state] = (found.get("solver") or found).get("rmse")
+    sensors = diagnosed.get("noise", {}).get("sensors", {})
+    answer["units"] = {name: sensor["unit"] for name, sensor in sensors.items()}
+    return answer
+
+
+def stated_truth(provenance: Sequence[str]) -> list[str]:
+    """Lines of a record's provenance that state what was true of the shot: those that begin with "Truth"."""
+    return [line for line in provenance if line.startswith("Truth")]

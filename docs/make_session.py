@@ -27,7 +27,7 @@ SESSIONS = {
         "birdstrike export loop --to lsdyna --units mm-ms-g-MPa",
         "grep -A 8 MAT_NULL loop/bird.k",
     ),
-    "demo": ("birdstrike close-the-loop demo --measured table7_group5 --out demo_out",),
+    "table7": ("birdstrike close-the-loop demo --measured table7_group5 --out demo_out",),
 }
 """Name -> command lines; a place in a page is marked by <!-- session NAME --> and <!-- /session -->."""
 

@@ -93,7 +93,7 @@ def stage_display(heading: str) -> Iterator[Callable[[float], None]]:
 
 
 def _last_lines(closed: Mapping[str, Any]) -> None:
-    """Warnings, the report's path, the five findings; RunFailed when runs had to be left out."""
+    """Warnings, the report's path, the five findings, the diagnosis; RunFailed when runs had to be left out."""
     warn(closed["warnings"], "the report")
     seconds = {name: stage["seconds"] for name, stage in closed["stages"].items() if not stage["reused"]}
     parts = ", ".join(f"{name} {spent:.0f} s" for name, spent in seconds.items())
@@ -102,9 +102,29 @@ def _last_lines(closed: Mapping[str, Any]) -> None:
     for number, line in enumerate(closed["findings"], 1):
         say(f"{number}. {line}")
     if closed.get("diagnosis"):
-        say(f"Diagnosis: {closed['diagnosis']['sentence']}")
+        for line in diagnosis_lines(closed["diagnosis"]):
+            say(line)
+    for line in closed["stated"]:
+        say(f"The record's file states: {line}")
     if failed := closed["failed_strikes"]:
         raise RunFailed(
             f"runs of the campaign failed and are left out: {', '.join(failed)}",
             "the report stands on the others and gives the reasons; --retry-failed tries them again",
         )
+
+
+def diagnosis_lines(answer: Mapping[str, Any]) -> Iterator[str]:
+    """The diagnosis in one sentence; the likeliest model, its probability and magnitude; the error before and after."""
+    from birdstrike.inversion.formatting import quantity
+
+    yield f"Diagnosis: {answer['sentence'].rstrip('.')}."
+    if one := answer.get("likeliest"):
+        size = f", magnitude {one['magnitude_words']}" if one["magnitude_words"] else ""
+        yield f"Likeliest: {one['name']} ({one['meaning']}), probability {one['probability']:.2f}{size}."
+    if answer["before"] and answer["after"]:
+        parts = [
+            f"{name.replace('_', ' ')} {quantity(before, unit)} -> {quantity(answer['after'][name], unit)}"
+            for name, before in answer["before"].items()
+            if (unit := answer["units"].get(name)) is not None
+        ]
+        yield f"RMS error, calibrated without it -> with it: {'; '.join(parts)}."

@@ -1,21 +1,25 @@
 """The impact with each bird model: the user's case with the three standard birds, and with the inverted bird.
 
 The standard birds are the paper's (Tables 10 to 13), from the shipped cases: their material on the user's own plate,
-shape, mass, speed and mesh. Each simulation runs once: it is kept in `models/runs/` of the folder.
+shape, mass, speed and mesh. They run side by side, each once: it is kept in `models/runs/` of the folder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from birdstrike.data.errors import CaseError, RunFailed
+from birdstrike.data.errors import CaseError, MachineFailure
 from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.data.units import quantity_text
-from birdstrike.inversion.forward import StoredSolver
+from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
+from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.worker import process_pool, worker_count
+from birdstrike.doe.solvers import solver_for
+from birdstrike.inversion import forward
 from birdstrike.reports.comparison.clock import best_offset
 from birdstrike.reports.results.results import Model, Results, titled
 from birdstrike.solver.case.case import Case
@@ -38,25 +42,42 @@ def run_models(results: Results, progress: Progress | None = None) -> Results:
     """Results with every model's simulation, run where it is not in the store; a failure is kept with its reason."""
     cases: dict[str, Case | CaseError] = {name: _standard(results, shipped) for name, shipped in STANDARD.items()}
     cases[results.best] = _inverted(results)
+    runnable = {key: case for key, case in cases.items() if not isinstance(case, CaseError)}
+    outcomes = _outcomes(runnable, RunStore(results.folder / "models" / "runs"), progress or (lambda _: None))
     models: dict[str, Model] = {}
-    for done, (key, case) in enumerate(cases.items()):
-        report_share = _part(progress, done, len(cases))
-        run, failure = _run(results, case, report_share)
-        report_share(1.0)
+    for key, case in cases.items():
+        kept = runnable.get(key)
+        run, failure = (None, "; ".join(case.errors)) if isinstance(case, CaseError) else _found(outcomes[key])
         offset = results.offset if key == results.best or run is None else best_offset(results, run)
-        kept = None if isinstance(case, CaseError) else case
         models[key] = Model(key, titled(key, results.case), kept, run, offset, failure)
     return replace(results, simulated_models=models)
 
 
-def _part(progress: Progress | None, done: int, whole: int) -> Progress:
-    """Progress of one simulation among several, as a share of all."""
+def _outcomes(cases: Mapping[str, Case], store: RunStore, progress: Progress) -> dict[str, Finished | Failed]:
+    """What became of each model's simulation; those that are due run in processes of their own."""
 
-    def report_share(share: float) -> None:
-        if progress is not None:
-            progress((done + share) / whole)
+    def counted(counts: RunCounts) -> None:
+        progress((counts.finished + counts.failed) / counts.total)
 
-    return report_share
+    # The longest first: the standard birds, whose kernels may have to be compiled.
+    planned = [PlannedRun.of(i, {}, case, solver_for(case, forward.simulate)) for i, case in enumerate(cases.values())]
+    planned = [replace(run, case=case) for run, case in zip(planned, cases.values(), strict=True)]
+    runner = Runner(store, planned, counted)
+    if runner.due:
+        workers, case = min(worker_count(None), len(runner.due)), next(iter(cases.values()))
+        with process_pool(workers) as pool:
+            runner.run(pool, solver_for(case, forward.simulate).simulate, case, workers)
+    return {key: runner.outcomes[i] for i, key in enumerate(cases)}
+
+
+def _found(outcome: Finished | Failed) -> tuple[Histories | None, str]:
+    """The histories, or None and why; raises MachineFailure where the model is not at fault."""
+    if isinstance(outcome, Finished):
+        found = outcome.histories
+        return replace(found, summary={**found.summary, "run_key": outcome.key}), ""
+    if outcome.due:
+        raise MachineFailure(outcome.reason)
+    return None, outcome.reason
 
 
 def _standard(results: Results, shipped: str) -> Case | CaseError:
@@ -93,13 +114,3 @@ def picture_times(case: Case) -> tuple[float, ...]:
     frames = np.linspace(0.0, end, FRAMES)
     wanted = {round(float(t), 9) for t in (*frames, *case.time.snapshots, min(PICTURE_TIME, end))}
     return tuple(sorted(t for t in wanted if t <= end))
-
-
-def _run(results: Results, case: Case | CaseError, progress: Progress) -> tuple[Histories | None, str]:
-    """The histories from the store or the solver, or None and why."""
-    if isinstance(case, CaseError):
-        return None, "; ".join(case.errors)
-    try:
-        return StoredSolver(case, RunStore(results.folder / "models" / "runs"), progress=progress)({}), ""
-    except RunFailed as failure:
-        return None, str(failure)

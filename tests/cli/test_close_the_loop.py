@@ -18,7 +18,7 @@ from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import Case
 from tests.reports import synthetic
-from tests.reports.synthetic import write_record
+from tests.reports.synthetic import stand_in_for_models, write_record
 
 RUNS = 12
 
@@ -45,9 +45,8 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
     """In place of the embedded solver, in the campaign (on threads) and in the verification."""
     stand_in = Solver()
     monkeypatch.setattr("birdstrike.solver.simulate.simulate", stand_in)
-    monkeypatch.setattr("birdstrike.inversion.forward.simulate", stand_in)
     monkeypatch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
-    monkeypatch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
+    stand_in_for_models(monkeypatch, stand_in)
     return stand_in
 
 

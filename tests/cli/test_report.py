@@ -14,7 +14,7 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Histories
 from birdstrike.reports.sections import models, summary
 from birdstrike.solver.case.case import Case
-from tests.reports.synthetic import finished_folder, simulate, write_record
+from tests.reports.synthetic import finished_folder, simulate, stand_in_for_models, write_record
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def _short_page_simulated_by_the_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("birdstrike.inversion.forward.simulate", simulate)
-    monkeypatch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
+    stand_in_for_models(monkeypatch)
     monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section, models.section))
 
 

@@ -9,7 +9,7 @@ import pytest
 from birdstrike.reports.page.page import report
 from birdstrike.reports.results.reading import read_results
 from birdstrike.reports.results.results import Results
-from tests.reports.synthetic import finished_folder, simulate, write_record
+from tests.reports.synthetic import finished_folder, stand_in_for_models, write_record
 
 
 @pytest.fixture(scope="session")
@@ -30,8 +30,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page_of(folder: Path) -> Path:
     """The page of a folder with all bird models, few instants in motion."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.forward.simulate", simulate)
-        patch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
+        stand_in_for_models(patch)
         return report(folder)
 
 

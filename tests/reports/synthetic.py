@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -137,6 +138,23 @@ def write_record(path: Path, peak: float = 5.5e-3, period: float = 2.38e-3, prov
     record = Measured(RECORD_TIMES, {"displacement_centre": values}, {}, {"displacement_centre": "m"}, (provenance,))
     write_measured(path, record)
     return path
+
+
+class InThisProcess(Executor):
+    """In place of the report's worker processes, which would not know a stand-in: each run when it is handed over."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def stand_in_for_models(patch: pytest.MonkeyPatch, solver: Callable[..., Histories] = simulate) -> None:
+    """The bird models of the report by a stand-in, one after the other, with few instants in motion."""
+    patch.setattr("birdstrike.inversion.forward.simulate", solver)
+    patch.setattr("birdstrike.reports.comparison.models.process_pool", lambda _: InThisProcess())
+    patch.setattr("birdstrike.reports.comparison.models.worker_count", lambda _: 1)
+    patch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
 
 
 def finished_folder(folder: Path, record: Path, patch: pytest.MonkeyPatch, runs: int = 25) -> Path:
