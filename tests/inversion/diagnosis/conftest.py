@@ -53,6 +53,9 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]
         sought = {name: effects()[name] for name in SOUGHT}
         patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: sought)
         patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
         )
