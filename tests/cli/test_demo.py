@@ -12,7 +12,7 @@ from birdstrike.data.curves import read_measured
 from birdstrike.data.paths import resolve_measured
 from birdstrike.inversion.diagnosis.plan import meshes
 from birdstrike.loop import answer_of, checked, stated_truth
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 
 SHOT, BASELINE = "openradioss_speed96", "openradioss_clean1"
 
@@ -21,6 +21,10 @@ def test_the_case_of_the_rig_has_no_error() -> None:
     result = CliRunner().invoke(app, ["check", "demo_rig"])
     assert result.exit_code == 0, result.output
     assert "1.876 kg" in result.stdout
+
+
+def test_the_case_of_the_rig_stays_what_the_documented_figures_were_made_with() -> None:
+    assert case_hash(load_case("demo_rig")) == "5bb0f24c93c5fc7b", "docs/performance.md counts this case's runs"
 
 
 @pytest.mark.parametrize("name", [SHOT, BASELINE])

@@ -8,10 +8,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.inversion.audit.answers import records
+from birdstrike.inversion.audit.records import experiment_of, read_truth
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
@@ -111,3 +114,16 @@ def test_experiments_of_ones_own_and_truths_to_be_made_exclude_each_other(tmp_pa
     assert found.exit_code == 1
     assert "exclude each other" in found.output
     assert not (tmp_path / "out").exists()
+
+
+def test_further_draws_put_other_noise_of_the_stated_level_on_the_truth_s_own_curve(bench: Bench) -> None:
+    one = experiment_of(bench.folder / "out" / "experiments" / "truth_000_1.csv")
+    clean = read_truth(one.truth)
+    drawn = [records(one, noise, 0)[0] for noise in (0, 1, 2)]
+    (channel,) = drawn[0].channels
+    curve = np.interp(drawn[0].time, clean.time, clean.curves["shot1"][channel])
+    off = [record.channels[channel] - curve for record in drawn]
+    for noise in off:
+        assert np.std(noise) == pytest.approx(2e-5, rel=0.3)
+    for a, b in ((0, 1), (0, 2), (1, 2)):
+        assert abs(np.corrcoef(off[a], off[b])[0, 1]) < 0.4
