@@ -238,7 +238,8 @@ def _lines(content: Mapping[str, Any]) -> Iterator[str]:
     made = (
         f"Made by `{content['command'] or 'birdstrike audit'}` on {content['date']}; figures: [audit.json](audit.json)."
     )
-    yield from ("", made, "", state(content), "", words(content), "", METHOD)
+    yield from ("", made, "", state(content), "", words(content)) if content["records"] else ("", state(content))
+    yield from ("", METHOD)
     for name, entry in content["tables"].items():
         yield f"\n## Records of {name}: {entry['curves']} truths, {entry['records']} records"
         for key, table in tables(entry).items():
