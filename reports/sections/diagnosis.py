@@ -240,7 +240,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["at_bound"]:
         return f"at least {_sized(min(one['interval_95'], key=abs), one['unit'])}"
     low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
-    shown = SHOWN.get(one["unit"], one["unit"])
+    shown = SHOWN.get(one["unit"], one["unit"]) or ""
     return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
 
 

@@ -70,7 +70,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     found = Judge(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
     every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
-    exact = [multivariate_normal(np.zeros(POINTS), C).logpdf(y) for C in every]
+    exact = [multivariate_normal(mean=np.zeros(POINTS), cov=C).logpdf(y) for C in every]  # pyright: ignore[reportCallIssue, reportArgumentType]
     expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
     assert found == pytest.approx(
         float(expected), abs=1e-3

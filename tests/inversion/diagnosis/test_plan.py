@@ -37,9 +37,9 @@ def test_the_fine_mesh_is_eight_times_the_campaign_and_never_coarser_than_declar
     ("name", "own"),
     [
         ("sensor_gain", Instrument(gain=1.03)),
-        ("time_offset", Instrument(time_offset="0.02 ms")),
-        ("sensor_bandwidth", Instrument(bandwidth=f"{1.0 / (2.0 * np.pi * 3e-5)} Hz")),
-        ("sensor_drift", Instrument(drift="0.1 m/s")),
+        ("time_offset", Instrument.model_validate({"time_offset": "0.02 ms"})),
+        ("sensor_bandwidth", Instrument.model_validate({"bandwidth": f"{1.0 / (2.0 * np.pi * 3e-5)} Hz"})),
+        ("sensor_drift", Instrument.model_validate({"drift": "0.1 m/s"})),
     ],
 )
 def test_a_signature_is_what_the_instrument_does(name: str, own: Instrument) -> None:
