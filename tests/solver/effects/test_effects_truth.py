@@ -19,6 +19,7 @@ from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.reference.plate_ritz import RitzPlate, ritz_frequencies
 from birdstrike.solver.sensors.instrument import recorded
+from birdstrike.solver.simulate import simulate
 
 CASE = load_case("virtual_strike", {"bird.particles": "3000"})
 CLAMPED_HZ = 397.7  # of the case's plate, 525 x 430 x 10 mm of aluminium (Mindlin, Ritz)
@@ -195,6 +196,22 @@ def test_a_bird_without_yaw_is_the_same_strike_to_the_bit() -> None:
     straight = CASE.overlaid({"impact": {"yaw": "0 deg", "offset": ["0 mm", "0 mm"]}})
     assert case_hash(straight) == case_hash(CASE)
     np.testing.assert_array_equal(build_bird(straight).x, bird_with().x)
+
+
+@pytest.mark.parametrize("name", ["impact_offset_across", "bird_yaw"])
+def test_the_opposite_magnitude_bends_the_plate_in_mirror_image(name: str) -> None:
+    """Mirrored at the plane of flight; the side that the bird turns or arrives at is the one that gives way more."""
+    small = load_case(
+        "virtual_strike",
+        {"bird.particles": "300", "plate.elements": "[12, 10]", "time.end": "0.5 ms", "time.snapshots": "[]"},
+    )
+    sides = {side: {"kind": "displacement", "at": ["0 mm", f"{y} mm"]} for side, y in (("near", 60), ("far", -60))}
+    case = small.with_sensors(sides)
+    one, other = (simulate(case.with_effects({name: x * size(name)}), threads=1).channels for x in (2.0, -2.0))
+    peak = one["near"].max()
+    np.testing.assert_allclose(one["near"], other["far"], atol=1e-6 * peak)
+    np.testing.assert_allclose(one["far"], other["near"], atol=1e-6 * peak)
+    assert one["near"].max() > 1.01 * one["far"].max()
 
 
 TIME = np.arange(0.0, 3e-3, 5e-6)
