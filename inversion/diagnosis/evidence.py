@@ -222,7 +222,7 @@ class Judge:
         logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
         logs = logs + _one_sided(members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
         w = np.exp(logs - logsumexp(logs))
-        h, h_cov = _mixture(w, self.scale * best[:, :q], self.scale**2 * covariance[:, :q, :q])
+        h, h_cov = _mixture(w, *self._magnitudes(members, nodes, best[:, :q], covariance[:, :q, :q]))
         d = self.sizes(nodes)
         z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
         weights = np.zeros(len(self.combinations))
@@ -231,6 +231,36 @@ class Judge:
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
         z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
         return Evidence(hypothesis, float(np.asarray(logsumexp(logs))), h, h_cov, z, z_cov, weights, mean, unnamed)
+
+    @cached_property
+    def shared(self) -> frozenset[str]:
+        """Effects with the signature of an unnamed error: where no baseline parts the two, they are one magnitude."""
+        unnamed, at = self.columns[:, self.system.at["unnamed"]], self.system.at
+        return frozenset(
+            label
+            for label in self.singles[0]
+            if any(np.allclose(self.columns[:, at[label].start], own, rtol=1e-9, atol=0.0) for own in unnamed.T)
+        )
+
+    def _magnitudes(
+        self, members: Sequence[Suspect], nodes: Indices, best: Array, covariance: Array
+    ) -> tuple[Array, Array]:
+        """(nodes, q) means and (nodes, q, q) covariances of h, with what a shared signature has under unnamed errors.
+
+        Of a sum t = h + u with prior variances s^2 and tau^2, h given t is normal with mean t s^2/(s^2 + tau^2) and
+        variance s^2 tau^2/(s^2 + tau^2).
+        """
+        mean, cov = self.scale * best, self.scale**2 * covariance.copy()
+        tau, own = self.unnamed[nodes] ** 2, self.scale**2
+        for i, one in enumerate(members):
+            if one.label in self.shared:
+                ratio = 1.0 + tau / own
+                rest = (cov[:, i, i] - tau / ratio) * ratio**2
+                mean[:, i] *= ratio
+                cov[:, i, :] *= ratio[:, None]
+                cov[:, :, i] *= ratio[:, None]
+                cov[:, i, i] = np.maximum(rest, 0.0)
+        return mean, cov
 
     def _parameters(
         self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, factor: Array, covariance: Array

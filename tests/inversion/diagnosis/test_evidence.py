@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -70,11 +71,26 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     found = Judge(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
     every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
-    exact = [multivariate_normal(mean=np.zeros(POINTS), cov=C).logpdf(y) for C in every]  # pyright: ignore[reportCallIssue, reportArgumentType]
+    exact = [np.asarray(multivariate_normal.logpdf(y, np.zeros(POINTS), C)) for C in every]
     expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
     assert found == pytest.approx(
         float(expected), abs=1e-3
     )  # amplitudes of less than a thousandth of the weight are left out
+
+
+def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> None:
+    """An effect of two plausible sizes, as large as the unnamed errors: its magnitude is two, with the data's spread."""
+    first = system(0)
+    columns = first.columns.copy()
+    columns[:, first.at["unnamed"]] = columns[:, first.at["e1"]]
+    columns[:, 0] = 2.0 * columns[:, first.at["e1"].start]
+    s = replace(first, columns=columns)
+    judge = Judge(s, known(np.array([0.001])), unnamed=(1.0,))
+    found = judge.model(models()["e1"])
+    C, g = covariance(s, 0.001, 0.0), columns[:, first.at["e1"].start]
+    precision = g @ np.linalg.solve(C, g) + 1.0 / 2.0  # prior variance 1 + 1
+    assert found.h[0] == pytest.approx(g @ np.linalg.solve(C, columns[:, 0]) / precision, rel=1e-6)
+    assert found.h_cov[0, 0] == pytest.approx(1.0 / precision, rel=1e-6)
 
 
 def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:

@@ -198,7 +198,7 @@ def test_a_simulated_record_is_never_called_measured(parsed_simulated: Page) -> 
     for text in (line for lines in said for line in lines):
         assert not re.search(r"(?<!not )\bmeasured\b", text, re.IGNORECASE), text
     assert any("simulated by LS-DYNA" in text for text in parsed_simulated.text["figcaption"])
-    assert "The record (simulated by LS-DYNA) and the simulated curves" in parsed_simulated.text["h2"][4]
+    assert "The record (simulated by LS-DYNA) and the simulated curves" in parsed_simulated.text["h2"][5]
 
 
 def test_a_record_outside_all_simulations_is_warned_of_at_the_top(parsed_simulated: Page) -> None:

@@ -189,7 +189,7 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
     for name in ("models", "comparison", "prior-predictive"):
         assert all(f'id="figure-{name}-{channel}"' in text for channel in channels)
     assert "(sigma column)" in text
-    assert "(record before contact)" in text
+    assert "(scatter of neighbouring points)" in text
 
 
 def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> None:
