@@ -45,6 +45,12 @@ def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
     return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
 
 
+def log_density(y: np.ndarray, C: np.ndarray) -> float:
+    mean: Any = np.zeros(len(y))
+    spread: Any = C
+    return float(multivariate_normal.logpdf(y, mean, spread))
+
+
 def known(nodes: np.ndarray) -> Amplitudes:
     weights = np.full(len(nodes), -np.log(len(nodes)))
     return Amplitudes({"displacement": nodes}, {"displacement": weights}, {"displacement": 0.0}, False, "test")
@@ -71,7 +77,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     found = Judge(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
     every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
-    exact = [np.asarray(multivariate_normal.logpdf(y, np.zeros(POINTS), C)) for C in every]
+    exact = [np.asarray(log_density(y, C)) for C in every]
     expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
     assert found == pytest.approx(
         float(expected), abs=1e-3
@@ -79,7 +85,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
 
 
 def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> None:
-    """An effect of two plausible sizes, as large as the unnamed errors: its magnitude is two, with the data's spread."""
+    """An effect of two plausible sizes beside unnamed errors of one: its magnitude is two, with the data's spread."""
     first = system(0)
     columns = first.columns.copy()
     columns[:, first.at["unnamed"]] = columns[:, first.at["e1"]]
