@@ -53,13 +53,20 @@ def diagnose(
 
     Parameters
     ----------
-    case, measured : one of each, or a case for every record in order (a single case serves all).
-    out : folder; simulations stay in `out/runs`, so that the same call resumes.
-    doe : folder of a finished campaign of the case, whose runs are used where they fit.
-    heldout : another record of the first case, which nothing is fitted to.
-    options : how to diagnose.
-    retry_failed : runs with a failure on record are tried again.
-    baseline, baseline_case : shots of the rig in which nothing is suspected (none: those that the first case names in
+    case, measured : case and record, or sequences of them
+        A case for every record in order; a single case serves all.
+    out : path
+        Folder; simulations stay in `out/runs`, so that the same call resumes.
+    doe : path, optional
+        Folder of a finished campaign of the case, whose runs are used where they fit.
+    heldout : record, optional
+        Another record of the first case, which nothing is fitted to.
+    options : DiagnosisOptions, optional
+        How to diagnose.
+    retry_failed : bool
+        Whether runs with a failure on record are tried again.
+    baseline, baseline_case : sequences of records and cases
+        Shots of the rig in which nothing is suspected (none: those that the first case names in
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
 
     Raises
