@@ -14,8 +14,6 @@ chi-square quantile 2.71).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import logsumexp
@@ -30,8 +28,9 @@ WITHIN = 1.35
 
 
 def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
-    """Model -> share of the peak; None where even half of the peak is not enough. Pairs and something else are left
-    out.
+    """Model -> share of the peak; None where even half of the peak is not enough.
+
+    Pairs and something else are left out.
     """
     found: dict[str, float | None] = {}
     judges: dict[int, Judge] = {}
@@ -57,12 +56,6 @@ def smallest(logs: Array) -> float | None:
     if int(logs.argmax()) == len(logs) - 1:
         return None
     return float(SHARES[int(np.flatnonzero(logs >= logs.max() - WITHIN)[0])])
-
-
-def best_share(required: Mapping[str, float | None]) -> str | None:
-    """The model that needs least."""
-    known = {label: value for label, value in required.items() if value is not None}
-    return min(known, key=lambda label: known[label]) if known else None
 
 
 DRAWS = 2000

@@ -18,8 +18,8 @@ from birdstrike.data.histories import Array
 
 LEAST, MOST = 0.002, 0.10
 """Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better
-than
-0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010, ch. 12)."""
+than 0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010,
+ch. 12)."""
 NODES = 10  # a factor of 1.5 apart
 REMAINDER = {"displacement": 0.005, "strain": 0.01}
 OTHER_REMAINDER = 0.03
@@ -29,7 +29,7 @@ SPREAD_OWN = 1.3  # factor, one standard deviation, within which the independent
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record tells it to a factor; too large a one costs little
 FEWER = 6  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
-"""Factor on the lengths over which the discrepancy changes with the parameters: those of the mesh correction."""
+"""Factor on the lengths over which the discrepancy changes with the parameters: see `system.roughness`."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
 CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
 FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time

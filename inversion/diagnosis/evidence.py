@@ -24,8 +24,8 @@ from birdstrike.inversion.diagnosis.system import Block, System
 
 MAGNITUDE_SD = 1.0
 """In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a
-laboratory
-meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1 (2006) 515)."""
+laboratory meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1
+(2006) 515)."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,7 @@ class Grams:
 
 UNNAMED = (0.03, 0.1, 0.3, 1.0)
 """Plausible sizes by which the model's physics may err in every direction of the library, each as likely: from a model
-of
-the very test to one that is as wrong as what a laboratory cannot measure."""
+of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ NONE, SOMETHING_ELSE = "none", "something_else"
 PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
 PRIOR_PAIRS, PRIOR_ELSE = 0.05, 0.05
 """Share of the whole: about the square of the chance of one effect (0.4^2 / 2 = 0.08, of which half within the
-library),
-and a tenth of the alternatives for what no library lists (Draper, J. R. Statist. Soc. B 57 (1995) 45)."""
+library), and a tenth of the alternatives for what no library lists (Draper, J. R. Statist. Soc. B 57 (1995) 45)."""
 FAMILY = {
     "clamp_rotation": "support",
     "edge_slip": "support",

@@ -40,11 +40,6 @@ class Setup:
     highs: Array
     runs: Mapping[str, Histories]
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Dotted keys of the calibrated parameters."""
-        return self.plan.space.names
-
     def grid(self, z: Array) -> Array:
         """(q, channels * m) curves with the mesh correction at fractions z (q, k) of the ranges."""
         return self.coarse(z) + self.mesh.at(z)
@@ -67,11 +62,6 @@ class Setup:
         """(n, channels * m) what the fine mesh differs from the coarse one by, at points of the campaign."""
         fine = [i for i in self.plan.fine_points() if f"fine {i}" in self.runs]
         return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
-
-    @property
-    def rough(self) -> Array:
-        """(channels,) variance by which a coarse run leaves what is smooth in its inputs."""
-        return np.array([self.emulator.channels[c].rough() for c in self.channels])
 
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""

@@ -186,11 +186,6 @@ class Shot:
         """(q, n) of curves (q, grid)."""
         return np.asarray((self.sampler @ curves.T).T)
 
-    def per_point(self, channel_values: Array) -> Array:
-        """(n,) of values by the setup's channels (channels,)."""
-        index = [self.setup.channels.index(trace.name) for trace in self.record.traces]
-        return channel_values[index][self.record.channel]
-
     def split(self, grid: Array) -> dict[str, Array]:
         """channel -> (m,) of a stacked curve (grid,)."""
         return dict(zip(self.setup.channels, np.split(grid, len(self.setup.channels)), strict=True))
@@ -213,11 +208,6 @@ class Shot:
         return {
             c: shape_of(part, middle[c], self.setup.time) for c, part in zip(self.setup.channels, parts, strict=True)
         }
-
-    def without(self, channel: str) -> Shot:
-        """The shot with one channel less."""
-        kept = tuple(trace for trace in self.record.traces if trace.name != channel)
-        return replace(self, record=replace(self.record, traces=kept))
 
 
 def read_shot(

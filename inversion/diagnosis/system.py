@@ -116,9 +116,11 @@ def build(
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(chol)
     z = [places.z[shot.group] for shot in shots]
-    weights = roughness(shots, places)
-    unnamed = _unnamed(shots, places)
-    parts: dict[str, Array] = {"y": y[:, None], "J": _jacobian(shots, places, groups) * PRIOR_SD, "unnamed": unnamed}
+    jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
+    weights = roughness(shots, jacobians)
+    unnamed = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
+    J = _jacobian(shots, jacobians, groups) * PRIOR_SD
+    parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed)}
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
@@ -141,7 +143,7 @@ def build(
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
         own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
         cut = np.ix_(rows, rows)
-        own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, places, kind, peaks))
+        own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, unnamed, kind, peaks))
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
@@ -156,14 +158,14 @@ def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
     return {shot.name: part for shot, part in zip(shots, parts, strict=True)}
 
 
-def roughness(shots: Sequence[Shot], places: Places) -> Array:
+def roughness(shots: Sequence[Shot], jacobians: Sequence[Array]) -> Array:
     """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters.
 
-    One range for the parameter that moves the curves most, the others by how much less they move them.
+    One range for the parameter that moves the curves most, the others by how much less they move them. jacobians: (k,
+    n) of each shot.
     """
     size = np.zeros(len(shots[0].setup.lows))
-    for shot in shots:
-        jacobian = shot.sample(shot.setup.jacobian(places.z[shot.group]).T)
+    for shot, jacobian in zip(shots, jacobians, strict=True):
         for i, trace in enumerate(shot.record.traces):
             size += (jacobian[:, shot.record.channel == i] ** 2).mean(axis=1) / trace.peak**2
     return np.sqrt(size / max(float(size.max()), 1e-300))
@@ -199,31 +201,26 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], plac
     return np.concatenate(parts)
 
 
-def _jacobian(shots: Sequence[Shot], places: Places, groups: Sequence[str]) -> Array:
-    """(n, groups * k) by fractions of the ranges."""
-    blocks = [shot.sample(shot.setup.jacobian(places.z[shot.group]).T).T for shot in shots]
-    k, rows = blocks[0].shape[1], []
-    for shot, block in zip(shots, blocks, strict=True):
-        row = np.zeros((len(block), len(groups) * k))
+def _jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
+    """(n, groups * k) by fractions of the ranges; jacobians: (k, n) of each shot."""
+    k, rows = len(jacobians[0]), []
+    for shot, jacobian in zip(shots, jacobians, strict=True):
+        row = np.zeros((jacobian.shape[1], len(groups) * k))
         at = groups.index(shot.group) * k
-        row[:, at : at + k] = block
+        row[:, at : at + k] = jacobian.T
         rows.append(row)
     return np.vstack(rows)
 
 
-def _unnamed(shots: Sequence[Shot], places: Places) -> Array:
-    """(n, q) signatures of the library's effects in all shots, baselines too: small errors of model and instruments.
+def _unnamed(shot: Shot, z: Array, grid: Array) -> Array:
+    """(n, q) small errors of model and instruments in a shot, of the solver's effects, then of every sensor.
+
+    Each of a plausible size, at parameters z (k,) with curves (grid,); baselines have them too.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
     They belong to rig and model, and all shots share them.
     """
-    return np.vstack([_directions(shot, places.z[shot.group]) for shot in shots])
-
-
-def _directions(shot: Shot, z: Array) -> Array:
-    """(n, q) signatures of a plausible size in one shot: the solver's effects, then the faults of every sensor."""
-    grid = shot.setup.grid(z[None])[0]
     rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
     faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
     rows += [shot.instrument_signature(one, grid) for one in faults]
@@ -309,13 +306,13 @@ def _discrepancy(
     return whole
 
 
-def _physical(shots: Sequence[Shot], places: Places, kind: str, peaks: Sequence[Array]) -> Array:
+def _physical(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, peaks: Sequence[Array]) -> Array:
     """(n, n) what each shot has for itself along the library's signatures, alike in all, for an amplitude of 1."""
     blocks = []
-    for shot, peak in zip(shots, peaks, strict=True):
+    for shot, own, peak in zip(shots, unnamed, peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
         share = np.where(of_kind, 1.0 / peak[shot.record.channel], 0.0)
-        curves = list(_directions(shot, places.z[shot.group]).T)
+        curves = list(own.T)
         sizes = [float(np.sqrt(np.mean((share * curve)[of_kind] ** 2))) if of_kind.any() else 0.0 for curve in curves]
         rows = np.array(
             [np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6]
