@@ -1,6 +1,6 @@
 """The next measurement: the sensor, or the baseline, with the highest expected posterior probability of the truth.
 
-For each model that may be true and each rival, the squared distance of their curves with parameters and the rival's
+For each model that may be true and each other, the squared distance of their curves with parameters and the other's
 magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to
 every distance, so that it can never make the expected answer worse.
 """
@@ -24,7 +24,7 @@ from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.solver.sensors.sensor import Sensor
 
-RIVALS, LEAST = 6, 0.01  # models compared; posterior probability below which a model is no rival
+MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
 NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
 BASELINE = "baseline"  # candidate's name of a clean shot
 POINTS = 60  # instants of a candidate
@@ -44,31 +44,31 @@ class Proposal:
     @property
     def sentence(self) -> str:
         """For the user."""
-        rivals = ", ".join(self.separates)
+        compared = ", ".join(self.separates)
         return (
-            f"{self.what}: of those compared it separates {rivals} best; the expected probability of the right one "
+            f"{self.what}: of those compared it separates {compared} best; the expected probability of the right one "
             f"rises from {self.now:.2f} to {self.expected:.2f}"
         )
 
 
 def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
-    """The best candidate; None where there are no two rivals or nothing to add."""
-    rivals = [
+    """The best candidate; None where there are no two models or nothing to add."""
+    compared = [
         label
         for label in sorted(ranking.shares, key=lambda name: -ranking.shares[name])
         if label in ranking.models and len(ranking.models[label].members) == 1 and ranking.shares[label] >= LEAST
-    ][:RIVALS]
-    if len(rivals) < 2:
+    ][:MOST]
+    if len(compared) < 2:
         return None
-    gram, columns = record_information(ranking.fits[NONE].judge, rivals, _likeliest(ranking, rivals))
-    sizes = np.array([float(ranking.evidence[label].h[0]) for label in rivals])
-    weights = np.array([ranking.shares[label] for label in rivals])
+    gram, columns = record_information(ranking.fits[NONE].judge, compared, _likeliest(ranking, compared))
+    sizes = np.array([float(ranking.evidence[label].h[0]) for label in compared])
+    weights = np.array([ranking.shares[label] for label in compared])
     now = expected(gram, columns, sizes, weights)
-    found = [*_baseline(ranking, rivals, sizes, weights)]
+    found = [*_baseline(ranking, compared, sizes, weights)]
     for name, sensor in shot.setup.plan.coarse.sensors.items():
         if name in shot.channels or sensor.kind == "contact_force":
             continue
-        more = sensor_information(ranking, shot, name, rivals)
+        more = sensor_information(ranking, shot, name, compared)
         if more is not None:
             found.append(
                 (expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}")
@@ -78,40 +78,40 @@ def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     found.sort(reverse=True)
     best, name, what = found[0]
     listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
-    return Proposal(name, tuple(rivals), best, now, what, listed)
+    return Proposal(name, tuple(compared), best, now, what, listed)
 
 
-def _likeliest(ranking: Ranking, rivals: list[str]) -> int:
-    """The combination of amplitudes that the likeliest rival has."""
-    return int(ranking.evidence[rivals[0]].weights.argmax())
+def _likeliest(ranking: Ranking, compared: list[str]) -> int:
+    """The combination of amplitudes that the likeliest of them has."""
+    return int(ranking.evidence[compared[0]].weights.argmax())
 
 
-def _baseline(ranking: Ranking, rivals: list[str], sizes: Array, weights: Array) -> list[tuple[float, str, str]]:
+def _baseline(ranking: Ranking, compared: list[str], sizes: Array, weights: Array) -> list[tuple[float, str, str]]:
     """A clean shot as a candidate, where there is none: the model error that it leaves is the usual remainder."""
     problem, fit = ranking.problem, ranking.fits[NONE]
     if any(shot.baseline for shot in problem.shots):
         return []
-    now = fit.judge.combinations[_likeliest(ranking, rivals)]
+    node = _likeliest(ranking, compared)
+    now = fit.judge.combinations[node]
     left = np.minimum(now, [remainder(kind) for kind in fit.judge.kinds])
-    node = _likeliest(ranking, rivals)
     own = (float(fit.judge.unnamed[node]),)
     judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None], own)
-    value = expected(*record_information(judge, rivals, 0), sizes, weights)
+    value = expected(*record_information(judge, compared, 0), sizes, weights)
     return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
 
 
-def record_information(judge: Judge, rivals: list[str], node: int) -> tuple[Array, int]:
+def record_information(judge: Judge, compared: list[str], node: int) -> tuple[Array, int]:
     """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
     free, sizes = judge.free, judge.sizes(np.array([node]))[0]
-    index = np.concatenate([free, [judge.system.at[label].start for label in rivals]])
-    scale = np.concatenate([sizes, np.ones(len(rivals))])
+    index = np.concatenate([free, [judge.system.at[label].start for label in compared]])
+    scale = np.concatenate([sizes, np.ones(len(compared))])
     gram = scale[:, None] * judge.grams.node(node)[np.ix_(index, index)] * scale
     gram[: len(free), : len(free)] += np.eye(len(free))
     return gram, len(free)
 
 
 def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
-    """Expected posterior probability of the truth among the rivals; weights: as likely as each is now."""
+    """Expected posterior probability of the truth among those compared; weights: as likely as each is now."""
     prior = weights / weights.sum()
     total = 0.0
     for i, size in enumerate(sizes):
@@ -129,7 +129,7 @@ def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
     return total
 
 
-def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str]) -> Array | None:
+def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[str]) -> Array | None:
     """(r + q, r + q) that one more sensor in the shot adds; None where its curves are missing or zero."""
     setup, fit = shot.setup, ranking.fits[NONE]
     runs, plan = setup.runs, setup.plan
@@ -146,43 +146,45 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, rivals: list[str
     J = np.zeros((POINTS, len(fit.system.groups) * k))
     at = fit.system.groups.index(shot.group) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
-    J = np.hstack([J, _unnamed(ranking, shot, name, t, _likeliest(ranking, rivals))])
-    G = [_response(ranking, shot, label, name, t, coefficients[0]) for label in rivals]
+    signatures = slopes(shot, name, t)
+    J = np.hstack([J, _unnamed(ranking, shot, signatures, _likeliest(ranking, compared))])
+    G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)
     return X.T @ np.linalg.solve(covariance, X)
 
 
-def _unnamed(ranking: Ranking, shot: Shot, name: str, t: Array, node: int) -> Array:
+def _unnamed(ranking: Ranking, shot: Shot, signatures: Mapping[str, Array], node: int) -> Array:
     """(t, q) small unnamed errors at a candidate, in the order of the system's columns; 0 for other sensors."""
     judge = ranking.fits[NONE].judge
     at = judge.system.at["unnamed"]
-    known, found = [one.name for one in shot.setup.plan.known], slopes(shot, name, t)
-    own = np.array([found[known.index(n)] for n in shot.setup.responses]).reshape(len(shot.setup.responses), -1).T
-    return judge.unnamed[node] * np.hstack([own, np.zeros((len(t), at.stop - at.start - own.shape[1]))])
+    own = np.array([signatures[name] for name in shot.setup.responses]).reshape(len(shot.setup.responses), POINTS).T
+    return judge.unnamed[node] * np.hstack([own, np.zeros((POINTS, at.stop - at.start - own.shape[1]))])
 
 
-def _response(ranking: Ranking, shot: Shot, label: str, name: str, t: Array, curve: Array) -> Array:
-    """(t,) a rival's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
+def _response(
+    ranking: Ranking, shot: Shot, label: str, signatures: Mapping[str, Array], t: Array, curve: Array
+) -> Array:
+    """(t,) a model's signature at the candidate for h = 1: instrument faults of the record's sensors leave it alone."""
     one = ranking.models[label].members[0]
     if shot.name not in one.shots:
         return np.zeros(len(t))
     if one.response is None:
         clock = one.name == "time_offset" and "." not in label
         return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
-    known = [known.name for known in shot.setup.plan.known]
-    return slopes(shot, name, t)[known.index(one.name)] if one.name in known else np.zeros(len(t))
+    return signatures.get(one.name, np.zeros(len(t)))
 
 
-def slopes(shot: Shot, name: str, t: Array) -> Array:
-    """(effects, t) signatures at a sensor, one plausible size of each of the plan's effects; see `learn_responses`."""
+def slopes(shot: Shot, name: str, t: Array) -> Mapping[str, Array]:
+    """Effect -> (t,) signature at a sensor, one plausible size of each of the plan's effects; see `learn_responses`."""
     plan, runs = shot.setup.plan, shot.setup.runs
     pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
-    if len(pairs) < len(plan.known):
-        return np.zeros((len(plan.known), len(t)))
+    names = [known.name for known in plan.known]
+    if len(pairs) < len(names):
+        return dict.fromkeys(names, np.zeros(len(t)))
     half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
     codes = plan.signs[pairs] * [slope(known) for known in plan.known]
-    return np.linalg.lstsq(codes, np.array(half), rcond=None)[0]
+    return dict(zip(names, np.linalg.lstsq(codes, np.array(half), rcond=None)[0], strict=True))
 
 
 def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:
