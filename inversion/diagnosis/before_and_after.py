@@ -128,10 +128,11 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
     node = int(evidence.weights.argmax())
     J, unnamed = columns[:, system.at["J"]], fit.judge.unnamed[node] * columns[:, system.at["unnamed"]]
+    stated = columns[:, system.at["nuisance"]]
     left = columns[:, 0] - J @ evidence.z[: J.shape[1]]
     for one, size in zip(model.members, evidence.h, strict=True):
         left = left - size * columns[:, system.at[one.label].start]
-    whole = unnamed @ unnamed.T
+    whole = unnamed @ unnamed.T + stated @ stated.T
     amplitudes = fit.judge.combinations[node]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
         whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U

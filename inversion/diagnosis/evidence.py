@@ -135,20 +135,19 @@ class Judge:
     @cached_property
     def other_grams(self) -> Grams:
         """With something else in the error: of the residual and the free directions alone."""
-        few = self.columns[:, : self.system.at["unnamed"].stop]
+        few = self.columns[:, : self.system.at["nuisance"].stop]
         return Grams.of(self.system.other, few, self.combinations)
 
     @property
     def free(self) -> np.ndarray:
-        """Columns of the parameters, then of the unnamed errors."""
-        return np.arange(self.system.at["J"].start, self.system.at["unnamed"].stop)
+        """Columns of the parameters, then of the unnamed errors, then of the nuisances."""
+        return np.arange(self.system.at["J"].start, self.system.at["nuisance"].stop)
 
     def sizes(self, nodes: Indices) -> Array:
         """(nodes, r) prior standard deviations of the free directions."""
-        J, P = self.system.at["J"], self.system.at["unnamed"]
-        return np.hstack(
-            [np.ones((len(nodes), J.stop - J.start)), np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)]
-        )
+        J, P, N = (self.system.at[name] for name in ("J", "unnamed", "nuisance"))
+        unnamed = np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)
+        return np.hstack([np.ones((len(nodes), J.stop - J.start)), unnamed, np.ones((len(nodes), N.stop - N.start))])
 
     def reduced(self, grams: Grams, nodes: Indices, columns: Sequence[int]) -> Reduced:
         """Columns with the free directions integrated out."""
@@ -167,7 +166,7 @@ class Judge:
         labels = [
             name
             for name in self.system.at
-            if name not in ("y", "J", "unnamed", "changed") and not name.startswith("doubt of ")
+            if name not in ("y", "J", "unnamed", "nuisance", "changed") and not name.startswith("doubt of ")
         ]
         columns = [0, *(self.system.at[name].start for name in labels)]
         return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(

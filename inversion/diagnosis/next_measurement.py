@@ -155,11 +155,14 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
 
 
 def _unnamed(ranking: Ranking, shot: Shot, signatures: Mapping[str, Array], node: int) -> Array:
-    """(t, q) small unnamed errors at a candidate, in the order of the system's columns; 0 for other sensors."""
+    """(t, q) unnamed errors and nuisances at a candidate, in the order of the system's columns.
+
+    0 for other sensors' errors; the nuisances, whose size is stated, are taken as known there.
+    """
     judge = ranking.fits[NONE].judge
-    at = judge.system.at["unnamed"]
+    first, last = judge.system.at["unnamed"].start, judge.system.at["nuisance"].stop
     own = np.array([signatures[name] for name in shot.setup.responses]).reshape(len(shot.setup.responses), POINTS).T
-    return judge.unnamed[node] * np.hstack([own, np.zeros((POINTS, at.stop - at.start - own.shape[1]))])
+    return judge.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
 
 
 def _response(

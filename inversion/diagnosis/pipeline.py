@@ -250,10 +250,12 @@ class Pipeline:
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
                 "or something that is not in the library looks like it"
             )
-        if stated := self.shots[0].setup.plan.case.inversion.nuisance:
+        first = self.shots[0]
+        stated = {name for name, sigma in first.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
+        if lacking := sorted(stated - set(first.nuisances)):
             found.append(
-                f"inversion.nuisance of {', '.join(stated)} is not carried by the models that are compared: the "
-                "effects of the same names stand for them; read their magnitudes against what was stated"
+                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same quantity "
+                "as a parameter or an effect, or its simulations failed; the answer takes the declared value as exact"
             )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")

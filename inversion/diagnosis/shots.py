@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
-from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, signature
+from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
@@ -128,6 +128,15 @@ def _trace(channel: ChannelRecord, most: int) -> Trace:
     return Trace(channel.name, channel.unit, channel.times[kept], block, values, channel.noise.at(kept), channel.peak)
 
 
+TIME_OFFSET = "time_offset"
+NUISANCE_EFFECT = {
+    "time_offset": TIME_OFFSET,
+    "speed": "impact_speed",
+    "mass": "bird_mass",
+    "thickness": "plate_thickness",
+    "angle": "impact_angle",
+}
+"""Name under `inversion.nuisance` -> effect whose signature it has."""
 LATEST_SHIFT = 6e-5  # s: three plausible sizes of the time offset, which the record's end leaves free
 
 
@@ -198,6 +207,23 @@ class Shot:
             for c, part in parts.items()
         ]
         return self.sample(np.concatenate(moved)[None])[0]
+
+    @property
+    def nuisances(self) -> dict[str, float]:
+        """Standard deviation [SI] of each uncertainty that the shot's case states and that has a signature."""
+        stated = self.setup.plan.case.inversion.nuisance
+        able = {*self.setup.responses, TIME_OFFSET}
+        return {name: sigma for name, sigma in stated.items() if sigma > 0.0 and NUISANCE_EFFECT[name] in able}
+
+    def nuisance_signature(self, name: str, z: Array, grid: Array) -> Array:
+        """(n,) change of the record by one SI unit of an uncertain quantity, at parameters z (k,), curves (grid,)."""
+        effect = NUISANCE_EFFECT[name]
+        if effect == TIME_OFFSET:
+            faults = instrument_effects(self.setup.plan.case, self.setup.channels)
+            clock = next(fault for fault in faults if fault.label == TIME_OFFSET)
+            return self.instrument_signature(clock, grid) / clock.size
+        response = self.setup.responses[effect]
+        return self.sample(response.at(z)[None])[0] / response.known.size
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -64,7 +64,8 @@ class Block:
 @dataclass(frozen=True)
 class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
-    residual at the places, J by one prior standard deviation of each parameter, G and D of each suspect; at: name ->
+    residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
+    standard deviation of each, G and D of each suspect; at: name ->
     their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky
     factor (n, n).
     """
@@ -120,7 +121,8 @@ def build(
     weights = roughness(shots, jacobians)
     unnamed = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
     J = _jacobian(shots, jacobians, groups) * PRIOR_SD
-    parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed)}
+    nuisances = _nuisances(shots, places, grids)
+    parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
@@ -225,6 +227,21 @@ def _unnamed(shot: Shot, z: Array, grid: Array) -> Array:
     faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
     rows += [shot.instrument_signature(one, grid) for one in faults]
     return np.array(rows).reshape(len(rows), -1).T
+
+
+def _nuisances(shots: Sequence[Shot], places: Places, grids: Sequence[Array]) -> Array:
+    """(n, q) one standard deviation of every uncertainty that `inversion.nuisance` states, in baselines too.
+
+    A thickness is the rig's, and its shots share it; the others are drawn anew in every shot.
+    """
+    ends = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
+    found: dict[tuple[str, str], Array] = {}
+    for shot, grid, a, b in zip(shots, grids, ends, ends[1:], strict=False):
+        for name, sigma in shot.nuisances.items():
+            key = (name, "" if name == "thickness" else shot.name)
+            column = found.setdefault(key, np.zeros(ends[-1]))
+            column[a:b] = sigma * shot.nuisance_signature(name, places.z[shot.group], grid)
+    return np.array(list(found.values())).reshape(len(found), ends[-1]).T
 
 
 def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:

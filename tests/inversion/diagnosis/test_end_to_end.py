@@ -96,6 +96,20 @@ def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
     assert (folder / "both" / "diagnosis_clean.csv").is_file()
 
 
+def test_an_uncertainty_that_the_case_states_explains_what_it_can(laboratory: Laboratory) -> None:
+    """A thickness known to 0.6 mm takes the support's place where both soften the plate; an angle is not simulated."""
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    stated = ("thickness=0.6 mm", "angle=1 deg")
+    result = laboratory.diagnose("stated", *words, *(w for s in stated for w in ("--set", f"inversion.nuisance.{s}")))
+    assert result.exit_code == 0, result.output
+    found, exact = laboratory.content("stated"), laboratory.content()
+    assert found["required_discrepancy"]["none"] < 0.9 * exact["required_discrepancy"]["none"]
+    lines = [line for line in found["warnings"] if "inversion.nuisance" in line]
+    assert len(lines) == 1
+    assert "inversion.nuisance of angle is not carried" in lines[0]
+
+
 def test_baselines_that_cannot_serve_are_named_and_the_rest_goes_on(laboratory: Laboratory) -> None:
     folder, case = laboratory.folder, tiny()
     rows = (folder / "clean.csv").read_text().splitlines()

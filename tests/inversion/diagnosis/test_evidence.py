@@ -27,19 +27,19 @@ class Stub:
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
-    """A made-up shot of one kind of sensor: two parameters, an unnamed error, five effects, a smooth discrepancy."""
+    """A made-up shot of one kind of sensor: two parameters, an unnamed error, a nuisance, five effects, a discrepancy."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, POINTS)
     waves = np.array(
-        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 3), rng.uniform(0, 6, EFFECTS + 3), strict=True)]
+        [np.sin((k + 1) * 2.0 * t + p) for k, p in zip(range(EFFECTS + 4), rng.uniform(0, 6, EFFECTS + 4), strict=True)]
     ).T
     U = 400.0 * np.exp(-0.5 * ((t[:, None] - t) / 0.15) ** 2)
     F = np.eye(POINTS)
-    J, P, G = 10.0 * waves[:, :2], 5.0 * waves[:, 2:3], size * waves[:, 3:]
+    J, P, N, G = 10.0 * waves[:, :2], 5.0 * waves[:, 2:3], 3.0 * waves[:, -1:], size * waves[:, 3:-1]
     values = np.zeros(POINTS) if y is None else y
-    columns = np.column_stack([values, J, P, G])
-    at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 4)}
-    at |= {f"e{i}": slice(4 + i, 5 + i) for i in range(EFFECTS)}
+    columns = np.column_stack([values, J, P, N, G])
+    at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 4), "nuisance": slice(4, 5)}
+    at |= {f"e{i}": slice(5 + i, 6 + i) for i in range(EFFECTS)}
     block = Block.of("displacement", np.arange(POINTS), F, U)
     smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
     return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
@@ -65,7 +65,8 @@ def models(one_sided: bool = False) -> dict[str, Hypothesis]:
 
 def covariance(s: System, a: float, unnamed: float, label: str | None = None) -> np.ndarray:
     J, P = s.columns[:, s.at["J"]], unnamed * s.columns[:, s.at["unnamed"]]
-    C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T + P @ P.T
+    N = s.columns[:, s.at["nuisance"]]
+    C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T + P @ P.T + N @ N.T
     return C if label is None else C + s.columns[:, s.at[label]] @ s.columns[:, s.at[label]].T
 
 
@@ -140,7 +141,7 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
     y = np.concatenate([d + g + rng.standard_normal(POINTS), d + rng.standard_normal(POINTS)])
     shared = 60.0**2 * np.block([[K, K], [K, K]])
     own = np.block([[K, 0 * K], [0 * K, K]])
-    at = {"y": slice(0, 1), "J": slice(1, 2), "unnamed": slice(2, 2), "e0": slice(2, 3)}
+    at = {"y": slice(0, 1), "J": slice(1, 2), "unnamed": slice(2, 2), "nuisance": slice(2, 2), "e0": slice(2, 3)}
 
     def gain(rows: np.ndarray) -> float:
         block = Block.of(
