@@ -313,23 +313,22 @@ def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 
 
 def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
-    from birdstrike.data.curves import read_measured
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
 
     @contextmanager
     def counted() -> Iterator[Callable[[RunCounts], None]]:
         yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
 
-    record = read_measured(plan.measured).only(plan.channels) if plan.channels else plan.measured
     options = DiagnosisOptions(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
     diagnose(
         plan.case,
-        record,
+        plan.measured,
         plan.diagnosis,
         plan.doe,
         options=options,
         baseline=plan.baselines,
         baseline_case=plan.baseline_cases,
+        channels=plan.channels,
     )
 
 

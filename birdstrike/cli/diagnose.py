@@ -11,7 +11,19 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    Channels,
+    Json,
+    RetryFailed,
+    Settings,
+    console,
+    framed,
+    names_of,
+    overrides,
+    progress_bar,
+    say,
+    warn,
+)
 
 if TYPE_CHECKING:
     from birdstrike.inversion.diagnosis.answer import Diagnosis
@@ -37,6 +49,7 @@ def command(
     ] = [],  # noqa: B006
     doe: Annotated[Path | None, typer.Option(help="Folder of a campaign whose runs are used where they fit.")] = None,
     heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,
+    channels: Channels = "",
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
@@ -56,7 +69,7 @@ def command(
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
-    found = diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean)
+    found = diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, names_of(channels))
     page = write_diagnosis_page(out)
     warn(found.warnings, f"{out / 'diagnosis.json'}")
     for line in lines(found):

@@ -19,7 +19,7 @@ from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge
+from birdstrike.inversion.diagnosis.evidence import BIRDS_APART, UNNAMED, Judge
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 
@@ -48,7 +48,8 @@ def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
 def at_shares(fit: Fit) -> Judge:
     """The fit's system judged at common shares."""
     combinations = np.repeat(SHARES[:, None], len(fit.judge.kinds), axis=1)
-    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],))
+    own = (max(BIRDS_APART),)  # a bird of its own: the least that a model could need
+    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],), own)
 
 
 def smallest(logs: Array) -> float | None:

@@ -129,7 +129,7 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     node = int(evidence.weights.argmax())
     J, unnamed = columns[:, system.at["J"]], fit.judge.unnamed[node] * columns[:, system.at["unnamed"]]
     stated = columns[:, system.at["nuisance"]]
-    left = columns[:, 0] - J @ evidence.z[: J.shape[1]]
+    left = columns[:, 0] - J @ fit.judge.rotation @ evidence.z[: J.shape[1]]
     for one, size in zip(model.members, evidence.h, strict=True):
         left = left - size * columns[:, system.at[one.label].start]
     whole = unnamed @ unnamed.T + stated @ stated.T

@@ -48,6 +48,7 @@ def diagnose(
     retry_failed: bool = False,
     baseline: Sequence[RecordLike] = (),
     baseline_case: Sequence[CaseLike] = (),
+    channels: Sequence[str] = (),
 ) -> Diagnosis:
     """Diagnose a record, or several shots of one rig; write `diagnosis.json`, curves and the case with the effect.
 
@@ -68,6 +69,8 @@ def diagnose(
     baseline, baseline_case : sequences of records and cases
         Shots of the rig in which nothing is suspected (none: those that the first case names in
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
+    channels : sequence of str
+        Channels of the records that are used, all where none is named; of baselines and `heldout` the same.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def diagnose(
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
-    shots = named_records(case, measured)
+    shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
     other = None if heldout is None else read(heldout)
     refuse(shots, other)
     clean, warnings = clean_shots(shots, baseline, baseline_case)

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import helmert
 from scipy.special import logsumexp
 from scipy.stats import norm
 
@@ -90,6 +91,12 @@ UNNAMED = (0.03, 0.1, 0.3, 1.0)
 of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
+BIRDS_APART = (0.1, 1.0)
+"""Prior standard deviations by which a baseline's parameters may lie from the shot's, each as likely: birds cast by one
+recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says nothing of the
+other."""
+
+
 @dataclass(frozen=True)
 class Reduced:
     """Some columns with parameters and unnamed errors integrated out, at some nodes.
@@ -106,7 +113,9 @@ class Judge:
     """Evaluates models on one system.
 
     places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node
-    is one amplitude of the discrepancy for each kind of sensor, and one size of the unnamed errors.
+    is one amplitude of the discrepancy for each kind of sensor, one size of the unnamed errors, and one distance of the
+    baselines' birds from the shots'. The groups' parameters stand in `columns` as their mean and their differences
+    (orthonormal: Helmert), which are independent at every such distance; what `Evidence` has is turned back.
     """
 
     def __init__(
@@ -117,20 +126,35 @@ class Judge:
         scale: float = MAGNITUDE_SD,
         combinations: Array | None = None,
         unnamed: Sequence[float] = UNNAMED,
+        apart: Sequence[float] = BIRDS_APART,
     ) -> None:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
+        apart = apart if len(system.groups) > 1 else apart[-1:]
         amplitudes = known.combinations() if combinations is None else combinations
         weights = known.log_weights() if combinations is None else np.full(len(amplitudes), -np.log(len(amplitudes)))
-        self.combinations = np.tile(amplitudes, (len(unnamed), 1))
-        self.unnamed = np.repeat(np.asarray(unnamed), len(amplitudes))
-        self.log_weights = np.tile(weights, len(unnamed)) - np.log(len(unnamed))
+        self.combinations = np.tile(amplitudes, (len(unnamed) * len(apart), 1))
+        self.unnamed = np.tile(np.repeat(np.asarray(unnamed), len(amplitudes)), len(apart))
+        self.apart = np.repeat(np.asarray(apart), len(unnamed) * len(amplitudes))
+        self.log_weights = np.tile(weights, len(unnamed) * len(apart)) - np.log(len(unnamed) * len(apart))
         self.kinds = tuple(known.nodes)
         columns = system.columns.copy()
         columns[:, 0] += columns[:, system.at["J"]] @ system.dz
+        columns[:, system.at["J"]] = columns[:, system.at["J"]] @ self.rotation.T
         for label, h in self.places.items():
             columns[:, 0] += h * columns[:, system.at[label].start]
         self.columns = columns
         self.grams = Grams.of(system.blocks, columns, self.combinations)
+
+    @cached_property
+    def rotation(self) -> Array:
+        """(r, r) from the groups' parameters to their mean and their differences."""
+        at, groups = self.system.at["J"], len(self.system.groups)
+        turned = helmert(groups, full=True) if groups > 1 else np.eye(1)
+        return np.kron(turned, np.eye((at.stop - at.start) // groups))
+
+    def same_bird(self, weights: Array) -> float | None:
+        """Probability that the baselines' birds are the shots', from the nodes' weights; None without baselines."""
+        return float(weights[self.apart < max(BIRDS_APART)].sum()) if len(self.system.groups) > 1 else None
 
     @cached_property
     def other_grams(self) -> Grams:
@@ -146,8 +170,12 @@ class Judge:
     def sizes(self, nodes: Indices) -> Array:
         """(nodes, r) prior standard deviations of the free directions."""
         J, P, N = (self.system.at[name] for name in ("J", "unnamed", "nuisance"))
+        groups, apart = len(self.system.groups), self.apart[nodes, None] ** 2
+        mean = np.sqrt(groups * (1.0 - apart) + apart)  # of parameters with unit variance and 1 - apart in common
+        J_mean = np.repeat(mean, (J.stop - J.start) // groups, axis=1)
+        J_rest = np.repeat(np.sqrt(apart), J.stop - J.start - J_mean.shape[1], axis=1)
         unnamed = np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)
-        return np.hstack([np.ones((len(nodes), J.stop - J.start)), unnamed, np.ones((len(nodes), N.stop - N.start))])
+        return np.hstack([J_mean, J_rest, unnamed, np.ones((len(nodes), N.stop - N.start))])
 
     def reduced(self, grams: Grams, nodes: Indices, columns: Sequence[int]) -> Reduced:
         """Columns with the free directions integrated out."""
@@ -223,6 +251,8 @@ class Judge:
         h, h_cov = _mixture(w, *self._magnitudes(members, nodes, best[:, :q], covariance[:, :q, :q]))
         d = self.sizes(nodes)
         z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
+        count = len(self.rotation)
+        z[:count] = self.rotation.T @ z[:count]
         weights = np.zeros(len(self.combinations))
         weights[nodes] = w
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
@@ -271,8 +301,9 @@ class Judge:
             d = self.sizes(nodes[i : i + 1])[0]
             own = grams.at(nodes[i : i + 1], list(self.free))[0] * d[:, None] * d + np.eye(len(d))
             taken = reduced.W[i, :count, 1:] * factor
-            found += w[i] * (np.linalg.inv(own)[:count, :count] + taken @ covariance[i] @ taken.T)
-        return found / w[top].sum()
+            left = np.linalg.inv(own)[:count, :count] + taken @ covariance[i] @ taken.T
+            found += w[i] * d[:count, None] * left * d[:count]
+        return self.rotation.T @ (found / w[top].sum()) @ self.rotation
 
 
 FEW = 3  # nodes from which the parameters' covariance is taken

@@ -146,8 +146,9 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     J = np.zeros((POINTS, len(fit.system.groups) * k))
     at = fit.system.groups.index(shot.group) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
-    signatures = slopes(shot, name, t)
-    J = np.hstack([J, _unnamed(ranking, shot, signatures, _likeliest(ranking, compared))])
+    signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
+    J = J @ fit.judge.rotation.T * fit.judge.sizes(np.array([node]))[0, : J.shape[1]]
+    J = np.hstack([J, _unnamed(ranking, shot, signatures, node)])
     G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)

@@ -76,7 +76,9 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
     gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
-    moved = PRIOR_SD * np.linalg.solve(np.eye(len(J)) + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    node = np.array([int(fit.evidence.weights.argmax())])
+    prior = np.diag(fit.judge.sizes(node)[0, : len(J)] ** -2.0)
+    moved = PRIOR_SD * fit.judge.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
     k = len(space.names)
     first = fit.system.groups.index(shot.group) * k
     z = np.clip(fit.places.z[shot.group], STEP, 1.0 - STEP)

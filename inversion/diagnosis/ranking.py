@@ -229,10 +229,9 @@ def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, 
         one = pairs[int(i)]
         if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
             full = judge.model(one, only=kept)
-            found[one.label] = _shifted(full, offset)
+            found[one.label] = replace(full, log_evidence=full.log_evidence + offset)
         else:
-            base = max(evidence[m.label].log_evidence for m in one.members)
-            found[one.label] = _shifted(evidence[_better(one, evidence)], 0.0, base - 1.0, one)
+            found[one.label] = _as_single(one, evidence[_better(one, evidence)])
     return found
 
 
@@ -253,6 +252,10 @@ def _better(pair: Hypothesis, evidence: Mapping[str, Evidence]) -> str:
     return max((m.label for m in pair.members), key=lambda label: evidence[label].log_evidence)
 
 
-def _shifted(one: Evidence, by: float, to: float | None = None, hypothesis: Hypothesis | None = None) -> Evidence:
-    value = one.log_evidence + by if to is None else to
-    return replace(one, hypothesis=hypothesis or one.hypothesis, log_evidence=value)
+def _as_single(pair: Hypothesis, single: Evidence) -> Evidence:
+    """A pair as its better single, the other magnitude 0, with the Occam factor of a magnitude that tells nothing."""
+    own = np.array([one.label == single.hypothesis.members[0].label for one in pair.members], dtype=float)
+    evidence = single.log_evidence - 1.0
+    return replace(
+        single, hypothesis=pair, log_evidence=evidence, h=own * single.h[0], h_cov=np.diag(own) * single.h_cov[0, 0]
+    )

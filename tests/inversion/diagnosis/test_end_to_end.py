@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import html
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.inversion.diagnosis.diagnose import clean_shots, diagnose, named_records
 from birdstrike.solver.case.case import load_case
@@ -108,6 +109,26 @@ def test_an_uncertainty_that_the_case_states_explains_what_it_can(laboratory: La
     lines = [line for line in found["warnings"] if "inversion.nuisance" in line]
     assert len(lines) == 1
     assert "inversion.nuisance of angle is not carried" in lines[0]
+
+
+def test_a_channel_can_be_left_out(laboratory: Laboratory) -> None:
+    """A dead sensor of the record is left out; the baseline, which has it alive, keeps the other alone."""
+    folder = laboratory.folder
+    dead = read_measured(folder / "loose.csv")
+    side = np.zeros(len(dead.time))
+    write_measured(folder / "dead.csv", replace(dead, channels={**dead.channels, "displacement_side": side}))
+    words = ("--measured", str(folder / "dead.csv"), "--baseline", str(folder / "clean.csv"))
+    refused = laboratory.diagnose("dead", *words)
+    assert refused.exit_code == 1
+    assert '"displacement_side" is zero everywhere' in refused.output
+    result = laboratory.diagnose("dead", *words, "--channels", "displacement_centre")
+    assert result.exit_code == 0, result.output
+    found = laboratory.content("dead")
+    assert set(found["before"]["rmse"]) == {"displacement_centre"}
+    assert set(found["baseline"]["residual_rms"]) == {"displacement_centre"}
+    wrong = laboratory.diagnose("wrong", *words, "--channels", "laser")
+    assert wrong.exit_code == 1
+    assert 'has no channel "laser"; its channels: displacement_centre, displacement_side' in wrong.output
 
 
 def test_baselines_that_cannot_serve_are_named_and_the_rest_goes_on(laboratory: Laboratory) -> None:
