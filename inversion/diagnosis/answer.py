@@ -229,14 +229,22 @@ def _named(found: Diagnosis, name: str) -> str:
 
 
 def _errors(found: Diagnosis) -> str:
-    """Of the sensor with the largest error before, in its unit."""
+    """Of the first sensor in its unit, and of all by what noise and model error explain.
+
+    A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
+    record agrees better with what is expected of it.
+    """
     if found.after is None:
         return ""
-    before, after = found.before.error["rmse"], found.after.error["rmse"]
-    first = next(iter(before))
+    first = next(iter(found.before.error["rmse"]))
     unit = found.noise["sensors"][first]["unit"]
-    low, high = display(after[first], unit), display(before[first], unit)
-    return f"the error at {first.replace('_', ' ')} falls from {rounded(high[0], 3)} to {rounded(low[0], 3)} {low[1]}; "
+    (old, shown_unit), (new, _) = (display(one.error["rmse"][first], unit) for one in (found.before, found.after))
+    changes = "falls" if new < old else "rises"
+    ratios = (found.before.error["weighted"], found.after.error["weighted"])
+    return (
+        f"the error at {first.replace('_', ' ')} {changes} from {rounded(old, 3)} to {rounded(new, 3)} {shown_unit}, "
+        f"the misfit of all sensors over noise and model error goes from {ratios[0]:.2g} to {ratios[1]:.2g}; "
+    )
 
 
 NINETY_FIVE = float(norm.ppf(0.975))

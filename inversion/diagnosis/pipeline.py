@@ -48,6 +48,7 @@ from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.system import Places
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
+UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
 MOST_WARNINGS = 5
 MOST_SHARES = 30  # models whose probabilities are listed
 UNKNOWN_SHARE = 0.02  # of the peak: amplitude of a kind of sensor that no baseline has
@@ -103,8 +104,11 @@ class Pipeline:
         with threadpool_limits(limits=1, user_api="blas"), self.options.display("Comparison of the models") as progress:
             problem = self.problem()
             ranking = rank(problem, progress)
-            again = update(ranking, self.strikes)
-            ranking = ranking if again is problem else rank(again, progress)
+            for _ in range(UPDATES):
+                again = update(ranking, self.strikes)
+                if again is ranking.problem:
+                    break
+                ranking = rank(again, progress)
             p = alarm(ranking, self.options.seed)
             measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
             return replace(self, shots=measured)._assembled(ranking, p, heldout)
@@ -254,8 +258,9 @@ class Pipeline:
         stated = {name for name, sigma in first.setup.plan.case.inversion.nuisance.items() if sigma > 0.0}
         if lacking := sorted(stated - set(first.nuisances)):
             found.append(
-                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same quantity "
-                "as a parameter or an effect, or its simulations failed; the answer takes the declared value as exact"
+                f"inversion.nuisance of {', '.join(lacking)} is not carried: the case seeks or states the same "
+                "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
+                "as exact"
             )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")

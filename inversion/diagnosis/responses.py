@@ -35,7 +35,7 @@ class Response:
     one range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
     spread: (k + 1, k + 1, channels) covariance of signature and slopes in units of the doubt; knots: magnitude in
     plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it
-    was simulated.
+    was simulated; simulated: magnitudes at which it was simulated by itself, in plausible sizes.
     """
 
     known: Known
@@ -46,6 +46,7 @@ class Response:
     spread: Array
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
+    simulated: tuple[float, ...] = ()
 
     def at(self, z: Array) -> Array:
         """(grid,) SI for h = 1 at parameters z (k,), fractions of the ranges."""
@@ -157,7 +158,9 @@ def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> fl
 def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
 
-    The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel.
+    The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel; where the
+    two differ by more than these allow, the difference is the old one's error there (DerSimonian & Laird, Control.
+    Clin. Trials 7 (1986) 177).
     """
     change, count = changes.mean(axis=0), len(changes)
     k, channels = len(response.centre), response.spread.shape[-1]
@@ -169,6 +172,8 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
         return response
     left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
     seen = _by_channel((left**2).sum(axis=0), channels)
+    apart = _by_channel((change / h - old) ** 2, channels)
+    learnt = np.maximum(learnt, apart - seen)
     weight = learnt / (learnt + seen)
     spread = np.zeros((k + 1, k + 1, channels))
     spread[0, 0] = 1.0
@@ -180,6 +185,7 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
         spread=spread,
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
+        simulated=(*response.simulated, b),
     )
 
 

@@ -28,6 +28,7 @@ REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is i
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single
+NEAR = 0.2  # of a magnitude: within it of one that was simulated there is nothing to learn
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
     wanted = [_wanted(ranking, label, first.setup, first.group) for label in _labels(ranking)]
+    wanted = [one for one in wanted if not _known(one)]
     if not wanted:
         return problem
     runs = strikes.run({label: case for one in wanted for label, case in one.cases.items()})
@@ -60,6 +62,12 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
         if changes:
             responses[one.suspect.name] = updated(response, one.b, np.array(changes), one.z)
     return _with_responses(problem, first.setup, responses)
+
+
+def _known(one: Wanted) -> bool:
+    """Whether the effect was simulated by itself at nearly this magnitude."""
+    response = one.suspect.response
+    return response is not None and any(abs(b - one.b) <= NEAR * abs(one.b) for b in response.simulated)
 
 
 def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Response]) -> Problem:

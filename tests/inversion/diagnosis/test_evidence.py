@@ -27,7 +27,7 @@ class Stub:
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
-    """A made-up shot of one kind of sensor: two parameters, an unnamed error, a nuisance, five effects, a discrepancy."""
+    """A made-up shot of one kind of sensor: two parameters, an unnamed error, a nuisance, five effects, discrepancy."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, POINTS)
     waves = np.array(
