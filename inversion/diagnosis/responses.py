@@ -196,17 +196,22 @@ def _by_channel(variance: Array, channels: int) -> Array:
 
 
 def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:
-    """The knots with what the simulations showed at b: nearer ones are scaled to it, farther ones go on from there."""
-    expected = response.h(b)
-    ratio = h / expected if expected else 1.0
-    knots = {
-        x: y * (1.0 + (ratio - 1.0) * min(abs(x / b), 1.0) * (x * b > 0)) for x, y in response.knots if abs(x) < abs(b)
-    }
-    far = {x: y + (h - expected) for x, y in response.knots if abs(x) > abs(b) and x * b > 0}
-    other = {x: y for x, y in response.knots if abs(x) >= abs(b) and x * b <= 0}
-    found = sorted({**knots, **far, **other, 0.0: 0.0, b: h}.items())
-    kept = [found[0]]
-    for x, y in found[1:]:
+    """The knots with what the simulations showed at b: those that were simulated, and the ends of what is looked for.
+
+    Beyond the last one a response that has bent goes on as h = b / (1 + b / b0), whose slope is (h / b)^2: a support
+    that lets go ever further tends to a free one.
+    """
+    known = {x: y for x, y in response.knots if x in response.simulated} | {0.0: 0.0, b: h}
+    found = dict(known)
+    for end, old in (response.knots[0], response.knots[-1]):
+        last = max((x for x in known if x * end > 0.0), key=abs, default=0.0)
+        if not last:
+            found[end] = old
+        elif abs(end) > abs(last):
+            found[end] = known[last] + (end - last) * min((known[last] / last) ** 2, 1.0)
+    ordered = sorted(found.items())
+    kept = [ordered[0]]
+    for x, y in ordered[1:]:
         if y > kept[-1][1] + 1e-6 and x > kept[-1][0] + 1e-9:
             kept.append((x, y))
     return tuple(kept)
