@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.paths import REFERENCE
+from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import Case
 from tests.reports import synthetic
@@ -52,9 +54,11 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
 
 @pytest.fixture
 def short_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A page of one section, where the page itself is not what is tested."""
+    """A page of one section and a short posterior, where neither is what is tested."""
     monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section,))
     monkeypatch.setattr("birdstrike.reports.page.page.run_models", lambda results, _: results)
+    short = partial(Sampling, walkers=16, chunk=20, most=20)
+    monkeypatch.setattr("birdstrike.inversion.train_and_invert.Sampling", short)
 
 
 @pytest.fixture

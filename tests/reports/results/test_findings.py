@@ -178,7 +178,7 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
     record = Measured(time, channels, sigma, {CHANNEL: "m", "contact_force": "N"}, ("Shot 9.",))
     write_measured(tmp_path / "shot9.csv", record)
     with pytest.MonkeyPatch.context() as patch:
-        finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12)
+        finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12, posterior=False)
     results = read_results(tmp_path)
     first, second, _, fourth, _ = findings(results)
     assert "131 points of displacement centre" in first
