@@ -114,9 +114,10 @@ def invert(
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
-    cloud = emulator_or_model(located.cloud, _solver_error(located, verified), _q2(located.emulator))
-    if cloud.coarse:
-        warnings[: 0 if located.cloud.inside else 1] = [prior_predictive_warning(cloud, located.observations)]
+    predictive = emulator_or_model(located.prior_predictive, _solver_error(located, verified), _q2(located.emulator))
+    if predictive.coarse:
+        coarse = prior_predictive_warning(predictive, located.observations)
+        warnings[: 0 if located.prior_predictive.inside else 1] = [coarse]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None
     answers = {method: answered(located, proposals[method], verified[method]) for method in methods}
@@ -131,7 +132,7 @@ def invert(
         warnings=tuple(warnings),
         training=training,
         emulator=emulator_figures(located.emulator, dataset),
-        cloud=cloud,
+        prior_predictive=predictive,
         measured=measured_figures(measured, located.observations),
         case_hash=dataset.case_hash,
         seed=choice.seed,
@@ -206,7 +207,7 @@ def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> 
     runs = {method: v.histories for method, v in verified.items() if v.histories is not None}
     errors = {method: _worst(located, run) for method, run in runs.items()}
     least = min(errors.values(), default=None)
-    return errors.get("emulator", least) if located.cloud.inside else least
+    return errors.get("emulator", least) if located.prior_predictive.inside else least
 
 
 def _worst(located: Located, run: Histories) -> float:
@@ -220,7 +221,9 @@ def _worst(located: Located, run: Histories) -> float:
         record.split(rows) for rows in (stacked(run, record, located.origin.value), record.values, record.noise)
     )
     unit = {name: np.hypot(noise[name], _left_out_error(located.emulator.channels[name])) for name in values}
-    tested = [name for name in values if poor(located.emulator.channels[name])] if located.cloud.inside else []
+    tested = (
+        [name for name in values if poor(located.emulator.channels[name])] if located.prior_predictive.inside else []
+    )
     return max(whitened(model[name], values[name], unit[name]) for name in tested or values)
 
 

@@ -253,7 +253,7 @@ def _left(curves: Array, predicted: int) -> Array:
     """(n, m) what each of the curves (n, m), left out, has beyond the others' mean and first `predicted` components.
 
     A run's scatter has as many directions as the curve has instants, its components only as many as there are other
-    runs, and these were chosen to hold those runs: what is left is larger than the runs' own components tell.
+    runs, and these were chosen to hold those runs: what is left is larger than the runs' own components show.
     """
     left = np.zeros_like(curves)
     with threadpool_limits(limits=1, user_api="blas"):

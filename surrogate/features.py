@@ -60,8 +60,8 @@ def regions(names: Sequence[str], lows: Array, highs: Array, runs: Array) -> tup
 
     A range is trusted one mean spacing beyond the runs' ends. No derivative is taken across an activity limit, so a
     range that contains one is cut there. Its active part is trusted only as far towards the limit as an active smooth
-    run reaches, beyond which the bird may be lost at once, and not at all with fewer runs than it takes to tell the
-    parameters apart there. Where a parameter is off, one run speaks for all values.
+    run reaches, beyond which the bird may be lost at once, and not at all with fewer runs than it takes to
+    separate the parameters there. Where a parameter is off, one run speaks for all values.
     """
     needed = len(names) + 1
     pieces = [_pieces(_key(name), lows[i], highs[i], runs[:, i], needed) for i, name in enumerate(names)]

@@ -1,7 +1,9 @@
-"""What a trainer is given and what it leaves behind: samples, weights, convergence curve, why it stopped."""
+"""What a trainer is given and what it leaves behind: samples, weights, convergence curve, why it stopped; threads."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,3 +77,16 @@ class Training:
 def mean_square(error: Array) -> float:
     """Mean of the squares; NaN for no samples."""
     return float(np.vdot(error, error)) / error.size if error.size else float("nan")
+
+
+@contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Within the block torch computes on one thread: matrices of these sizes gain nothing from more."""
+    import torch  # takes seconds to load, so only who trains with it waits for it
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

@@ -37,10 +37,10 @@ MOST_WARNINGS = 5
 GRAVITY = tuple(
     re.compile(rf"\b(?:{words})\b", re.IGNORECASE)
     for words in (
-        r"cannot|(?<!\.)failed|not confirmed|did not touch|flew past|no measurement|no parameter is identified",
-        r"R-hat|not converged|diverging|oscillating|tore|squeezed|erosion took|was eroded|erodes|hourglass|"
+        r"cannot|(?<!\.)failed|did not touch|flew past|no measurement|no parameter is identified",
+        r"R-hat|diverging|oscillating|tore|squeezed|erosion took|was eroded|erodes|hourglass|"
         r"shock viscosity|held by|nothing holds|not that mixture's|interpolates|force is zero|too coarse|fly past",
-        r"outside|beyond|clipped|correlated|correlation|widened|half the time step|poorly|no noise is|told apart",
+        r"outside|beyond|clipped|correlated|correlation|widened|half the time step|poorly|no noise is",
     )
 )
 """Words of warnings, the gravest first: no result, a result that may be wrong, an interval or a sensor that may be."""

@@ -181,7 +181,7 @@ def posterior_lines(inversion: Inversion) -> Iterator[str]:
             f"posterior: {posterior.steps} steps, R-hat {worst:.3f}, "
             f"{min(posterior.effective.values()):.0f} effective draws or more of each parameter"
         )
-    if inversion.identifiability is not None and inversion.cloud.inside:
+    if inversion.identifiability is not None and inversion.prior_predictive.inside:
         weak = [d.words for d in inversion.identifiability.directions if d.null]
         if weak:
             yield f"directions that are not identifiable from this record: {'; '.join(weak)}"

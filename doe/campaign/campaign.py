@@ -102,8 +102,8 @@ def _announce(
     quality = design.quality()
     if quality.deficient:
         say(quality.sentence)
-    doubts = setup_warnings(case) if case.solver.name == "embedded" else []
-    for line in (*doubts, *design.warnings, *inactivity_sentences(design, runs)):
+    setup = setup_warnings(case) if case.solver.name == "embedded" else []
+    for line in (*setup, *design.warnings, *inactivity_sentences(design, runs)):
         say(line)
     held = folder.read_summary().get("solver_version", version)
     if held != version:

@@ -1,6 +1,6 @@
 """One run of a campaign: its keys in the run store, what the stores hold of it, its second attempt and its retry.
 
-A failure that is the run's own is stored and not paid again, unless the user asks for a retry; what the machine ended
+A failure that is the run's own is stored and not run again, unless the user asks for a retry; what the machine ended
 (memory, disk, a signal: doe.attempt) is never stored.
 """
 

@@ -76,7 +76,7 @@ def left_out(name: str, reason: str) -> str:
 
 
 def unclean(name: str, fit: Fit) -> list[str]:
-    """What a baseline that the calibrated model misses widely means for the answer."""
+    """What a baseline far from the calibrated model means for the answer."""
     return [
         f"{name} itself differs from the calibrated model by {100 * amplitude:.0f} % of the peak "
         f"({kind.replace('_', ' ')}): something may be wrong with it, and an effect that it shares with the shot "

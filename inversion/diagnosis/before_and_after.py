@@ -1,4 +1,4 @@
-"""Before and after: what the model misses, by its fits, by data held out of them, and by the solver at the fits.
+"""Before and after: residuals of the model, by its fits, by data held out of them, and by the solver at the fits.
 
 Held out: each sensor, a block of time and each shot in turn is predicted by fits to the rest. The solver runs the case
 as declared, with the fitted parameters and effects written into it.

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
@@ -18,6 +17,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.instrument import transducers
 from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.sensors.instrument import low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
 
@@ -76,12 +76,4 @@ def signature(name: str, size: float, time: Array, curve: Array) -> Array:
         return size * time
     if name == "time_offset":
         return -size * np.gradient(curve, time)
-    return low_pass(curve, float(time[1] - time[0]), size) - curve
-
-
-def low_pass(signal: Array, step: float, tau: float) -> Array:
-    """`solver.instrument.low_pass` on a uniform clock: tau y' + y = s, exact for a signal linear in between."""
-    h = step / tau
-    decay, mean_decay = np.exp(-h), -np.expm1(-h) / h
-    state = signal[0] * mean_decay
-    return lfilter([1.0 - mean_decay, mean_decay - decay], [1.0, -decay], signal, zi=[state])[0]
+    return low_pass(time, curve, 1.0 / (2.0 * np.pi * size)) - curve

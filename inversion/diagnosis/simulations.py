@@ -1,4 +1,4 @@
-"""Strikes of a diagnosis: any set of cases, in parallel, each paid once through the run store."""
+"""Simulations of a diagnosis: any set of cases, in parallel, each run once through the run store."""
 
 from __future__ import annotations
 

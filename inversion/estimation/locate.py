@@ -67,7 +67,7 @@ class Located:
     calibration: Calibration
     observations: Observations
     origin: TimeOrigin
-    cloud: PriorPredictive
+    prior_predictive: PriorPredictive
     residual: ResidualCorrelation
     warnings: tuple[str, ...]
 

@@ -79,7 +79,7 @@ def _enough(located: Located, error: float, share: float, auto: bool) -> str:
     """Why no further run is needed; empty where one is."""
     if not auto:
         return f"the emulator's error at the answer is {error:.2f} of the noise" if error < 1.0 else ""
-    if not located.cloud.inside or located.calibration.design.deficient:
+    if not located.prior_predictive.inside or located.calibration.design.deficient:
         return "no run was added, since the record does not lie where runs near one answer would help"
     return f"the emulator adds {100 * share:.0f} % to an interval's variance" if share < PAYS else ""
 

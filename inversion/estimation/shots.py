@@ -158,7 +158,7 @@ def _located(shot: Shot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
     alone = replace(shot.options, method="emulator", sampling=None, analyse=False)
     found = locate(shot.dataset, shot.measured, alone, None, lambda _: None, shot.columns)
-    return found.origin.value, found.cloud.inside
+    return found.origin.value, found.prior_predictive.inside
 
 
 def _dataset(shots: Sequence[Shot]) -> Dataset:

@@ -29,8 +29,7 @@ class Baseline:
     """offset + drift (t - middle) + hum, SI; middle [s]: of the record before contact.
 
     kind: in words; frequency: of the hum [Hz], 0 without; coefficients: (k,) SI; covariance: (k, k); bend: standard
-    deviation of the coefficient of (t - middle)^2, which a short record before contact does not tell; points: before
-    contact.
+    deviation of the coefficient of (t - middle)^2, which few points leave undetermined; points: before contact.
     """
 
     kind: str

@@ -26,7 +26,7 @@ CORRELATED = 2.6  # lag-1 correlation times sqrt(n): beyond it the noise is not 
 ASSUMED = 0.01  # of the channel's peak, where nothing is known of the noise
 SURE = 0.005  # level of the test of a stated noise against the scatter of neighbouring points
 LARGER = 1.2  # times what is stated: less is no contradiction
-GROWS = 1.3  # times the scatter before contact, from which neighbouring points tell of more noise in the response
+GROWS = 1.3  # times the scatter before contact, from which neighbouring points show more noise in the response
 RUNS_OFF = 0.3  # of the peak
 MOVES = 0.02  # of the peak, by which the end of a record before contact may leave the line through its beginning
 BEFORE, NEIGHBOURS = "record before contact", "scatter of neighbouring points"
@@ -82,7 +82,7 @@ class BeforeContact:
 
     offset: mean reading, which should be 0; level: standard deviation about the line, None where the points are too few
     or all on the line; values: the readings without single spikes; hum: frequency of the mains in them [Hz], 0 without;
-    moves: True where the record is not at rest, so that its clock is ahead of the case's: then it tells no noise.
+    moves: True where the record is not at rest, so that its clock is ahead of the case's: it then gives no noise.
     """
 
     times: Array
@@ -268,7 +268,7 @@ def channel_noise(
 
 
 def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, float] | None) -> Noise | None:
-    """The larger of what the record tells before contact and by its neighbouring points; None where it tells none."""
+    """The larger of the estimates before contact and from neighbouring points; None where neither exists."""
     if white is not None and white[0] > _most_by_chance(before, white[1]):
         return replace(stated.uniform(white[0], NEIGHBOURS), freedom=white[1])
     if before.level is None:
@@ -277,7 +277,7 @@ def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, fl
 
 
 def _most_by_chance(before: BeforeContact, freedom: float) -> float:
-    """The largest scatter between neighbours that the noise before contact explains, SI; 0 where few points tell it."""
+    """The largest scatter between neighbours that the noise before contact explains, SI; 0 with few points."""
     if before.level is None or not before.tests:
         return 0.0
     ratio = float(f_distribution.ppf(1.0 - SURE, freedom, len(before.times) - LINE))

@@ -19,7 +19,7 @@ from birdstrike.inversion.observations.reader import OUTSIDE, ChannelRecord, Exp
 class Channel:
     """One sensor's points, (n,) each: times [s] on the record's clock, values SI, noise (standard deviation) SI.
 
-    values: the reading at rest subtracted where the record before contact tells it; record: what they were read from.
+    values: the reading at rest subtracted where the record before contact shows it; record: what they were read from.
     """
 
     name: str

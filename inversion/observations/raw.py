@@ -81,8 +81,9 @@ def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measur
     for name, value in stated.items():
         if value is None and not found[name].known:
             raise MeasuredError(
-                f"--sigma record: {name} in {measured.path} tells no noise: fewer than {FEWEST_FOR_TEST} points before "
-                'its response, and no white noise between neighbours; state it: --sigma "0.05 mm"'
+                f"--sigma record: {name} in {measured.path} gives no estimate of its noise: fewer than "
+                f"{FEWEST_FOR_TEST} points before its response, and no white noise between neighbours; state it: "
+                '--sigma "0.05 mm"'
             )
         level = found[name].level if value is None else value
         sigma[name] = np.where(np.isfinite(measured.channels[name]), level, np.nan)

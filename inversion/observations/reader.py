@@ -31,7 +31,9 @@ CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
 BESIDE = "beside a clipped stretch, within reach of their noise,"
 FROZEN = "frozen (one reading repeated)"
-OWN_SHARE = 0.5  # of the variance between neighbours that may be the model's own before it tells nothing of the noise
+OWN_SHARE = (
+    0.5  # of the variance between neighbours that may be the model's own before the noise cannot be read from it
+)
 AT_REST = 1e-4  # of a run's peak
 ZERO_WORTH = 0.25  # of the noise: a smaller reading at rest changes nothing
 MEANING = {

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from pydantic import TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from birdstrike.data.files import write_atomically
 from birdstrike.inversion.results.estimates import Answer
@@ -29,7 +30,8 @@ class Inversion:
     """The whole result of `train_and_invert`.
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
-    SI; runs_used: finished runs of the campaign, those of a refinement included; residual: of the emulator's best fit.
+    SI; runs_used: finished runs of the campaign, those of a refinement included; prior_predictive: `cloud` in the file;
+    residual: of the emulator's best fit.
     None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
     the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
     amplitude.
@@ -44,7 +46,7 @@ class Inversion:
     warnings: tuple[str, ...]
     training: TrainingFigures | None
     emulator: EmulatorFigures
-    cloud: PriorPredictive
+    prior_predictive: Annotated[PriorPredictive, Field(alias="cloud")]
     measured: MeasuredFigures
     case_hash: str
     seed: int
@@ -62,7 +64,7 @@ class Inversion:
         for answer in self.methods.values():
             for name, estimate in answer.parameters.items():
                 assert estimate.consistent, f"{name}: {estimate.value} lies outside {estimate.interval_95}"
-        write_atomically(path, _ADAPTER.dump_json(self, indent=2).decode() + "\n")
+        write_atomically(path, _ADAPTER.dump_json(self, indent=2, by_alias=True).decode() + "\n")
 
     @classmethod
     def load(cls, path: Path) -> Inversion:

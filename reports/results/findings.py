@@ -112,7 +112,7 @@ def reach_and_residual(results: Results) -> str:
 
 def _fit(results: Results) -> str:
     """The inversion's verdict on the whole curve; the emulator's own error counts as much as the noise in it."""
-    found = results.inversion.cloud
+    found = results.inversion.prior_predictive
     if found.inside:
         return "within noise and the emulator's error the model can produce the whole curve"
     if found.coarse:
@@ -189,7 +189,7 @@ def key_figures(results: Results) -> dict[str, object]:
             for method, answer in results.inversion.methods.items()
         },
         "identified": [name for name, estimate in results.answer.parameters.items() if estimate.identified],
-        "inside_cloud": results.inversion.cloud.inside,
+        "inside_cloud": results.inversion.prior_predictive.inside,
         "time_offset": results.offset,
         "strikes": len(results.summaries),
         "worst_energy_error": worst_entry(results, "energy_error"),

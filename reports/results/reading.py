@@ -31,7 +31,7 @@ def first_shot(inversion: Inversion) -> Inversion:
     if len(inversion.shots) < 2:
         return inversion
     emulator, measured, identifiability = inversion.emulator, inversion.measured, inversion.identifiability
-    residual = inversion.residual
+    residual, predictive = inversion.residual, inversion.prior_predictive
     return replace(
         inversion,
         methods={name: replace(m, channels=_own(m.channels)) for name, m in inversion.methods.items()},
@@ -48,7 +48,7 @@ def first_shot(inversion: Inversion) -> Inversion:
             noise=_own(measured.noise),
             noise_source=_own(measured.noise_source),
         ),
-        cloud=replace(inversion.cloud, nearest_distance=_own(inversion.cloud.nearest_distance)),
+        prior_predictive=replace(predictive, nearest_distance=_own(predictive.nearest_distance)),
         residual=residual
         and replace(residual, tau=_own(residual.tau), fit=_own(residual.fit), widened=_own(residual.widened)),
         identifiability=identifiability and replace(identifiability, sobol=_own(identifiability.sobol)),

@@ -166,7 +166,7 @@ def basis_section(results: DiagnosisResults) -> Section:
     )
     words = (
         "Noise of the record; share of emulator and mesh in the whole error; and the time from which on the curve "
-        "tells nothing, because the model error has grown threefold."
+        "carries no information, because the model error has grown threefold."
     )
     head = ("sensor", "noise", "source", "points", "numerical share", "uninformative from")
     blocks: list[Block] = [Table(head, noise, words), Paragraph(_model_error(content))]
@@ -191,7 +191,7 @@ def _model_error(content: Mapping[str, Any]) -> str:
 
 
 def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """What the baselines told."""
+    """The model error that the baselines show."""
     rms = ", ".join(
         f"{name.replace('_', ' ')} {with_unit(value, units[name])}"
         for name, value in base["residual_rms"].items()
@@ -202,7 +202,7 @@ def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 
 def _late(content: Mapping[str, Any], name: str) -> str:
-    """From when on a channel tells nothing."""
+    """From when on a channel carries no information."""
     time = content["discrepancy"]["growth"].get(name, {}).get("uninformative_from")
     return "–" if time is None else f"{1e3 * time:.2g} ms"
 

@@ -15,7 +15,7 @@ def section(results: Results) -> Section:
     posterior, figures = results.inversion.posterior, results.inversion.identifiability
     if posterior is not None and results.draws is not None:
         blocks.append(_corner(results, posterior))
-    if figures is not None and results.inversion.cloud.inside:
+    if figures is not None and results.inversion.prior_predictive.inside:
         blocks += [_directions(figures), *_profiles(figures)]
     if figures is not None:
         for channel, indices in figures.sobol.items():

@@ -128,7 +128,7 @@ class HexElements:
 
 
 ENERGIES = ("bird_pressure", "bird_stress", "bird_viscous", "bird_shock", "bird_hourglass", "eroded")
-DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # shares of mass and of normal kinetic energy that are told
+DISTORTED_LIMIT, HOURGLASS_LIMIT = 0.05, 0.1  # warned of from these shares of mass and normal kinetic energy
 
 
 class HexBird(HexElements):

@@ -109,7 +109,7 @@ class Bird:
         }
 
     def warnings(self, _normal_energy: float) -> list[str]:
-        """Nothing beyond what every bird is told."""
+        """Nothing beyond what every bird has."""
         return []
 
     def refresh_images(self) -> None:
@@ -199,7 +199,7 @@ class Bird:
         """Raise the bulk modulus that contact goes by, where the law at rest is far softer than behind the shock.
 
         At the Hugoniot pressure of the impact the overlap is then a quarter of the spacing at most; a bubbly bird,
-        40 m/s at rest, would else be struck through. Stiff liquids keep their own.
+        40 m/s at rest, would else be penetrated. Stiff liquids keep their own.
         """
         pressure = self.material.eos.hugoniot(normal_speed)[0]
         self.bulk_modulus = max(self.bulk_modulus, 4.0 * pressure)

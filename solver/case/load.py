@@ -163,7 +163,7 @@ def with_baselines(raw: Raw, folder: Path) -> Raw:
 
 
 def _whole_path(name: Any, folder: Path) -> Any:
-    """A path from the case's folder; what is no text, or no file there, is left for others to judge."""
+    """A path from the case's folder; what is no text, or no file there, is left to other checks."""
     path = folder / Path(name).expanduser() if isinstance(name, str) else None
     return str(path.resolve()) if path is not None and path.is_file() else name
 

@@ -46,7 +46,7 @@ def element_stiffnesses(plate: Plate) -> Array:
 def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
     """Symmetric stiffness and diagonal mass of the freedoms that the frame does not hold, in nodal axes of the edges.
 
-    Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` tells the others.
+    Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` holds the others.
     """
     own = element_stiffnesses(plate)
     own = 0.5 * (own + own.transpose(0, 2, 1))

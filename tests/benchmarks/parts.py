@@ -38,7 +38,7 @@ def swirling_bird(particles: int) -> Bird:
 
 
 def advance(bird: Bird, steps: int) -> None:
-    """So many steps of the bird alone, neighbour lists and books included."""
+    """So many steps of the bird alone, neighbour lists and energies included."""
     dt = 0.9 * bird.step_at_impact(45.55)
     for _ in range(steps):
         bird.update_density(dt)

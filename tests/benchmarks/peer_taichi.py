@@ -2,7 +2,7 @@
 
 Continuity, a linear equation of state, pressure and Monaghan's viscosity on the Wendland C2 kernel, float64, one
 thread. Ours computes besides: corrected gradients, the viscous stress, a limited shock viscosity, a Grueneisen equation
-of state with energy, erosion, and the books.
+of state with energy, erosion, and the energies.
 """
 
 import numpy as np

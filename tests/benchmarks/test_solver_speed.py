@@ -62,7 +62,7 @@ def test_cost_of_a_particle_step(capsys):
     bird = swirling_bird(4500)
     seconds = cost(bird, 100)
     near = sum(np.linalg.norm(bird.x[:, None] - bird.x[::50][None], axis=2).T.ravel() < 2.0 * bird.h) * 50 / bird.n
-    text = f"{1e6 * seconds:.2f} us per particle-step, {near - 1:.0f} neighbours, lists and books included"
+    text = f"{1e6 * seconds:.2f} us per particle-step, {near - 1:.0f} neighbours, lists and energies included"
     say(capsys, f"bird alone, {bird.n} particles, one thread, float64: {text}")
 
 

@@ -10,16 +10,15 @@ from typing import Any
 
 import pytest
 
-from birdstrike import close_the_loop
 from birdstrike.data.store import RunStore
 from birdstrike.doe.solvers import solver_for
 from birdstrike.effects import Effect, effects, register, unregister
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.sensors.registry import SENSORS
-from tests.cli.test_close_the_loop import RUNS, Solver, ledger, record, short_page, solver
+from tests.cli.test_close_the_loop import RUNS, Solver, campaign_only, close, ledger, record, solver
 from tests.script import ROOT
 
-__all__ = ["record", "short_page", "solver"]
+__all__ = ["campaign_only", "record", "solver"]
 
 OWN = """
 from birdstrike.effects import Effect
@@ -32,7 +31,7 @@ EFFECT = Effect("rolling_tolerance", "another thickness of the sheet", "m", chan
 
 
 @pytest.fixture
-def diagnoses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def diagnoses(monkeypatch: pytest.MonkeyPatch, campaign_only: None) -> list[str]:  # noqa: ARG001
     """A diagnosis in the place of the real one, which notes its effects; inversion and report are left out."""
     made: list[str] = []
 
@@ -43,21 +42,8 @@ def diagnoses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         (out / "diagnosis.json").write_text(json.dumps(content))
         (out / "diagnosis.csv").write_text("time_s\n")
 
-    def invert(plan: Any, _: object) -> None:
-        plan.inversion.mkdir(parents=True, exist_ok=True)
-        for name in ("inversion.json", "verification.csv"):
-            (plan.inversion / name).write_text("{}")
-
     monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)
-    monkeypatch.setattr("birdstrike.loop._inversion", invert)
-    monkeypatch.setattr("birdstrike.loop._report", lambda plan, _: plan.report.write_text("a page"))
-    monkeypatch.setattr("birdstrike.loop.conclude", lambda plan: plan.ledger.read())
     return made
-
-
-def close(out: Path, measured: Path, **options: Any) -> dict[str, Any]:
-    asked = {"design": "lhs", "runs": RUNS, "workers": 1, "say": lambda _: None, **options}
-    return close_the_loop(asked.pop("case", "demo"), measured, out, **asked)
 
 
 def module(folder: Path, name: str, factor: float) -> Effect:

@@ -22,7 +22,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished loop around the stand-in."""
     folder = tmp_path_factory.mktemp("loop")
     with pytest.MonkeyPatch.context() as patch:
-        return finished_folder(folder, write_record(folder / "shot7.csv"), patch, runs=12)
+        return finished_folder(folder, write_record(folder / "shot7.csv"), patch, runs=12, posterior=False)
 
 
 @pytest.fixture(autouse=True)

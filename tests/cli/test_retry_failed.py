@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from birdstrike.data.histories import Histories
 from birdstrike.data.store import RunStore
 from birdstrike.solver.case.case import Case
 from tests.inversion import small_campaign
+from tests.inversion.diagnosis.rig import few_simulations
 
 Arguments = Callable[[Path], list[str]]
 
@@ -43,18 +44,15 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def solver(data: Path, monkeypatch: pytest.MonkeyPatch) -> FailingSolver:  # noqa: ARG001 (made by a solver that works)
+def solver(data: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[FailingSolver]:  # noqa: ARG001 (made by a solver that works)
     """In place of the embedded solver, on threads of this process."""
     stand_in = FailingSolver()
     for module in ("solver.simulate", "inversion.forward", "inversion.diagnosis.simulations"):
         monkeypatch.setattr(f"birdstrike.{module}.simulate", stand_in)
-    for module in (
-        "doe.campaign.campaign",
-        "inversion.mesh_convergence.convergence",
-        "inversion.diagnosis.simulations",
-    ):
+    for module in ("doe.campaign.campaign", "inversion.mesh_convergence.convergence"):
         monkeypatch.setattr(f"birdstrike.{module}.process_pool", ThreadPoolExecutor)
-    return stand_in
+    with few_simulations():
+        yield stand_in
 
 
 COMMANDS: dict[str, Arguments] = {

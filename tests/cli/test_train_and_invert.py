@@ -17,6 +17,7 @@ from birdstrike.data.errors import RunFailed
 from tests.inversion import small_campaign
 
 runner = CliRunner()
+LINEARISED = ("--method", "emulator", "--no-posterior")
 
 
 @pytest.fixture(autouse=True)
@@ -76,7 +77,7 @@ def test_prints_parameters_errors_verdict_and_next_step(loop: Path) -> None:
 
 def test_parameter_that_is_not_identified_is_shown_as_its_range(loop: Path) -> None:
     out = loop / "by_emulator"
-    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", out, "--method", "emulator")
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", out, *LINEARISED)
     line = next(text for text in found.output.splitlines() if "tension_erosion" in text and "in 0.05 .. 1.25" in text)
     value = json.loads((out / "inversion.json").read_text())["methods"]["emulator"]["parameters"]
     assert f"{value['bird.material.tension_erosion']['value']:.4g}" not in line.split("in 0.05 .. 1.25")[1]
@@ -84,9 +85,7 @@ def test_parameter_that_is_not_identified_is_shown_as_its_range(loop: Path) -> N
 
 
 def test_json_is_the_last_line(loop: Path) -> None:
-    found = invoke(
-        loop / "doe", "--measured", loop / "record.csv", "--out", loop / "j", "--method", "emulator", "--json"
-    )
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", loop / "j", *LINEARISED, "--json")
     line = json.loads(found.output.strip().splitlines()[-1])
     assert line["schema_version"] == 1
     assert line["best"] == "emulator"
@@ -130,12 +129,13 @@ def test_gap_in_the_measurement_is_fine(loop: Path, tmp_path: Path) -> None:
     lines = (loop / "record.csv").read_text().splitlines()
     lines[5] = lines[5].split(",")[0] + ","
     (tmp_path / "gap.csv").write_text("\n".join(lines) + "\n")
-    found = invoke(loop / "doe", "--measured", tmp_path / "gap.csv", "--out", tmp_path / "out")
+    options = ("--method", "network", "--no-posterior")
+    found = invoke(loop / "doe", "--measured", tmp_path / "gap.csv", "--out", tmp_path / "out", *options)
     assert found.exit_code == 0, found.output
     assert "11-9-4" in found.output
 
 
-def test_curve_outside_the_cloud_warns_and_goes_on(loop: Path, tmp_path: Path) -> None:
+def test_curve_outside_the_prior_predictive_range_warns_and_goes_on(loop: Path, tmp_path: Path) -> None:
     rows = [f"{t},{9.0 + (i % 2)}" for i, t in enumerate((0.5, 0.8, 1.1, 1.4, 1.7, 2.0, 2.3))]
     (tmp_path / "foreign.csv").write_text("\n".join(["time [ms],displacement_centre [mm]", *rows]) + "\n")
     found = invoke(loop / "doe", "--measured", tmp_path / "foreign.csv", "--out", tmp_path / "out")
@@ -149,7 +149,7 @@ def test_failed_verification_exits_2(loop: Path, tmp_path: Path, monkeypatch: py
         raise RunFailed("the energy balance is off by 9 %", "lower solver.courant")
 
     monkeypatch.setattr(birdstrike.inversion.forward, "simulate", unstable)
-    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path)
+    found = invoke(loop / "doe", "--measured", loop / "record.csv", "--out", tmp_path, *LINEARISED)
     assert found.exit_code == 2
     assert "energy balance is off" in found.output
 
@@ -177,8 +177,7 @@ def test_a_record_noisier_than_the_case_states_is_inverted_and_both_figures_are_
 ) -> None:
     """0.03 mm by the case, 0.15 mm by the record: five times the noise is no other model."""
     record = laboratory_record(tmp_path / "noisy.csv", 0.15)
-    options = ("--method", "emulator", "--no-posterior", "--refine", "0")
-    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
+    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *LINEARISED)
     assert found.exit_code == 0, found.output
     assert "cannot produce" not in found.output
     said = " ".join(found.output.split())
@@ -190,8 +189,7 @@ def test_a_record_noisier_than_the_case_states_is_inverted_and_both_figures_are_
 
 def test_an_offset_is_found_subtracted_and_written_with_its_interval(loop: Path, tmp_path: Path) -> None:
     record = laboratory_record(tmp_path / "offset.csv", 0.03, offset=1.2)
-    options = ("--method", "emulator", "--no-posterior", "--refine", "0")
-    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
+    found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *LINEARISED)
     assert found.exit_code == 0, found.output
     value = viscosity_of(tmp_path / "out")
     assert value["identified"]
@@ -204,7 +202,7 @@ def test_an_offset_is_found_subtracted_and_written_with_its_interval(loop: Path,
 
 def test_a_channel_can_be_left_out(loop: Path, tmp_path: Path) -> None:
     record = laboratory_record(tmp_path / "two.csv", 0.03, more="contact_force [kN]")
-    options = ("--method", "emulator", "--no-posterior", "--refine", "0", "--channels", "displacement_centre")
+    options = (*LINEARISED, "--channels", "displacement_centre")
     found = invoke(loop / "doe", "--measured", record, "--out", tmp_path / "out", *options)
     assert found.exit_code == 0, found.output
     assert "contact_force" not in found.output

@@ -107,7 +107,7 @@ def test_network_that_answers_nonsense_identifies_nothing() -> None:
     found = invert(
         campaign, measured, eroding.forward, InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
     ).inversion
-    assert found.cloud.inside
+    assert found.prior_predictive.inside
     assert any("outside its range" in warning for warning in found.warnings)
     assert not any(estimate.identified for estimate in found.methods["network"].parameters.values())
     for name, estimate in found.methods["network"].parameters.items():

@@ -96,9 +96,9 @@ def test_run_that_the_campaign_holds_is_not_paid(
     monkeypatch.setattr(
         birdstrike.inversion.forward, "simulate", lambda *_args, **_options: pytest.fail("a run was paid twice")
     )
-    assert train_and_invert(merged, measured, tmp_path / "second", extras=FIXED) == Inversion.load(
-        out / "inversion.json"
-    )
+    found = train_and_invert(merged, measured, tmp_path / "second", extras=PLAIN).methods
+    expected = Inversion.load(out / "inversion.json").methods
+    assert {name: answer.run for name, answer in found.items()} == {name: one.run for name, one in expected.items()}
 
 
 def test_trained_models_can_be_read_back(out: Path) -> None:

@@ -45,19 +45,25 @@ range = ["1000 MPa", "4000 MPa"]
 """
 COMMANDS = """
 import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pandas as pd
 
 from birdstrike.cli.app import app
 
+SOUGHT = ("paint", "impact_speed", "plate_thickness")
+
 if __name__ == "__main__":
+    from tests.inversion.diagnosis.rig import few_simulations
+
     for command in sys.argv[1:]:
-        try:
-            app(command.split())
-        except SystemExit as end:
-            if end.code:
-                raise
+        with few_simulations(150, SOUGHT) if command.startswith("diagnose") else nullcontext():
+            try:
+                app(command.split())
+            except SystemExit as end:
+                if end.code:
+                    raise
         if command.startswith("simulate"):
             painted = pd.read_csv("painted/histories.csv")
             noisy = painted["mean_m"] + 1e-5 * np.random.default_rng(1).standard_normal(len(painted))
@@ -111,7 +117,7 @@ class Laboratory:
         return run.stdout
 
     def birdstrike(self, *commands: str) -> None:
-        """Run commands one after the other in one process, whose workers read the same script."""
+        """Run commands one after the other in one process; a campaign's workers read the same script."""
         (self.folder / "commands.py").write_text(COMMANDS)
         self.python("commands.py", *commands)
 

@@ -157,12 +157,17 @@ def stand_in_for_models(patch: pytest.MonkeyPatch, solver: Callable[..., Histori
     patch.setattr("birdstrike.reports.comparison.models.FRAMES", 8)
 
 
-def finished_folder(folder: Path, record: Path, patch: pytest.MonkeyPatch, runs: int = 25) -> Path:
-    """`doe/` and `inversion/` of a loop closed by the real campaign and the real inversion around the stand-in."""
+def finished_folder(
+    folder: Path, record: Path, patch: pytest.MonkeyPatch, runs: int = 25, posterior: bool = True
+) -> Path:
+    """`doe/` and `inversion/` of a loop closed by the real campaign and the real inversion around the stand-in.
+
+    posterior: drawn, with the figures of identifiability; else intervals are linearised.
+    """
     case = load_case("demo")
     design = make_design("uniform", ParameterSpace.of(case.parameters()), runs, seed=0)
     with ThreadPoolExecutor(2) as pool:
         run_campaign(case, design, folder / "doe", simulate=simulate, executor=pool, say=lambda _: None)
     patch.setattr("birdstrike.inversion.forward.simulate", simulate)
-    train_and_invert(folder / "doe", record, folder / "inversion", extras=Extras(refine=0))
+    train_and_invert(folder / "doe", record, folder / "inversion", extras=Extras(refine=0, posterior=posterior))
     return folder

@@ -206,7 +206,7 @@ def test_pressure_keeps_above_its_cutoff(strike):
     assert strike.snapshots[0].pressure.min() >= -0.3705e6
 
 
-def test_a_bird_that_misses_is_told():
+def test_a_bird_that_misses_the_plate_is_a_warning():
     missed = simulate(small(impact__standoff="400 mm"))
     assert any("did not touch" in text for text in missed.summary["warnings"])
     assert np.abs(missed.channels["displacement_centre"]).max() == 0.0

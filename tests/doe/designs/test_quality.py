@@ -1,4 +1,4 @@
-"""Quality of a design: what it can tell apart, with the paper's Table 6 as the bad example."""
+"""Quality of a design: which effects it can separate, with the paper's Table 6 as the bad example."""
 
 from __future__ import annotations
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +13,9 @@ from typer.testing import CliRunner, Result
 from birdstrike.cli.app import app
 from birdstrike.inversion.audit.answers import records
 from birdstrike.inversion.audit.records import experiment_of, read_truth
-from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
-from tests.inversion.diagnosis.rig import SOUGHT, tiny
-
-SOUGHT_HERE = (*SOUGHT, "sensor_gain")
+from tests.inversion.diagnosis.rig import SOUGHT, few_simulations, tiny
 
 
 @dataclass(frozen=True)
@@ -36,25 +31,19 @@ class Bench:
 
 def audit(folder: Path, *words: str) -> Result:
     given = ["--out", str(folder / "out"), "--case", str(folder / "case.toml"), "--workers", "1", "--seed", "3"]
-    return CliRunner().invoke(app, ["audit", *given, *words], env={"COLUMNS": "200"})
+    with few_simulations(particles=100) as patch:
+        sought = {name: effects()[name] for name in (*SOUGHT, "sensor_gain")}
+        patch.setattr("birdstrike.inversion.audit.draws.effects", lambda: sought)
+        return CliRunner().invoke(app, ["audit", *given, *words], env={"COLUMNS": "200"})
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    """Simulations on threads, because processes would load all anew."""
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """The command has made one truth and answered one record of it."""
     folder = tmp_path_factory.mktemp("bench")
     case = tiny().with_mesh(100, (8, 6)).overlaid({"time": {"end": "0.6 ms"}})
     (folder / "case.toml").write_text(case_toml(case), encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
-        for module, names in (("diagnosis.plan", SOUGHT), ("audit.draws", SOUGHT_HERE)):
-            sought = {name: effects()[name] for name in names}
-            patch.setattr(f"birdstrike.inversion.{module}.effects", lambda sought=sought: sought)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", 100)
-        patch.setattr(
-            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
-        )
-        yield Bench(folder, audit(folder, "--make", "1", "--most", "1"))
+    return Bench(folder, audit(folder, "--make", "1", "--most", "1"))
 
 
 def test_a_truth_is_made_answered_and_scored(bench: Bench) -> None:

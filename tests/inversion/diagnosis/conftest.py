@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,16 +11,18 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.write import case_toml
-from birdstrike.solver.effects.registry import effects
-from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, shot, tiny
+from tests.inversion.diagnosis.rig import few_simulations, shot, tiny
 
 
 def command(folder: Path, out: str, *words: str) -> Result:
     """`birdstrike diagnose` of the folder's case, with simulations that lie in `out/`."""
     given = ["--out", str(folder / out), "--doe", str(folder / "out"), "--workers", "1", *words]
-    return CliRunner().invoke(app, ["diagnose", str(folder / "case.toml"), *given], env={"COLUMNS": "200"})
+    with few_simulations() as patch:
+        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
+        return CliRunner().invoke(app, ["diagnose", str(folder / "case.toml"), *given], env={"COLUMNS": "200"})
 
 
 @dataclass(frozen=True)
@@ -42,22 +42,11 @@ class Laboratory:
 
 
 @pytest.fixture(scope="session")
-def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
-    """Diagnosed beside a baseline; simulations on threads, because processes would load all anew."""
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Laboratory:
+    """Diagnosed beside a baseline."""
     folder = tmp_path_factory.mktemp("laboratory")
     (folder / "case.toml").write_text(case_toml(tiny()), encoding="utf-8")
     shot(folder, "clean", 1)
     shot(folder, "loose", 2, plate={"edges": "pinned"})
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
-        sought = {name: effects()[name] for name in SOUGHT}
-        patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: sought)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", PARTICLES)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
-        patch.setattr(
-            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
-        )
-        records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-        yield Laboratory(folder, command(folder, "out", *records))
+    records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    return Laboratory(folder, command(folder, "out", *records))

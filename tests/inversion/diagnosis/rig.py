@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from birdstrike.data.curves import Measured, write_measured
+from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.case import Case, case_from_table
+from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.simulate import simulate
 
 NOISE = 2e-5
@@ -42,6 +48,20 @@ def tiny() -> Case:
         },
         "tiny",
     )  # fmt: skip
+
+
+@contextmanager
+def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) -> Iterator[pytest.MonkeyPatch]:
+    """A plan of 9 coarse simulations and few effects; on threads, because processes would load all anew."""
+    library = {name: effects()[name] for name in sought}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: library)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", particles)
+        patch.setattr(
+            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
+        )
+        yield patch
 
 
 def shot(folder: Path, name: str, seed: int, **changes: dict[str, Any]) -> Path:

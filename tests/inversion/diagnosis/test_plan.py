@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
-from birdstrike.inversion.diagnosis.instrument import instrument_effects, low_pass, signature
+from birdstrike.inversion.diagnosis.instrument import instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import make_plan, spread, two_level
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
@@ -48,10 +48,6 @@ def test_a_signature_is_what_the_instrument_does(name: str, own: Instrument) -> 
     size = {"sensor_gain": 0.03, "time_offset": 2e-5, "sensor_bandwidth": 3e-5, "sensor_drift": 0.1}[name]
     change = recorded(own, time, curve) - curve
     assert np.abs(signature(name, size, time, curve) - change)[5:-5].max() < 0.06 * np.abs(change).max()
-
-
-def test_the_low_pass_starts_at_rest() -> None:
-    assert np.allclose(low_pass(np.full(50, 2.0), 1e-6, 3e-5), 2.0)
 
 
 def test_each_sensor_may_have_a_fault_of_its_own() -> None:

@@ -1,4 +1,4 @@
-"""What the curve cannot tell is said to be unknown, with the reason."""
+"""A parameter that the curve does not determine is reported as not identified, with the reason."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def test_a_misfit_that_hangs_together_is_said_and_recorded(dataset: Dataset, emu
     measured = replace(measured, channels={CHANNEL: measured.channels[CHANNEL] + sine})
     found = invert(dataset, measured, forward, options, emulator=emulator).inversion
     assert found.residual is not None
-    assert found.cloud.inside
+    assert found.prior_predictive.inside
     assert found.residual.tau[CHANNEL] > 10.0
     assert found.residual.widened[CHANNEL] == pytest.approx(
         found.residual.fit[CHANNEL] * np.sqrt(found.residual.tau[CHANNEL])

@@ -33,7 +33,7 @@ def foreign(measured: Measured) -> Measured:
 
 def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset, emulator: Emulator) -> None:
     found = invert(dataset, foreign(record(truth(0.5))), forward, OPTIONS, emulator=emulator).inversion
-    assert not found.cloud.inside
+    assert not found.prior_predictive.inside
     assert found.warnings[0].startswith("the model cannot produce this curve: nearest is run ")
     assert " mm RMS in displacement centre" in found.warnings[0]
     for answer in found.methods.values():
@@ -46,7 +46,9 @@ def test_foreign_curve_is_flagged_and_the_loop_goes_on(dataset: Dataset, emulato
 
 def test_nearest_run_is_the_nearest(dataset: Dataset, emulator: Emulator) -> None:
     measured = foreign(record(dataset.parameters[16]))
-    found = invert(dataset, measured, forward, replace(OPTIONS, method="emulator"), emulator=emulator).inversion.cloud
+    found = invert(
+        dataset, measured, forward, replace(OPTIONS, method="emulator"), emulator=emulator
+    ).inversion.prior_predictive
     assert found.nearest_run == 17
     expected = np.sqrt(np.mean((measured.channels[CHANNEL] - pulse(dataset.parameters[16], TIMES)) ** 2))
     assert found.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.01)  # the record is sampled off the grid
@@ -59,8 +61,8 @@ def test_runs_are_compared_on_the_records_clock(dataset: Dataset, emulator: Emul
     assert found.time_offset.value == pytest.approx(0.1e-3, abs=2e-5)
     on_its_clock = pulse(dataset.parameters[16], TIMES - found.time_offset.value)
     expected = np.sqrt(np.mean((measured.channels[CHANNEL] - on_its_clock) ** 2))
-    assert found.cloud.nearest_run == 17
-    assert found.cloud.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.02)
+    assert found.prior_predictive.nearest_run == 17
+    assert found.prior_predictive.nearest_distance[CHANNEL] == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -68,16 +70,18 @@ def test_curve_of_the_model_is_inside(dataset: Dataset, emulator: Emulator, seed
     theta = truth(np.random.default_rng(seed).random(4))
     options = replace(OPTIONS, method="emulator")
     found = invert(dataset, record(theta, noise=3e-5, seed=seed), forward, options, emulator=emulator).inversion
-    assert found.cloud.inside
-    assert 0.3 < found.cloud.fit < 1.5
-    assert found.cloud.outside_envelope == 0.0
+    assert found.prior_predictive.inside
+    assert 0.3 < found.prior_predictive.fit < 1.5
+    assert found.prior_predictive.outside_envelope == 0.0
     assert not any("cannot produce" in warning for warning in found.warnings)
 
 
 def test_curve_far_from_all_runs_lies_outside_the_envelope(dataset: Dataset, emulator: Emulator) -> None:
     far = record(truth(0.5))
     far = replace(far, channels={CHANNEL: 2.5 * far.channels[CHANNEL]})
-    found = invert(dataset, far, forward, replace(OPTIONS, method="emulator"), emulator=emulator).inversion.cloud
+    found = invert(
+        dataset, far, forward, replace(OPTIONS, method="emulator"), emulator=emulator
+    ).inversion.prior_predictive
     assert not found.inside
     assert found.outside_envelope > 0.5
 
@@ -116,7 +120,7 @@ def test_jittery_channels_leave_every_parameter_its_whole_range(dataset: Dataset
     measured = replace(record(truth(0.5)), channels=channels, units={CHANNEL: "m", "contact_force": "N"})
     noise = {CHANNEL: 3e-5, "contact_force": 30.0}
     found = invert(jittery, measured, forward, replace(OPTIONS, method="emulator", noise=noise)).inversion
-    assert found.cloud.coarse
+    assert found.prior_predictive.coarse
     assert found.warnings[0].startswith("the emulator is too coarse for this curve")
     for name, estimate in found.methods["emulator"].parameters.items():
         assert not estimate.identified

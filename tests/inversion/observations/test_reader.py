@@ -130,7 +130,7 @@ def test_a_sensor_that_does_not_read_zero_before_contact_is_named() -> None:
 
 
 def test_nothing_known_of_the_noise_is_a_tolerance() -> None:
-    every = slice(None, None, 9)  # too few points for their scatter to tell the noise
+    every = slice(None, None, 9)  # too few points to estimate the noise from their scatter
     late = measured(time=CLOCK[every] + 1e-3, channels={CHANNEL: measured().channels[CHANNEL][every]})
     expected = Expected({CHANNEL: "m"}, 0.0, 4e-3, -1.0)
     (channel,) = read_record(late, expected, tolerance=0.03)

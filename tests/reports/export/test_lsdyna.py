@@ -36,7 +36,11 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
         train_and_invert(
-            folder / "doe", folder / "record.csv", folder / "inversion", method="emulator", extras=Extras(refine=0)
+            folder / "doe",
+            folder / "record.csv",
+            folder / "inversion",
+            method="emulator",
+            extras=Extras(refine=0, posterior=False),
         )
     return folder
 

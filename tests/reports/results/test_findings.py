@@ -178,7 +178,7 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
     record = Measured(time, channels, sigma, {CHANNEL: "m", "contact_force": "N"}, ("Shot 9.",))
     write_measured(tmp_path / "shot9.csv", record)
     with pytest.MonkeyPatch.context() as patch:
-        finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12)
+        finished_folder(tmp_path, tmp_path / "shot9.csv", patch, runs=12, posterior=False)
     results = read_results(tmp_path)
     first, second, _, fourth, _ = findings(results)
     assert "131 points of displacement centre" in first
@@ -193,9 +193,9 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
 
 
 def test_the_emulators_own_error_is_named_with_the_noise(results: Results) -> None:
-    found = results.inversion.cloud
+    found = results.inversion.prior_predictive
     coarse = replace(found, inside=False, coarse="the emulator predicts strain (Q2 0.23) poorly")
-    other = replace(results, inversion=replace(results.inversion, cloud=coarse))
+    other = replace(results, inversion=replace(results.inversion, prior_predictive=coarse))
     assert "within noise and the emulator's error the model can produce the whole curve" in findings(results)[3]
     said = "is not known, because the emulator is too coarse: the emulator predicts strain (Q2 0.23) poorly"
     assert said in findings(other)[3]

@@ -101,7 +101,7 @@ def test_spinning_stressed_block_keeps_its_stress():
 
 @pytest.mark.parametrize("hourglass", ["viscous", "stiffness"])
 def test_hourglass_modes_are_resisted(hourglass):
-    """A pure hourglass velocity has no strain; its energy goes into the hourglass book and is not lost."""
+    """A pure hourglass velocity has no strain; its energy is counted as hourglass energy and is not lost."""
     mesh = brick((1, 1, 1), 0.01)
     v = np.zeros((8, 3))
     v[:, 0] = np.array([1, -1, 1, -1, 1, -1, 1, -1])[np.argsort(mesh.cells[0])]
@@ -131,7 +131,7 @@ def test_a_bar_bends_with_little_hourglass_energy():
 
 
 def test_plastic_bar_stays_at_its_yield_stress():
-    """Uniaxial strain far beyond yield: von Mises stress is the yield stress, the plastic work is on the book."""
+    """Uniaxial strain far beyond yield: von Mises stress is the yield stress, the plastic work is counted."""
     shear, bulk, sigma_y = 2.3e7, 1.1e8, 3e5
     material = Solid(logarithmic(RHO, bulk), shear, sigma_y)
     mesh = brick((2, 1, 1), 0.01)

@@ -1,4 +1,4 @@
-"""What a case says that would do nothing, or something seldom meant: refused, made void or told."""
+"""What a case says that would do nothing, or something seldom meant: refused, made void or warned of."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random valid cases: each ends in histories with sound books, or in a sentence that says what to change.
+"""Random valid cases: each ends in histories whose energies balance, or in a sentence that says what to change.
 
 25 cases by default; `make fuzz` draws more.
 """
@@ -42,7 +42,7 @@ def struck(table: Table) -> Histories | str:
 
 
 def assert_sound(histories: Histories) -> None:
-    """Finite histories and books within their limits."""
+    """Finite histories, energies and momentum balanced within their limits."""
     for name, values in histories.channels.items():
         assert np.all(np.isfinite(values)), name
     summary = histories.summary
