@@ -10,10 +10,10 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.diagnosis.mesh_correction import MeshCorrection
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Response, learn_responses
 from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.estimation.mesh_correction import MeshCorrection
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 

@@ -3,7 +3,7 @@
 Autoregressive co-kriging of two fidelities with factor 1 (Kennedy & O'Hagan, Biometrika 87 (2000) 1): fine = coarse +
 m(theta), m by a Gaussian process for each principal component of all channels together that can be predicted. (Linear
 in the parameters, its leave-one-out error was twice as large: a coarse mesh errs most where the bird's viscosity is
-small.)
+small.) One implementation with two readers: a calibration corrects its campaign, a diagnosis its setup.
 """
 
 from __future__ import annotations
@@ -11,9 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.gaussian_process import GaussianProcess
+
+FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
+FINE_RUNS = 10  # fine simulations: two parameters' linear trend and seven degrees of freedom
 
 EXTRAPOLATED = 1.0 / 3.0
 """Of the correction from spacing h to h/2: what is left to spacing 0 for a scheme of second order (Richardson,
@@ -90,3 +95,21 @@ class MeshCorrection:
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
         return EXTRAPOLATED * self.at(z[None])[0]
+
+
+def fine_mesh(coarse: Case, declared: Case) -> Case:
+    """The declared case on the fine mesh of a campaign on `coarse`, never coarser than declared."""
+    particles = max(FINER_PARTICLES * coarse.bird.particles, declared.bird.particles)
+    pairs = zip(coarse.plate.elements, declared.plate.elements, strict=True)
+    along, across = (max(FINER_SHELLS * n, least) for n, least in pairs)
+    return declared.with_mesh(particles, (along, across))
+
+
+def spread(unit: Array) -> tuple[int, ...]:
+    """Indices of points (n, k): the one nearest the middle, then always the one farthest from those chosen."""
+    chosen = [int(((unit - 0.5) ** 2).sum(axis=1).argmin())]
+    distances = cdist(unit, unit)
+    while len(chosen) < len(unit):
+        nearest = distances[:, chosen].min(axis=1)
+        chosen.append(int(nearest.argmax()))
+    return tuple(chosen)
