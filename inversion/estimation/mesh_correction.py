@@ -8,17 +8,27 @@ small.) One implementation with two readers: a calibration corrects its campaign
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from birdstrike.data.histories import Array
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.forward import Forward, Progress, watched
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
 from birdstrike.solver.case.case import Case
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.gaussian_process import GaussianProcess
 
 FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
 FINE_RUNS = 10  # fine simulations: two parameters' linear trend and seven degrees of freedom
+FEWEST = 5  # fine simulations that must finish: mean, and a component's process with its leave-one-out error
 
 EXTRAPOLATED = 1.0 / 3.0
 """Of the correction from spacing h to h/2: what is left to spacing 0 for a scheme of second order (Richardson,
@@ -95,6 +105,140 @@ class MeshCorrection:
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
         return EXTRAPOLATED * self.at(z[None])[0]
+
+
+@dataclass(frozen=True)
+class CorrectedCampaign:
+    """A campaign with what the fine mesh adds: what a calibration takes in the campaign's place.
+
+    dataset: the runs, their measured channels corrected; channels: those, stacked in this order; correction: of the
+    stack; figures: what it came to and cost.
+    """
+
+    dataset: Dataset
+    channels: tuple[str, ...]
+    correction: MeshCorrection
+    figures: MeshCorrectionFigures
+
+    def forward(self, coarse: Forward) -> Forward:
+        """A forward model on the campaign's mesh, corrected."""
+        return CorrectedForward(coarse, self)
+
+    def added(self, theta: Array) -> dict[str, Array]:
+        """channel -> (m,) correction at parameters theta (k,) SI, on the data set's clock."""
+        stacked = self.correction.at(self._place(theta)[None])[0]
+        return dict(zip(self.channels, np.split(stacked, len(self.channels)), strict=True))
+
+    def columns(self, observations: Observations, mode: Mode) -> Array:
+        """(n, s) the correction's error at a fit, one standard deviation each."""
+        z = self._place(mode.theta)
+        rows = np.vstack([self.correction.factor(z), self.correction.extrapolation(z)])
+        parts = dict(zip(self.channels, np.split(rows, len(self.channels), axis=1), strict=True))
+        return np.concatenate([self._at(parts[c.name], c.times - mode.t0) for c in observations.channels])
+
+    def _at(self, rows: Array, times: Array) -> Array:
+        """(n, s) of rows (s, m) at `times` [s]."""
+        return np.stack([np.interp(times, self.dataset.time, row) for row in rows], axis=1)
+
+    def _place(self, theta: Array) -> Array:
+        """Fractions (k,) of the ranges."""
+        return (theta - self.dataset.lows) / (self.dataset.highs - self.dataset.lows)
+
+
+@dataclass(frozen=True)
+class CorrectedForward:
+    """A forward model with what the fine mesh adds to the measured channels."""
+
+    coarse: Forward
+    campaign: CorrectedCampaign
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """Raises RunFailed."""
+        run, data = self.coarse(theta), self.campaign.dataset
+        added = self.campaign.added(np.array([theta[name] for name in data.names]))
+        own = {name: run.channels[name] + np.interp(run.time, data.time, values) for name, values in added.items()}
+        return replace(run, channels={**run.channels, **own})
+
+    def watched(self, progress: Progress) -> CorrectedForward:
+        """With its progress reported."""
+        return replace(self, coarse=watched(self.coarse, progress))
+
+
+def correct_campaign(
+    dataset: Dataset, fine: Forward, case: Case, channels: Sequence[str], progress: Progress, seed: int = 0
+) -> CorrectedCampaign:
+    """Simulate up to ten points of a campaign on the fine mesh and add to all runs what these tell.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The campaign.
+    fine : callable
+        The forward model on the fine mesh.
+    case : Case
+        That of `fine`, whose mesh is named.
+    channels : sequence of str
+        The measured ones; the others stay as they are.
+    progress : callable
+        Takes the share of the work that is done, 0..1.
+    seed : int
+        Of the fits.
+
+    Raises
+    ------
+    UserError
+        When fewer than five of the fine simulations finish.
+    """
+    begun, emulator = perf_counter(), fit_emulator(dataset, channels, seed)
+    rows = np.flatnonzero(np.isin(dataset.runs, emulator.runs))
+    chosen = rows[list(spread(dataset.scaled()[rows])[:FINE_RUNS])]
+    finished, curves, failure = list[int](), list[Array](), ""
+    for i, row in enumerate(chosen):
+        part = watched(fine, lambda f, i=i: progress((i + f) / len(chosen)))
+        try:
+            found = part(dict(zip(dataset.names, map(float, dataset.parameters[row]), strict=True)))
+        except RunFailed as reason:
+            failure = str(reason)
+            continue
+        finished.append(int(row))
+        curves.append(_stacked(found, dataset.time, channels))
+    if len(finished) < FEWEST:
+        raise UserError(
+            f"--mesh-correction: {len(finished)} of {len(chosen)} simulations on the fine mesh finished, {FEWEST} are "
+            f"needed ({failure or 'the campaign has no more runs'}); calibrate without it, or extend the campaign"
+        )
+    z = dataset.scaled()[finished]
+    differences = np.array(curves) - _smooth(emulator, dataset, finished, channels)
+    correction = MeshCorrection.fit(z, differences, len(channels), seed)
+    parts = np.split(correction.at(dataset.scaled()), len(channels), axis=1)
+    own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
+    figures = MeshCorrectionFigures(
+        particles=case.bird.particles,
+        elements=case.plate.elements,
+        runs=len(finished),
+        seconds=perf_counter() - begun,
+        added=_shares(differences, dataset, channels),
+        error=_shares(correction.errors, dataset, channels),
+    )
+    corrected = replace(dataset, curves={**dataset.curves, **own})
+    return CorrectedCampaign(corrected, tuple(channels), correction, figures)
+
+
+def _stacked(run: Histories, time: Array, channels: Sequence[str]) -> Array:
+    """(channels * m,) a run's channels one after the other."""
+    return np.concatenate([np.interp(time, run.time, run.channels[name]) for name in channels])
+
+
+def _smooth(emulator: Emulator, dataset: Dataset, rows: Sequence[int], channels: Sequence[str]) -> Array:
+    """(n, channels * m) the emulator at some runs: a run itself has its own scatter besides."""
+    u = emulator.inputs(dataset.parameters[list(rows)])
+    return np.hstack([emulator.channels[name].curves(u, dataset.time) for name in channels])
+
+
+def _shares(rows: Array, dataset: Dataset, channels: Sequence[str]) -> dict[str, float]:
+    """channel -> root mean square of rows (n, channels * m), share of the runs' peak."""
+    parts = zip(channels, np.split(rows, len(channels), axis=1), strict=True)
+    return {n: float(np.sqrt((p**2).mean()) / max(np.abs(dataset.curves[n]).max(), 1e-300)) for n, p in parts}
 
 
 def fine_mesh(coarse: Case, declared: Case) -> Case:

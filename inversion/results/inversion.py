@@ -16,6 +16,7 @@ from birdstrike.inversion.results.ingredients import (
     DesignFigures,
     EmulatorFigures,
     MeasuredFigures,
+    MeshCorrectionFigures,
     RefinementFigures,
     ShotFigures,
     TrainingFigures,
@@ -32,7 +33,7 @@ class Inversion:
     SI; runs_used: finished runs of the campaign, those of a refinement included; residual: of the emulator's best fit.
     None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
     the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
-    amplitude.
+    amplitude; mesh_correction: one a shot, where it was asked for: the verified errors are then those of the fine mesh.
     """
 
     methods: Mapping[str, Answer]
@@ -56,6 +57,7 @@ class Inversion:
     known_errors: tuple[str, ...] = ()
     shots: tuple[ShotFigures, ...] = ()
     shot_scatter: float | None = None
+    mesh_correction: tuple[MeshCorrectionFigures, ...] = ()
 
     def save(self, path: Path) -> None:
         """Write JSON; what is not finite becomes null."""
