@@ -43,8 +43,8 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.emulator_error import error_columns
 from birdstrike.inversion.estimation.estimates import NEWS
+from birdstrike.inversion.estimation.known_errors import error_columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.estimation.mesh_correction import CorrectedCampaign, correct_campaign, fine_mesh

@@ -21,15 +21,15 @@ from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
-from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh
-from birdstrike.inversion.estimation.nuisances import (
+from birdstrike.inversion.estimation.known_errors import (
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
     nuisance_columns,
     stated_discrepancy,
 )
+from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
+from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
