@@ -201,14 +201,14 @@ def correct_campaign(
             failure = str(reason)
             continue
         finished.append(int(row))
-        curves.append(_stacked(found, dataset.time, channels))
+        curves.append(stack(found, dataset.time, channels))
     if len(finished) < FEWEST:
         raise UserError(
             f"--mesh-correction: {len(finished)} of {len(chosen)} simulations on the fine mesh finished, {FEWEST} are "
             f"needed ({failure or 'the campaign has no more runs'}); calibrate without it, or extend the campaign"
         )
     z = dataset.scaled()[finished]
-    differences = np.array(curves) - _smooth(emulator, dataset, finished, channels)
+    differences = np.array(curves) - stacked_curves(emulator, dataset.parameters[finished], channels)
     correction = MeshCorrection.fit(z, differences, len(channels), seed)
     parts = np.split(correction.at(dataset.scaled()), len(channels), axis=1)
     own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
@@ -224,15 +224,15 @@ def correct_campaign(
     return CorrectedCampaign(corrected, tuple(channels), correction, figures)
 
 
-def _stacked(run: Histories, time: Array, channels: Sequence[str]) -> Array:
+def stack(run: Histories, time: Array, channels: Sequence[str]) -> Array:
     """(channels * m,) a run's channels one after the other."""
     return np.concatenate([np.interp(time, run.time, run.channels[name]) for name in channels])
 
 
-def _smooth(emulator: Emulator, dataset: Dataset, rows: Sequence[int], channels: Sequence[str]) -> Array:
-    """(n, channels * m) the emulator at some runs: a run itself has its own scatter besides."""
-    u = emulator.inputs(dataset.parameters[list(rows)])
-    return np.hstack([emulator.channels[name].curves(u, dataset.time) for name in channels])
+def stacked_curves(emulator: Emulator, theta: Array, channels: Sequence[str]) -> Array:
+    """(q, channels * m) the emulator at parameters theta (q, k) SI: a run itself has its own scatter besides."""
+    u, own = emulator.inputs(theta), [emulator.channels[name] for name in channels]
+    return np.concatenate([one.mean + one.scores(u) @ one.basis[: len(one.processes)] for one in own], axis=1)
 
 
 def _shares(rows: Array, dataset: Dataset, channels: Sequence[str]) -> dict[str, float]:
