@@ -1,7 +1,7 @@
 """How often the calibration's 95 % intervals hold truths that the solver made: the table of docs/inversion.md.
 
 python docs/interval_coverage.py --runs FOLDER [--parts plain refined finer uncorrected] [--sizes 9 25 49 196]
-    [--truths 200] [--out TABLE.md]
+    [--points 12 500] [--channels 1 3] [--noises 2e-5 1e-4] [--truths 200] [--out TABLE.md]
 
 The case is synthetic_strike, much coarser: 150 particles, 8 x 6 shells, 1.5 ms, three parameters. Truths are drawn
 uniformly in the ranges; each is inverted with one of four designs of every size, in turn (196 runs: all four designs
@@ -240,14 +240,14 @@ def quantiles(values: Array, weights: Array) -> Array:
     return np.interp([0.025, 0.975], np.cumsum(weights[order]), values[order])
 
 
-def fill(bench: Bench, table: Path, part: str, sizes: Sequence[int], truths: int) -> Iterator[str]:
+def fill(bench: Bench, table: Path, part: str, cells: Sequence[Cell], truths: int) -> Iterator[str]:
     """Append to the table of intervals what is not in it yet, truth by truth; a line for every cell."""
     known = read(table)
     done = {tuple(row) for row in known[KEY].drop_duplicates().itertuples(index=False)}
-    for runs, channels, points, noise in product(sizes, CHANNELS, POINTS, NOISES):
-        cell, begun, new = Cell(runs, points, channels, noise), time.process_time(), 0
+    for cell in cells:
+        begun, new = time.process_time(), 0
         for number in range(truths):
-            if (part, runs, points, channels, noise, number) in done:
+            if (part, cell.runs, cell.points, cell.channels, cell.noise, number) in done:
                 continue
             found = bench.interval(part, cell, number)
             rows(part, cell, number, found).to_csv(table, mode="a", header=not table.exists(), index=False)
@@ -285,12 +285,14 @@ def tables(intervals: pd.DataFrame) -> str:
     for part in PARTS:
         own = known[known.part == part]
         if len(own):
-            lines = [cell_row(dict(zip(KEY, (part, *cell), strict=False)), one, reference) for cell, one in cells(own)]
+            lines = [
+                cell_row(dict(zip(KEY, (part, *cell), strict=False)), one, reference) for cell, one in grouped(own)
+            ]
             parts.append("\n".join([f"### {HEADINGS[part]}", "", HEAD, *lines, ""]))
     return "\n".join(parts)
 
 
-def cells(intervals: pd.DataFrame) -> Iterator[tuple[tuple[int, int, int, float], pd.DataFrame]]:
+def grouped(intervals: pd.DataFrame) -> Iterator[tuple[tuple[int, int, int, float], pd.DataFrame]]:
     """The intervals of every cell in the table's order."""
     for cell, one in intervals.groupby(["runs", "channels", "points", "noise"]):
         runs, channels, points, noise = cell
@@ -346,13 +348,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--runs", type=Path, required=True, help="folder of the simulations and intervals")
     parser.add_argument("--parts", nargs="*", default=[*PARTS], choices=PARTS, help="none: only the table is written")
     parser.add_argument("--truths", type=int, default=200)
-    parser.add_argument("--sizes", type=int, nargs="+", default=[*SIZES])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[*SIZES], help="of the campaigns")
+    parser.add_argument("--points", type=int, nargs="+", default=[*POINTS])
+    parser.add_argument("--channels", type=int, nargs="+", default=[*CHANNELS])
+    parser.add_argument("--noises", type=float, nargs="+", default=[*NOISES], help="[m]")
     parser.add_argument("--out", type=Path, help="Markdown; on the terminal by default")
     chosen = parser.parse_args(arguments)
     bench, table = Bench(chosen.runs), chosen.runs / "intervals.csv"
+    order = product(chosen.sizes, chosen.channels, chosen.points, chosen.noises)
+    cells = [Cell(runs, points, channels, noise) for runs, channels, points, noise in order]
     with threadpool_limits(limits=1, user_api="blas"):
         for part in chosen.parts:
-            for line in fill(bench, table, part, chosen.sizes, chosen.truths):
+            for line in fill(bench, table, part, cells, chosen.truths):
                 say(line)
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     made = f"`python docs/interval_coverage.py`, commit {commit or 'unknown'}, {time.strftime('%d %B %Y')}."
