@@ -11,14 +11,13 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.estimation.emulator_error import poor
+from birdstrike.inversion.estimation.known_errors import Columns, poor, stacked
 from birdstrike.inversion.estimation.locate import (
     InversionOptions,
     Located,
     locate,
 )
 from birdstrike.inversion.estimation.network_inversion import network_answer
-from birdstrike.inversion.estimation.nuisances import Columns, stacked
 from birdstrike.inversion.estimation.posterior import Posterior
 from birdstrike.inversion.estimation.proposal import Proposal, by_emulator, by_network, too_coarse
 from birdstrike.inversion.estimation.time_origin import clock_drift

@@ -19,7 +19,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.nuisances import stacked
+from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound

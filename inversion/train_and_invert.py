@@ -21,14 +21,15 @@ from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.nuisances import (
+from birdstrike.inversion.estimation.known_errors import (
     case_nuisances,
     discrepancy_columns,
     mesh_columns,
     nuisance_columns,
     stated_discrepancy,
 )
+from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
+from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
@@ -38,7 +39,7 @@ from birdstrike.inversion.forward import Forward, Progress, StoredSolver
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import TRAINING_FILE, InversionOutcome, invert
 from birdstrike.inversion.observations.filters import FilteredForward, filtered_dataset, filtered_record
-from birdstrike.inversion.observations.observations import Observations
+from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.settings import NUISANCE
@@ -60,7 +61,8 @@ class Extras:
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
-    channels: of the record that are used, all where none is named.
+    channels: of the record that are used, all where none is named; mesh_correction: whether a few simulations on a
+    finer mesh correct the campaign's curves.
     """
 
     refine: int | str = AUTO
@@ -73,6 +75,7 @@ class Extras:
     retry_failed: bool = False
     retry: float = 0.0
     channels: tuple[str, ...] = ()
+    mesh_correction: bool = False
 
 
 def train_and_invert(
@@ -149,14 +152,18 @@ def train_and_invert(
             "--case, once for each --measured in their order (a campaign's own is DOE/case.toml)"
         )
     retry = more.retry or retry_before(more.retry_failed)
+    if more.mesh_correction:
+        _refuse_second_mesh(more, forward)
+    pairs = _with_cases(_listed(measured), cases)
+    report, share = progress or (lambda _: None), 0.5 if more.mesh_correction else 0.0
     shots = [
-        _shot(folders, record, own, folder, options, more, forward, retry)
-        for record, own in _with_cases(_listed(measured), cases)
+        _shot(folders, *pair, folder, options, more, forward, retry, _share(report, i, len(pairs), share))
+        for i, pair in enumerate(pairs)
     ]
     _refuse_unused(folders, shots)
     _refuse_twice(shots)
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
-    outcome, dataset, record = inverted(shots, more, progress)
+    outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
     write(folder, outcome, dataset, record)
     return outcome.inversion
 
@@ -184,7 +191,7 @@ def inverted(
     outcome = invert(
         dataset,
         joint.measured,
-        joint.forward,
+        joint.verifier,
         joint.options,
         lambda f: report(share + (1.0 - share) * f),
         columns=joint.columns,
@@ -195,8 +202,14 @@ def inverted(
         shots=joint.figures,
         shot_scatter=scatter,
         known_errors=joint.known_errors,
+        mesh_correction=tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None),
     )
     return replace(outcome, inversion=inversion), dataset, joint.measured
+
+
+def _share(report: Progress, part: int, parts: int, whole: float) -> Progress:
+    """The progress of one of several equal parts that together are a share of the work."""
+    return lambda f: report(whole * (part + f) / parts)
 
 
 def _refinable(options: InversionOptions, more: Extras) -> bool:
@@ -239,6 +252,17 @@ def _refuse_twice(shots: Sequence[Shot]) -> None:
             )
 
 
+def _refuse_second_mesh(more: Extras, forward: Forward | None) -> None:
+    """Raises UserError where a mesh correction cannot be had, or would count the mesh's error twice."""
+    if more.mesh is not None:
+        raise UserError(
+            "--mesh and --mesh-correction were both given: the correction takes the place of the mesh's uncertainty, "
+            "so leave one out"
+        )
+    if forward is not None:
+        raise UserError("--mesh-correction refines the mesh of the case's own solver, so no other model may stand in")
+
+
 def _same_points(one: Measured, other: Measured) -> bool:
     """Whether two records have the same instants, channels and values."""
     return (
@@ -268,16 +292,21 @@ def _shot(
     more: Extras,
     forward: Forward | None,
     retry: float,
+    progress: Progress,
 ) -> Shot:
     """A record with the campaign of its case."""
     dataset, base, campaign = _campaign(folders, case)
     read = record if isinstance(record, Measured) else read_measured(resolve_measured(record))
     read = read.only(more.channels)
     stores = tuple(RunStore(folder / "runs") for folder in folders)
-    solver: Forward = forward or StoredSolver(base, RunStore(out / "runs"), stores, retry=retry)
     if more.filter:
         dataset, read = filtered_dataset(dataset, more.filter), filtered_record(read, more.filter)
-        solver = FilteredForward(solver, more.filter)
+
+    def solver_of(wanted: Case) -> Forward:
+        run: Forward = forward or StoredSolver(wanted, RunStore(out / "runs"), stores, retry=retry)
+        return FilteredForward(run, more.filter) if more.filter else run
+
+    solver = solver_of(base)
     nuisances = case_nuisances(base)
     said = [
         f"uncertain {n.name}: ± {quantity(base.inversion.nuisance[n.name], NUISANCE[n.name].unit)}" for n in nuisances
@@ -287,20 +316,44 @@ def _shot(
     bands = _bands(more.mesh) if more.mesh else None
     if more.mesh:
         said.append(f"the mesh's uncertainty from {more.mesh}")
+    own = replace(
+        options,
+        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
+        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
+    )
+    corrected, verifier = None, None
+    if more.mesh_correction:
+        refuse_uncorrectable(dataset, read, base, own)
+        fine = fine_mesh(base, base)
+        verifier = solver_of(fine)
+        corrected = correct_campaign(dataset, verifier, fine, [*read.channels], progress, own.seed)
+        dataset = corrected.dataset
+        said.append("what the mesh correction leaves uncertain")
 
     def columns(observations: Observations, mode: Mode) -> Array:
         theta = {name: float(v) for name, v in zip(dataset.names, mode.theta, strict=True)}
         parts = [nuisance_columns(solver, nuisances, theta, observations, mode.t0)]
         parts += [discrepancy_columns(shares, observations)] if shares else []
         parts += [mesh_columns(bands, observations, mode.t0)] if bands else []
+        parts += [corrected.columns(observations, mode)] if corrected else []
         return np.hstack(parts)
 
-    own = replace(
-        options,
-        noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
-        time_offset=base.inversion.nuisance.get("time_offset", 0.0),
-    )
-    return Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign)
+    shot = Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign)
+    if corrected is None:
+        return shot
+    run = corrected.forward(solver)
+    return replace(shot, forward=run, verifier=verifier, mesh_correction=corrected.figures)
+
+
+def refuse_uncorrectable(dataset: Dataset, measured: Measured, case: Case, options: InversionOptions) -> None:
+    """Raises UserError for what the inversion would refuse as well, before the fine simulations are paid for."""
+    observe(measured, dataset, options.noise, options.time_offset)
+    refuse_deficient(design_figures(dataset), options.allow_rank_deficient)
+    if case.solver.name == "external":
+        raise UserError(
+            f"--mesh-correction: {case.name} is simulated by another program, whose deck has a mesh of its own; "
+            "calibrate without it"
+        )
 
 
 def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case, Path]:

@@ -67,6 +67,13 @@ def command(
     mesh: Annotated[
         Path | None, typer.Option(help="convergence.csv of birdstrike converge: the mesh's uncertainty is carried.")
     ] = None,
+    mesh_correction: Annotated[
+        bool,
+        typer.Option(
+            "--mesh-correction",
+            help="Correct the campaign by 10 simulations with 8 times the particles, and verify so.",
+        ),
+    ] = False,
     filter: Annotated[  # noqa: A002 (the option's name)
         str | None, typer.Option(help="CFC60, CFC180, CFC600 or CFC1000, zero-phase, for record and model alike.")
     ] = None,
@@ -96,6 +103,7 @@ def command(
         posterior,
         retry_failed,
         channels=names_of(channels),
+        mesh_correction=mesh_correction,
     )
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(
@@ -161,6 +169,8 @@ def posterior_lines(inversion: Inversion) -> Iterator[str]:
     """Known errors, shots, refinement, posterior and directions, one line each."""
     if inversion.known_errors:
         yield f"carried by the model: {'; '.join(inversion.known_errors)}"
+    for figures in inversion.mesh_correction:
+        yield figures.sentence
     for shot in inversion.shots:
         yield f"shot {shot.path}: time origin {shot.time_offset * 1e3:+.3f} ms on its own"
     if inversion.shot_scatter is not None:

@@ -2,7 +2,7 @@
 
 Enters: a case, measured records, baseline records. Leaves: a `Diagnosis`, written as diagnosis.json.
 Read in this order: `plan` (which simulations), `simulations` (run and stored), `setup` (emulator of the campaign),
-`mesh_correction`, `responses` (to effects), `instrument`, `discrepancy` (error of the model's form), `shots` (a record
+`responses` (to effects), `instrument`, `discrepancy` (error of the model's form), `shots` (a record
 and its setup), `system` (all records stacked), `hypotheses` (the models and their priors), `evidence`, `ranking`,
 `baseline`, `solver_update`, `alarm`, `power`, `next_measurement`, `before_and_after`, `answer`,
 `pipeline` (the procedure), `diagnose` (the command).

@@ -15,20 +15,19 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import hadamard
-from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.doe.external.deck import unsupported_by_deck
+from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.registry import effects
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
-FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
-RUNS, FINE_RUNS = 25, 10  # campaign; fine simulations: two parameters' linear trend and seven degrees of freedom
+RUNS = 25  # of the campaign
 RESPONSE_PARTICLES = 3000  # of the simulations with effects: friction drowns in the scatter of a bird of 1000 particles
 JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
 LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
@@ -156,9 +155,8 @@ def meshes(case: Case) -> tuple[Case, Case]:
         return case, case
     particles = min(case.bird.particles, COARSE_PARTICLES)
     shells = [max(min(n, COARSEST_SHELLS), math.ceil(n / FINER_SHELLS)) for n in case.plate.elements]
-    finest = max(FINER_PARTICLES * particles, case.bird.particles)
-    finer = [max(FINER_SHELLS * n, declared) for n, declared in zip(shells, case.plate.elements, strict=True)]
-    return case.with_mesh(particles, (shells[0], shells[1])), case.with_mesh(finest, (finer[0], finer[1]))
+    coarse = case.with_mesh(particles, (shells[0], shells[1]))
+    return coarse, fine_mesh(coarse, case)
 
 
 def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
@@ -188,16 +186,6 @@ def two_level(columns: int) -> Array:
         return np.zeros((0, 0))
     order = 1 << max(3, math.ceil(math.log2(columns + 3)))
     return np.asarray(hadamard(order), dtype=np.float64)[:, 1 : columns + 1]
-
-
-def spread(unit: Array) -> tuple[int, ...]:
-    """Indices of points (n, k): the one nearest the middle, then always the one farthest from those chosen."""
-    chosen = [int(((unit - 0.5) ** 2).sum(axis=1).argmin())]
-    distances = cdist(unit, unit)
-    while len(chosen) < len(unit):
-        nearest = distances[:, chosen].min(axis=1)
-        chosen.append(int(nearest.argmax()))
-    return tuple(chosen)
 
 
 def labelled(cases: Sequence[Mapping[str, Case]]) -> dict[str, Case]:

@@ -10,14 +10,14 @@ import numpy as np
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.diagnosis.mesh_correction import MeshCorrection
+from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Response, learn_responses
 from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 
-ERODED = 0.05  # share of the bird beyond which a run is not smooth in its parameters, as in a campaign's Dataset
 STEP = 1e-3  # of the ranges: central differences of the emulator
 
 
@@ -46,9 +46,7 @@ class Setup:
 
     def coarse(self, z: Array) -> Array:
         """(q, channels * m) of the emulator alone."""
-        u = self.emulator.inputs(self.plan.space.to_physical(z))
-        own = (self.emulator.channels[c] for c in self.channels)
-        return np.concatenate([one.mean + one.scores(u) @ one.basis[: len(one.processes)] for one in own], axis=1)
+        return stacked_curves(self.emulator, self.plan.space.to_physical(z), self.channels)
 
     def jacobian(self, z: Array) -> Array:
         """(channels * m, k) derivative of the curves with respect to the fractions z (k,)."""
@@ -130,7 +128,6 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
     """The campaign's finished runs."""
     done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
     histories = [runs[f"coarse {i}"] for i in done]
-    eroded = [float(one.summary.get("eroded_mass_fraction") or 0.0) for one in histories]
     space = plan.space
     return Dataset(
         space.names,
@@ -142,11 +139,6 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
         histories[0].time,
         {name: np.array([one.channels[name] for one in histories]) for name in channels},
         {name: histories[0].units[name] for name in channels},
-        np.array(eroded) <= ERODED,
+        np.array([is_smooth(one.summary) for one in histories]),
         case_hash(plan.coarse),
     )
-
-
-def stack(histories: Histories, time: Array, channels: Sequence[str]) -> Array:
-    """(channels * m,) a run's channels one after the other."""
-    return np.concatenate([np.interp(time, histories.time, histories.channels[c]) for c in channels])

@@ -19,8 +19,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.residual_correlation import residual_correlation, widened
-from birdstrike.inversion.estimation.whitening import Whitening
+from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation, widened
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 CANDIDATES = 128

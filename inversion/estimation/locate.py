@@ -14,12 +14,11 @@ from birdstrike.doe.designs.quality import design_quality
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.emulator_error import error_columns
-from birdstrike.inversion.estimation.nuisances import Columns
+from birdstrike.inversion.estimation.known_errors import Columns, error_columns
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.proposal import Calibration
-from birdstrike.inversion.estimation.residual_correlation import widened
 from birdstrike.inversion.estimation.time_origin import time_origin
+from birdstrike.inversion.estimation.whitening import widened
 from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.forward import Progress
 from birdstrike.inversion.observations.observations import Observations, observe

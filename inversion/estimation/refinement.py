@@ -13,9 +13,9 @@ from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.likelihood import Likelihood
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
-from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.results.ingredients import RefinementFigures

@@ -20,11 +20,11 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.observations.observations import Observations
-from birdstrike.inversion.results.ingredients import ShotFigures
+from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.surrogate.emulator import fit_emulator
 
 SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
@@ -35,7 +35,8 @@ class Shot:
     """One record with the campaign and forward model of its case.
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
-    known_errors: those in words; campaign: folder of the runs, if they come from one.
+    known_errors: those in words; campaign: folder of the runs, if they come from one; verifier: the forward model on
+    the fine mesh, where the campaign is corrected for it.
     """
 
     dataset: Dataset
@@ -45,15 +46,21 @@ class Shot:
     columns: Columns | None = None
     known_errors: tuple[str, ...] = ()
     campaign: Path | None = None
+    verifier: Forward | None = None
+    mesh_correction: MeshCorrectionFigures | None = None
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Several shots as one: what `invert` takes, and what to say of each."""
+    """Several shots as one: what `invert` takes, and what to say of each.
+
+    forward: makes runs that are added to the data set; verifier: makes those that verify an answer.
+    """
 
     dataset: Dataset
     measured: Measured
     forward: Forward
+    verifier: Forward
     options: InversionOptions
     columns: Columns | None
     figures: tuple[ShotFigures, ...] = ()
@@ -62,7 +69,9 @@ class Joint:
     @classmethod
     def alone(cls, shot: Shot) -> Joint:
         """A single shot."""
-        return cls(shot.dataset, shot.measured, shot.forward, shot.options, shot.columns, (), shot.known_errors)
+        verifier = shot.verifier or shot.forward
+        own = shot.forward, verifier, shot.options, shot.columns, (), shot.known_errors
+        return cls(shot.dataset, shot.measured, *own)
 
 
 @dataclass(frozen=True)
@@ -114,6 +123,7 @@ def joined(shots: Sequence[Shot]) -> Joint:
         dataset,
         measured,
         JointForward(tuple(shot.forward for shot in shots), dataset.time),
+        JointForward(tuple(shot.verifier or shot.forward for shot in shots), dataset.time),
         replace(first.options, noise=noise),
         _columns(shots, dataset),
         figures,

@@ -16,7 +16,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.estimates import NEWS
-from birdstrike.inversion.estimation.nuisances import stacked
+from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.posterior import sample
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.identifiability.information import bound

@@ -17,6 +17,7 @@ from birdstrike.inversion.results.ingredients import (
     DesignFigures,
     EmulatorFigures,
     MeasuredFigures,
+    MeshCorrectionFigures,
     RefinementFigures,
     ShotFigures,
     TrainingFigures,
@@ -34,7 +35,7 @@ class Inversion:
     residual: of the emulator's best fit.
     None in older files, and where not asked for: residual, posterior, identifiability, refinement. known_errors: what
     the model's error holds besides the emulator's; shots: of several records; shot_scatter: 1 sigma, relative
-    amplitude.
+    amplitude; mesh_correction: one a shot, where it was asked for: the verified errors are then those of the fine mesh.
     """
 
     methods: Mapping[str, Answer]
@@ -58,6 +59,7 @@ class Inversion:
     known_errors: tuple[str, ...] = ()
     shots: tuple[ShotFigures, ...] = ()
     shot_scatter: float | None = None
+    mesh_correction: tuple[MeshCorrectionFigures, ...] = ()
 
     def save(self, path: Path) -> None:
         """Write JSON; what is not finite becomes null."""

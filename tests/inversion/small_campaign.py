@@ -62,9 +62,11 @@ def build(folder: Path, design: str | Path = "lhs", case: Case | None = None) ->
     return base
 
 
-def write_record(path: Path, viscosity: float = 600.0, cutoff: float = -0.5e6) -> Path:
-    """What an instrument would have seen, with 0.03 mm of noise."""
-    values = np.interp(TIMES, TIME, curve(viscosity, cutoff)) + 3e-5 * np.random.default_rng(0).normal(size=len(TIMES))
+def write_record(path: Path, viscosity: float = 600.0, cutoff: float = -0.5e6, size: float = 1.0) -> Path:
+    """What an instrument would have seen of `size` times the curve, with 0.03 mm of noise."""
+    values = size * np.interp(TIMES, TIME, curve(viscosity, cutoff)) + 3e-5 * np.random.default_rng(0).normal(
+        size=len(TIMES)
+    )
     measured = record(np.array([5e-3, 2.5e-3, 0.1, 0.0]))
     write_measured(path, type(measured)(TIMES, {CHANNEL: values}, {}, {CHANNEL: "m"}, ("SIMULATED by a formula",)))
     return path

@@ -7,7 +7,8 @@ import pytest
 
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
 from birdstrike.inversion.diagnosis.instrument import instrument_effects, signature
-from birdstrike.inversion.diagnosis.plan import make_plan, spread, two_level
+from birdstrike.inversion.diagnosis.plan import make_plan, two_level
+from birdstrike.inversion.estimation.mesh_correction import spread
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded

@@ -10,7 +10,7 @@ import pytest
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.estimation.emulator_error import error_columns
+from birdstrike.inversion.estimation.known_errors import error_columns
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import observe

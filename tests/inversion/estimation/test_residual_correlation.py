@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.estimates import intervals
 from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.residual_correlation import autocorrelation_time, residual_correlation
 from birdstrike.inversion.estimation.time_origin import clock_drift, time_origin
+from birdstrike.inversion.estimation.whitening import autocorrelation_time, residual_correlation
 from birdstrike.inversion.invert import invert
 from birdstrike.surrogate.emulator import Emulator
 from tests.inversion.estimation.test_calibration import calibrator

@@ -12,8 +12,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.estimation.calibration import Mode
-from birdstrike.inversion.estimation.locate import InversionOptions
-from birdstrike.inversion.estimation.nuisances import (
+from birdstrike.inversion.estimation.known_errors import (
     Nuisance,
     case_nuisances,
     discrepancy_columns,
@@ -22,6 +21,7 @@ from birdstrike.inversion.estimation.nuisances import (
     stacked,
     stated_discrepancy,
 )
+from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.solver.case.case import load_case

@@ -1,0 +1,89 @@
+"""Co-kriging of two meshes: what a few fine runs tell corrects the others, and the error is stated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.estimation.mesh_correction import CorrectedCampaign, correct_campaign, fine_mesh
+from birdstrike.solver.case.case import load_case
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, forward
+
+COARSE = load_case("synthetic_strike")
+FINE = fine_mesh(COARSE, COARSE)
+FORCE = "contact_force"
+
+
+def growth(damping: float) -> float:
+    """Factor by which the fine mesh enlarges a curve: 1.06 at the least damping, 1.01 at the most."""
+    return 1.06 - 0.05 * (damping - LOWS[2]) / (HIGHS[2] - LOWS[2])
+
+
+def fine(theta: Mapping[str, float]) -> Histories:
+    """The pulse on the fine mesh; the force is the coarse one's."""
+    run = forward(theta)
+    return replace(run, channels={**run.channels, CHANNEL: growth(theta["pulse.damping"]) * run.channels[CHANNEL]})
+
+
+@pytest.fixture(scope="module")
+def corrected(dataset: Dataset) -> CorrectedCampaign:
+    return correct_campaign(dataset, fine, FINE, [CHANNEL], lambda _: None)
+
+
+def test_fine_mesh_has_half_the_spacing_and_is_never_coarser_than_declared() -> None:
+    assert FINE.bird.particles == 8 * COARSE.bird.particles
+    assert FINE.plate.elements == tuple(2 * n for n in COARSE.plate.elements)
+    declared = COARSE.with_mesh(1000, (20, 16))
+    found = fine_mesh(COARSE.with_mesh(100, (4, 16)), declared)
+    assert (found.bird.particles, found.plate.elements) == (1000, (20, 32))
+
+
+def test_every_run_is_corrected_to_a_tenth_of_what_the_mesh_does(
+    dataset: Dataset, corrected: CorrectedCampaign
+) -> None:
+    wanted = np.stack([growth(row[2]) for row in dataset.parameters])[:, None] * dataset.curves[CHANNEL]
+    missed = corrected.dataset.curves[CHANNEL] - wanted
+    assert np.sqrt((missed**2).mean()) < 0.1 * np.sqrt(((wanted - dataset.curves[CHANNEL]) ** 2).mean())
+    np.testing.assert_array_equal(corrected.dataset.curves[FORCE], dataset.curves[FORCE])
+
+
+def test_new_point_is_corrected_within_the_stated_error(corrected: CorrectedCampaign) -> None:
+    """At 50 points that no run knows the correction errs by no more than three of its standard deviations."""
+    z = np.random.default_rng(1).random((50, 4))
+    run = corrected.forward(forward)
+    for row in z:
+        theta = dict(zip(NAMES, map(float, LOWS + row * (HIGHS - LOWS)), strict=True))
+        missed = run(theta).channels[CHANNEL] - fine(theta).channels[CHANNEL]
+        factor = np.vstack([corrected.correction.factor(row), corrected.correction.extrapolation(row)])
+        stated = np.sqrt((factor**2).sum(axis=0))
+        assert np.sqrt((missed**2).mean()) < 3.0 * np.sqrt((stated**2).mean())
+
+
+def test_what_it_cost_and_came_to_is_said(corrected: CorrectedCampaign) -> None:
+    figures = corrected.figures
+    assert figures.runs == 10
+    assert figures.seconds > 0.0
+    assert 0.01 < figures.added[CHANNEL] < 0.06
+    assert figures.error[CHANNEL] < 0.25 * figures.added[CHANNEL]
+    assert f"10 simulations of {FINE.bird.particles} particles" in figures.sentence
+
+
+def test_failed_fine_runs_are_left_out_until_too_few_remain(dataset: Dataset) -> None:
+    calls = iter(range(100))
+
+    def fragile(theta: Mapping[str, float]) -> Histories:
+        if next(calls) % 10 < failing:
+            raise RunFailed("energy balance off by 9 %", "lower solver.courant")
+        return fine(theta)
+
+    failing = 3
+    assert correct_campaign(dataset, fragile, FINE, [CHANNEL], lambda _: None).figures.runs == 7
+    failing = 6
+    with pytest.raises(UserError, match=r"4 of 10 .* 5 are needed \(energy balance off"):
+        correct_campaign(dataset, fragile, FINE, [CHANNEL], lambda _: None)
