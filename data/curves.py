@@ -15,8 +15,10 @@ from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.loose_table import import_line
-from birdstrike.data.units import ACCEPTED, DISPLAY, in_unit
+from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
 
+MOST_LINES = 5  # of one kind of error
+REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
 
 
@@ -42,12 +44,22 @@ class Measured:
         return any("SIMULATED" in line for line in self.provenance)
 
     def refuse_dead_sensors(self) -> None:
-        """Raise MeasuredError for every channel that is zero everywhere: there is nothing to invert."""
-        dead = [name for name, values in self.channels.items() if not np.nan_to_num(values).any()]
+        """Raise MeasuredError for every channel that reads one value everywhere: there is nothing to invert."""
+        found = {name: self.points(name)[1] for name in self.channels}
+        dead = {name: values for name, values in found.items() if not len(values) or not np.ptp(values)}
         if dead:
-            raise MeasuredError(
-                [f'{self.path}: "{name}" is zero everywhere: a dead sensor? leave its column out' for name in dead]
-            )
+            raise MeasuredError([f'{self.path}: "{name}" {self._dead(name, values)}' for name, values in dead.items()])
+
+    def _dead(self, name: str, values: Array) -> str:
+        """What a channel that never changes reads, and what to do."""
+        if not values.any():
+            return "is zero everywhere: a dead sensor? leave its column out, or the channel: --channels"
+        reads, unit = display(float(values[0]), self.units[name])
+        return (
+            f"reads {reads:.4g} {unit}".rstrip()
+            + " everywhere: a dead or saturated sensor, or another column? leave its "
+            "column out, or the channel: --channels"
+        )
 
     def only(self, channels: Sequence[str]) -> Measured:
         """The record with these channels alone, all where none is named; raises MeasuredError for one it has not."""
@@ -112,10 +124,27 @@ def _clock_errors(time: Column) -> Iterable[str]:
         return
     for i in np.flatnonzero(np.isnan(time.values)):
         yield f"line {time.lines[i]}: the time is missing; a gap is an empty cell of a sensor's column"
-    for i in np.flatnonzero(np.diff(time.values) <= 0.0) + 1:
-        yield f"line {time.lines[i]}: the time {time.texts[i]} does not increase; sort the rows, one for each instant"
+    yield from _order_errors(time)
     if len(time.values) < 2:
         yield f"line {time.header_line}: {len(time.values)} rows follow; a record needs at least 2"
+
+
+def _order_errors(time: Column) -> Iterable[str]:
+    """Rows whose time does not increase, the first of them; a clock that mostly repeats has too few digits."""
+    steps = np.diff(time.values)
+    back = np.flatnonzero(steps <= 0.0) + 1
+    if len(back) > REPEATS * len(steps) and not (steps < 0.0).any():
+        yield (
+            f"line {time.lines[back[0]]}: the time {time.texts[back[0]]} stands twice, as in {len(back)} of the rows: "
+            'the clock has too few digits; export it with more, or import the file with --rate "200 kHz", its rate of '
+            "samples"
+        )
+        return
+    for i in back[:MOST_LINES]:
+        yield f"line {time.lines[i]}: the time {time.texts[i]} does not increase; sort the rows, one for each instant"
+    if len(back) > MOST_LINES:
+        last = time.lines[back[-1]]
+        yield f"line {last}: the last of {len(back)} rows whose time does not increase; two records in one file?"
 
 
 def _channel_errors(channels: Mapping[str, Column], columns: Iterable[Column]) -> Iterable[str]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,12 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.loose_table import Head, LooseTable, read_loose_table
 from birdstrike.data.nodout import is_nodout, read_nodout
-from birdstrike.data.units import ratio, scaled, si_unit, to_si
+from birdstrike.data.units import factor, parts, ratio, scaled, si_unit, to_si
+
+RATE_OFF = Decimal("0.02")
+"""Share by which a file's own clock and a rate may differ."""
+_RATE = re.compile(r"sampl|rate|abtast|interval|increment|\bdt\b|\bfs\b|hz\b", re.IGNORECASE)
+"""A line of a file's head that says how often was sampled."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +34,8 @@ class ImportOptions:
     "time" -> unit where the file gives none; scales: sensor -> factor, -1 for a curve that points the other way; per:
     sensor -> unit of the column that the factor multiplies, such as V where the factor is in mm/V; shift: text with a
     unit that is added to the clock; node: of a nodout; simulated: no instrument took this curve; decimal: mark of the
-    decimals, "," or ".", where the file leaves it open; table: of a file that holds several.
+    decimals, "," or ".", where the file leaves it open; table: of a file that holds several; rate: samples a second,
+    or the time between two, where the file has no clock: "200 kHz", "5 us".
     """
 
     sensors: Mapping[str, str]
@@ -40,6 +48,7 @@ class ImportOptions:
     decimal: str = ""
     table: str = ""
     per: Mapping[str, str] = field(default_factory=dict)
+    rate: str = ""
 
 
 def import_record(path: str | Path, options: ImportOptions) -> Measured:
@@ -48,16 +57,82 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
     table, nodout = read_export(path, options)
     if options.node is not None and not nodout:
         raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")
-    clock = table.index(options.time) if options.time else 0
+    clock = _clock_place(table, options)
     columns = {name: _place(table, name, column, clock, nodout) for name, column in options.sensors.items()}
-    time = _column(table, clock, "time", options)
-    if time.unit != "s":
-        raise MeasuredError(f'{path}: "{time.header}" is no time; choose the clock\'s column: --time NAME')
-    shift = to_si(options.shift, "s") if options.shift else 0.0
-    shifted = Column(time.header, time.header_line, "time", "s", time.values + shift, time.texts, time.lines)
+    time = _time(table, clock, options)
     sensors = [_column(table, index, name, options) for name, index in columns.items()]
-    notes = _provenance(table, options, [clock, *columns.values()], nodout)
-    return measured_from(CsvTable((shifted, *sensors), notes), path)
+    used = [*columns.values()] if clock is None else [clock, *columns.values()]
+    return measured_from(CsvTable((time, *sensors), _provenance(table, options, used, nodout)), path)
+
+
+def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
+    """Where the clock stands; None where a rate is given and no column counts the samples."""
+    if options.time:
+        return table.index(options.time)
+    if not options.rate:
+        return 0
+    first = [cells[0] for _, cells in table.rows]
+    own = table.heads[0].unit if table.heads else None
+    counts = table.width > 1 and own is None and all(text.isdigit() for text in first)
+    return 0 if counts and all(int(a) < int(b) for a, b in pairwise(first)) else None
+
+
+def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Column:
+    """The clock in seconds, shifted as is asked for; raises MeasuredError and UnitError."""
+    lines = tuple(line for line, _ in table.rows)
+    texts = tuple(str(i) if clock is None else cells[clock] for i, (_, cells) in enumerate(table.rows))
+    name = "sample" if clock is None else table.names[clock]
+    step, unit, begin = Decimal(1), "s", Decimal(0)
+    if options.rate:
+        step = _interval(options.rate)
+        begin = _begin(table, step) if clock is None else begin
+    else:
+        assert clock is not None
+        unit = _unit(table, clock, "time", options)
+        if si_unit(unit) != "s":
+            raise MeasuredError(f'{table.path}: "{name}" is no time; choose the clock\'s column: --time NAME')
+    begin += _shift(options.shift, unit)
+    values = [scaled(str(Decimal(text) * step + begin), unit) if text else np.nan for text in texts]
+    return Column(name, lines[0], "time", "s", np.array(values), texts, lines)
+
+
+def _begin(table: LooseTable, step: Decimal) -> Decimal:
+    """Where a clock made of the rows' number begins [s]: at the first instant of the file's own, else at 0.
+
+    A file's own clock, whose digits may be too few, must agree with the rate. Raises MeasuredError.
+    """
+    unit = table.heads[0].unit if table.heads else None
+    if unit is None or si_unit(unit) != "s":
+        return Decimal(0)
+    own = [Decimal(cells[0]) * factor(unit) for _, cells in table.rows if cells[0]]
+    made = step * (len(table.rows) - 1)
+    if own and abs(own[-1] - own[0] - made) > RATE_OFF * made:
+        raise MeasuredError(
+            f'{table.path}: its column "{table.names[0]}" spans {1e3 * float(own[-1] - own[0]):g} ms and its '
+            f"{len(table.rows)} rows at --rate {1e3 * float(made):g} ms; correct the rate, or leave it out"
+        )
+    return own[0] if own else Decimal(0)
+
+
+def _interval(rate: str) -> Decimal:
+    """Seconds between two samples, by their rate or by that time; raises UnitError."""
+    try:
+        number, unit = parts(rate)
+        size, kind = Decimal(number) * factor(unit), si_unit(unit)
+    except UnitError as error:
+        raise UnitError(f'--rate {rate}: {error}; write --rate "200 kHz", or --rate "5 us"') from error
+    if kind not in ("1/s", "s") or size <= 0:
+        raise UnitError(f'--rate {rate} is no rate of samples; write --rate "200 kHz", or --rate "5 us"')
+    return 1 / size if kind == "1/s" else size
+
+
+def _shift(text: str, unit: str) -> Decimal:
+    """What is added to the clock, in its own unit, exactly; raises UnitError."""
+    if not text:
+        return Decimal(0)
+    to_si(text, "s")
+    number, given = parts(text)
+    return Decimal(number) * ratio(given, unit)
 
 
 def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, bool]:
@@ -67,7 +142,7 @@ def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, b
         return reader(Path(path), options.table), False
     if is_nodout(path):
         return read_nodout(path, options.node), True
-    return read_loose_table(path, options.decimal), False
+    return read_loose_table(path, options.decimal, bool(options.rate)), False
 
 
 def _refuse_scales(scales: Mapping[str, float]) -> None:
@@ -83,7 +158,7 @@ def _refuse_scales(scales: Mapping[str, float]) -> None:
         )
 
 
-def _place(table: LooseTable, sensor: str, column: str, clock: int, nodout: bool) -> int:
+def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodout: bool) -> int:
     """Where a sensor's column stands: as named, by its own name, or the only one beside the clock."""
     if column:
         return table.index(column)
@@ -123,7 +198,7 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
                 f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "
                 f'--scale {name}="2.5 mm/{head.foreign}" (or {option} with a --scale)'
             )
-        raise UnitError(f"{column} has no unit; say which: {option}")
+        raise UnitError(f"{column} has no unit; say which: {option}{_rate_hint(table) if name == 'time' else ''}")
     if name in options.per:
         return given or ""
     if own is not None and given is not None and scaled("1", own) != scaled("1", given):
@@ -131,6 +206,13 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
             f"{column} is in {own}, and {option.split()[0]} says {given}; leave the option out, or correct the file"
         )
     return given or own or ""
+
+
+def _rate_hint(table: LooseTable) -> str:
+    """What to write where a column counts samples, or there is no clock, with the line of the head that says more."""
+    said = next((note for note in table.notes if _RATE.search(note)), "")
+    found = f' (its head says "{said[:60]}")' if said else ""
+    return f', or, if the file has no clock, how often it was sampled: --rate "200 kHz"{found}'
 
 
 def _per(table: LooseTable, index: int, name: str, unit: str) -> Decimal:
@@ -155,6 +237,8 @@ def _provenance(table: LooseTable, options: ImportOptions, used: Sequence[int], 
     for name, scale in options.scales.items():
         per = f" {options.units.get(name, '')}/{options.per[name]}" if name in options.per else ""
         lines += [f"{name} was multiplied by {scale:g}{per}."] if scale != 1.0 or per else []
+    if options.rate:
+        lines.append(f"The clock was made of the samples' number, {options.rate} by the user.")
     lines += [f"{options.shift} was added to the clock."] if options.shift else []
     lines += [f"{text}." for text in table.remarks]
     return (*lines, *(f"its head: {note[:120]}" for note in table.notes[:12]))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import partial
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 
 from birdstrike.data.errors import MeasuredError, UnitError
@@ -24,6 +24,8 @@ RATIO = ("-", "1")
 """What stands in the place of a ratio's unit."""
 END = ("endcurve", "*end", "end")
 """Words with which plotting programs close a curve."""
+MOST_BEHIND = 20
+"""Lines behind a table, beyond which they are taken for rows that are damaged."""
 
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
@@ -145,25 +147,29 @@ def import_line(path: Path) -> str:
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
 
 
-def read_loose_table(path: str | Path, decimal: str = "") -> LooseTable:
+def read_loose_table(path: str | Path, decimal: str = "", single: bool = False) -> LooseTable:
     """The table in a text file; raises MeasuredError with the line of everything that is no number.
 
     The table begins with the first two lines in a row that hold equally many numbers, at least two; the delimiter is
-    the first of ; tab , and blank by which they do. The lines above it may name the columns and their units. What a
-    logger writes where it has no reading (NaN, OVL, -) is a gap. decimal: "," or "." where the numbers leave it open.
+    the first of ; tab , and blank by which they do. The lines above it may name the columns and their units, the lines
+    behind it hold no row of numbers. What a logger writes where it has no reading (NaN, OVL, -) is a gap. decimal: ","
+    or "." where the numbers leave it open; single: whether a file of one column will do.
     """
-    return table_of_lines(Path(path), text_lines(Path(path)), decimal)
+    return table_of_lines(Path(path), text_lines(Path(path)), decimal, single)
 
 
-def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "") -> LooseTable:
+def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: bool = False) -> LooseTable:
     """The table in the lines of a file; see `read_loose_table`."""
-    start, delimiter = _begin(path, lines)
+    start, delimiter = _begin(path, lines, single)
     width = len(_cells(lines[start], delimiter))
     body = [
         (i, _cells(line, delimiter))
         for i, line in enumerate(lines[start : _end(lines, start)], start + 1)
         if line.strip() and not line.lstrip().startswith(COMMENT)
     ]
+    body, texts = _without_text(body, width)
+    behind = _behind(body, width)
+    body = body[: len(body) - behind]
     decimal = decimal or _decimal(path, body)
     rows, errors, gaps = [], [], Counter[str]()
     first: dict[str, int] = {}
@@ -187,12 +193,25 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "") -> Loose
         f'{count} cell{"s" if count > 1 else ""} "{cell}", the first in line {first[cell]}, read as gaps'
         for cell, count in gaps.items()
     )
+    if texts:
+        names = ", ".join(heads[j].name if heads else str(j + 1) for j in texts)
+        remarks += (f"columns of text were left out: {names}",)
+    if behind:
+        last = next(i for i in range(len(lines), 0, -1) if lines[i - 1].strip())
+        remarks += (f"{behind} lines behind the table, the last line {last}, were left out: no {width} numbers each",)
     return _with_clocks(LooseTable(path, heads, tuple(rows), notes, remarks))
 
 
 def _end(lines: Sequence[str], start: int) -> int:
     """First line behind the table."""
     return next((i for i, line in enumerate(lines) if i > start and line.strip().lower() in END), len(lines))
+
+
+def _behind(body: Sequence[tuple[int, list[str]]], width: int) -> int:
+    """How many lines end the file that are no rows, such as a summary; 0 where they are too many for one."""
+    rows = (len(_numbers(cells, "") or ()) == width for _, cells in reversed(body))
+    count = next((i for i, is_row in enumerate(rows) if is_row), 0)
+    return count if count <= MOST_BEHIND else 0
 
 
 def _with_clocks(table: LooseTable) -> LooseTable:
@@ -267,15 +286,64 @@ def _bare(cell: str) -> str:
     return re.sub(r"(?<=\d)[ '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", cell)
 
 
-def _begin(path: Path, lines: Sequence[str]) -> tuple[int, str]:
+def _begin(path: Path, lines: Sequence[str], single: bool) -> tuple[int, str]:
     """First line of the table, and what separates its cells."""
     full = [i for i, line in enumerate(lines) if line.strip()]
-    for first, second in pairwise(full):
-        for delimiter in DELIMITERS:
-            one, two = (_numbers(_cells(lines[i], delimiter), "") for i in (first, second))
-            if one and two and len(one) == len(two) >= 2:
-                return first, delimiter
-    raise MeasuredError(f"{path} holds no table: no two lines in a row of two or more numbers each")
+    for fewest in (2, 1) if single else (2,):
+        for first, second in pairwise(full):
+            for delimiter in DELIMITERS:
+                one, two = (_numbers(_cells(lines[i], delimiter), "") for i in (first, second))
+                if one and two and len(one) == len(two) >= fewest:
+                    return first, delimiter
+    if found := _begin_beside_text(lines):
+        return found
+    column = "" if single else '; of readings alone, one a line, say how often they were taken: --rate "200 kHz"'
+    raise MeasuredError(f"{path} holds no table: no two lines in a row of two or more numbers each{column}")
+
+
+def _begin_beside_text(lines: Sequence[str]) -> tuple[int, str] | None:
+    """Of a table with columns of text: where the most lines in a row have their numbers in the same places."""
+    best, found = 1, None
+    for delimiter in (d for d in DELIMITERS if d != " "):
+        places = [_number_places(_cells(line, delimiter)) for line in lines]
+        first = 0
+        for _, same in groupby(places):
+            count = len(list(same))
+            numbers = places[first]
+            if count > best and len(numbers) > sum(numbers) > 1:
+                start = first
+                while start and _fits(places[start - 1], numbers):
+                    start -= 1
+                best, found = count, (start, delimiter)
+            first += count
+    return found
+
+
+def _number_places(cells: Sequence[str]) -> tuple[bool, ...]:
+    """Which cells are numbers."""
+    return tuple(bool(_number(cell, "")) for cell in cells)
+
+
+def _fits(above: tuple[bool, ...], below: tuple[bool, ...]) -> bool:
+    """Whether a line is a row of the table below it, perhaps with gaps: numbers, and only where that has them."""
+    return any(above) and len(above) == len(below) and all(b or not a for a, b in zip(above, below, strict=True))
+
+
+def _without_text(body: Sequence[tuple[int, list[str]]], width: int) -> tuple[list[tuple[int, list[str]]], list[int]]:
+    """The rows with empty cells in the columns that hold text and no number, and the places of these columns."""
+    rows = [cells for _, cells in body if len(cells) == width]
+    texts = [
+        j
+        for j in range(width)
+        if not any(_number(cells[j], "") for cells in rows) and any(_number(cells[j], "") is None for cells in rows)
+    ]
+    if not texts:
+        return list(body), []
+    blank = [
+        (i, ["" if j in texts else cell for j, cell in enumerate(cells)] if len(cells) == width else cells)
+        for i, cells in body
+    ]
+    return blank, texts
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -320,11 +388,22 @@ def _heads(lines: Sequence[str], delimiter: str, width: int) -> tuple[tuple[Head
     notes = tuple(line.strip().lstrip("#$% ") for line in lines if line.strip())
     nearest = [cells for note in reversed(notes) if len(cells := _cells(note, delimiter)) == width]
     units: list[str | None] = [None] * width
-    if len(nearest) > 1 and any(nearest[0]) and all(map(_is_unit, nearest[0])):
-        units = [_ratio(cell.strip("[]()")) if cell else None for cell in nearest.pop(0)]
+    if len(nearest) > 1 and _are_units(nearest[0]):
+        units = [cell.strip("[]()").strip() or None for cell in nearest.pop(0)]
     named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
-    heads = (_head(cell, unit) for cell, unit in zip(nearest[0], units, strict=True)) if named else ()
+    heads = (
+        _head(cell, None) if unit is None else replace(head_of(cell, unit), text=cell)
+        for cell, unit in (zip(nearest[0], units, strict=True) if named else ())
+    )
     return tuple(heads), notes
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether a line's cells are units of what sensors give, or empty; below a unit of time, units of anything."""
+    bare = [cell.strip("[]()").strip() for cell in cells]
+    if any(bare) and all(map(_is_unit, bare)):
+        return True
+    return _is_unit(bare[0]) and si_unit(bare[0]) == "s" and all(not c or _measures_something(c) for c in bare)
 
 
 def _is_unit(cell: str) -> bool:

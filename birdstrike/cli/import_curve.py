@@ -17,6 +17,9 @@ from birdstrike.data.errors import MeasuredError, UserError
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
 
+READ_SO = ("read as gaps", "times of day", "behind the table", "columns of text", "The clock was made")
+"""Signs of the provenance's lines on what was read in a way of its own."""
+
 
 def import_curve(
     path: str | Path,
@@ -35,6 +38,7 @@ def import_curve(
     zero: bool = False,
     sigma: Mapping[str, str] | None = None,
     picture: str | Path | None = None,
+    rate: str = "",
 ) -> Measured:
     """Write a file of another program as a measured-data CSV, and return the record.
 
@@ -50,7 +54,7 @@ def import_curve(
     if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
         raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
     options = ImportOptions(
-        sensors, time, units or {}, scales or {}, shift, node, simulated, decimal=decimal, table=table, per=per or {}
+        sensors, time, units or {}, scales or {}, shift, node, simulated, decimal, table, per or {}, rate
     )
     record = import_record(path, options)
     if zero:
@@ -89,6 +93,9 @@ def command(
             help='-1 for a curve that points the other way, "2.5 mm/V" for a voltage; repeatable.',
         ),
     ] = [],  # noqa: B006
+    rate: Annotated[
+        str, typer.Option(metavar="RATE", help='Of a file without a clock: "200 kHz", or the time between two samples.')
+    ] = "",
     shift: Annotated[str, typer.Option(metavar="TIME", help='Added to the clock, such as "-0.2 ms".')] = "",
     simulated: Annotated[bool, typer.Option("--simulated", help="No instrument took this curve.")] = False,
     zero: Annotated[bool, typer.Option("--zero", help="Subtract what a sensor reads before the response.")] = False,
@@ -133,6 +140,7 @@ def command(
         zero=zero,
         sigma=_of_sensors("--sigma", sigma, columns),
         picture=picture,
+        rate=rate,
     )
     for name in record.channels:
         say(_seen(record, name))
@@ -150,7 +158,7 @@ def _remarks(record: Measured) -> Iterator[str]:
     from birdstrike.inversion.formatting import quantity
     from birdstrike.inversion.observations.raw import read_raw
 
-    yield from (line for line in record.provenance if "read as gaps" in line or "times of day" in line)
+    yield from (line for line in record.provenance if any(sign in line for sign in READ_SO))
     yield from (line for line in record.provenance if line.endswith("was subtracted."))
     try:
         channels = read_raw(record)

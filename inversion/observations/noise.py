@@ -15,6 +15,7 @@ from scipy.stats import f as f_distribution
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.observations.baseline import Baseline, baseline_of, hum_of, terms
+from birdstrike.inversion.observations.high_frequency import ROUNDED, digitiser_step
 
 FEWEST_FOR_LEVEL = 8  # points before contact from which a noise level is taken where none is stated
 FEWEST_FOR_TEST = 20  # points before contact that can overrule a stated level, or show a correlation
@@ -265,6 +266,28 @@ def channel_noise(
         noise, more = _correlated(name, noise, before)
         remarks += more
     return noise, remarks
+
+
+def with_digitiser(name: str, unit: str, noise: Noise, times: Array, values: Array) -> tuple[Noise, tuple[str, ...]]:
+    """The noise with the rounding of a coarse digitiser, where that is larger, and a sentence that says so.
+
+    The error of rounding changes as slowly as the readings go from one step to the next.
+    """
+    rounding = digitiser_step(values) / ROUNDED
+    if not rounding > LARGER * noise.level:
+        return noise, ()
+    dwell = float(np.ptp(times)) / max(int(np.count_nonzero(np.diff(values))), 1)
+    correlation = dwell / 3.0 if dwell > 2.0 * float(np.median(np.diff(times))) else 0.0
+    text = (
+        f"{plain(name)}: the readings are multiples of {quantity(rounding * ROUNDED, unit, 2)}, whose rounding "
+        f"({quantity(rounding, unit, 2)}) is more than the noise ({quantity(noise.level, unit, 2)}, {noise.source}) "
+        "and is taken for it; give the sensor a smaller range, or export more digits"
+    )
+    sigma = np.hypot(noise.sigma, rounding)
+    source = "digitiser's step"
+    return replace(noise, sigma=sigma, correlation_time=max(noise.correlation_time, correlation), source=source), (
+        text,
+    )
 
 
 def _of_the_record(before: BeforeContact, stated: Stated, white: tuple[float, float] | None) -> Noise | None:

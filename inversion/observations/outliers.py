@@ -1,4 +1,4 @@
-"""What an experimentalist takes out of a record before fitting: clipped and frozen stretches, single outliers."""
+"""What an experimentalist takes out of a record before fitting: clipped and frozen stretches, dropouts, outliers."""
 
 from __future__ import annotations
 
@@ -20,6 +20,19 @@ MISSING = 1.5  # of a step between two readings: more is a gap
 LOST_SHARE = 0.8  # of the extreme
 FROZEN_RUN = 8  # equal readings in a row
 REPEATS = 0.05  # share of equal neighbours elsewhere, beyond which repeating is the digitiser's way
+BAND = 7.0  # standard deviations of the noise from a record's extreme: readings of a flat top keep within it
+FLAT_POINTS = 20
+FLAT_SHARE = 0.95  # of the readings between the first and the last in that band
+SAG = 2.0  # standard deviations by which the middle of a smooth peak in that band stands above its ends, at least
+LEAVES = 10.0  # standard deviations by which the record leaves a flat top on both sides
+DROPOUTS = 3  # readings of one value
+DROPOUT_RUN = 3  # such readings in a row, at most
+DROPOUT_SHARE = 0.05  # of the peak, by which such readings lie off those around
+DROPOUT_STEPS = 20.0  # times the usual change between neighbours
+AROUND = 5  # readings on either side
+JUMP_SHARE = 0.3  # of the peak, between two readings
+JUMP_STEPS = 20.0  # times the usual change between neighbours
+JUMP_GAP = 2.5  # of a step: an outlier beside the jump has been left out
 MAD_TO_SIGMA = 1.4826
 NEIGHBOURS_SIGMA = 1.39  # of a point minus the cubic through four neighbours, for white noise of 1
 
@@ -77,6 +90,68 @@ def beside_clipped(values: Array, flat: NDArray[np.bool_], sigma: float) -> NDAr
 def _extreme(values: Array, near: float) -> float:
     """The end of the readings on whose side a reading is."""
     return float(np.nanmax(values) if near > 0.0 else np.nanmin(values))
+
+
+def saturated(values: Array, sigma: float) -> NDArray[np.bool_]:
+    """(n,) True on a flat top that noise has been added to: the sensor stood at its end, the digitiser did not.
+
+    The top of a smooth peak bends by as much as its ends lie below it; a flat one does not, and is left on both sides.
+    """
+    marked = np.zeros(len(values), dtype=bool)
+    if len(values) < FEWEST or not sigma > 0.0:
+        return marked
+    peak = np.abs(values).max()
+    for sign in (1.0, -1.0):
+        heights = sign * values
+        top = heights.max()
+        inside = np.flatnonzero(heights > top - BAND * sigma)
+        first, last = int(inside[0]), int(inside[-1])
+        length = last - first + 1
+        if top < CLIPPED_SHARE * peak or length < FLAT_POINTS or len(inside) < FLAT_SHARE * length:
+            continue
+        at = np.linspace(-1.0, 1.0, length)
+        sag = -float(np.polyfit(at, heights[first : last + 1], 2)[0])
+        room = length // 2
+        beside = [heights[max(first - room, 0) : first], heights[last + 1 : last + 1 + room]]
+        left = all(len(part) == room and top - part.min() > (BAND + LEAVES) * sigma for part in beside)
+        marked[first : last + 1] |= left and sag < SAG * sigma
+    return marked
+
+
+def dropouts(values: Array) -> NDArray[np.bool_]:
+    """(n,) True at readings of one value that stand again and again among others far from it: lost samples."""
+    marked = np.zeros(len(values), dtype=bool)
+    if len(values) < FEWEST:
+        return marked
+    usual = max(DROPOUT_SHARE * float(np.abs(values).max()), DROPOUT_STEPS * float(np.median(np.abs(np.diff(values)))))
+    levels, counts = np.unique(values, return_counts=True)
+    for level in levels[counts >= DROPOUTS]:
+        lost = values == level
+        begins, ends = _stretches(lost)
+        short = [
+            np.arange(begin, end)
+            for begin, end in zip(begins, ends, strict=True)
+            if end - begin <= DROPOUT_RUN and _off_those_around(values, lost, int(begin), int(end)) > usual
+        ]
+        if sum(map(len, short)) >= DROPOUTS:
+            marked[np.concatenate(short)] = True
+    return marked
+
+
+def _off_those_around(values: Array, lost: NDArray[np.bool_], begin: int, end: int) -> float:
+    """How far the lost readings begin .. end lie off the readings on both sides, by the nearer side."""
+    sides = (slice(max(begin - AROUND, 0), begin), slice(end, end + AROUND))
+    others = [values[side][~lost[side]] for side in sides]
+    return min(abs(float(values[begin] - np.median(part))) if len(part) else 0.0 for part in others)
+
+
+def jumps(times: Array, values: Array) -> NDArray[np.intp]:
+    """Places of readings that are followed, a sample or two later, by one more than three tenths of the peak away."""
+    if len(values) < FEWEST:
+        return np.zeros(0, dtype=np.intp)
+    apart, steps = np.abs(np.diff(values)), np.diff(times)
+    far = max(JUMP_SHARE * float(np.abs(values).max()), JUMP_STEPS * float(np.median(apart)))
+    return np.flatnonzero((apart > far) & (steps < JUMP_GAP * np.median(steps)))
 
 
 def lost_at_the_extreme(times: Array, values: Array) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ its remedy; nothing is changed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -25,6 +26,7 @@ MENDED = 0.5  # of the residual that a shift must leave at most
 NOISE = 3.0  # times the noise: a smaller residual needs no mending
 SILENT_SHARE = 20.0  # part of the smallest peak of a run that is no response
 SILENT = 5.0  # times the noise: a sensor that never reads more has not responded
+SHORT = 50.0  # times shorter or longer than the runs: a record whose clock may be in another unit
 SLIPS = {
     1e3: "a thousand: mm for m, or kN for N?",
     25.4: "25.4: inches for mm?",
@@ -39,19 +41,49 @@ SLIP = 1.6  # ratio to such a factor that still points to it
 
 def implausible(dataset: Dataset, observations: Observations, time_offset: float) -> tuple[str, ...]:
     """A sentence for each channel whose sign, size or clock no run has; time_offset: of the origin, 1 sigma [s]."""
-    found = (_finding(_Beside.of(dataset, channel, time_offset)) for channel in observations.channels)
-    return tuple(text for text in found if text)
+    found = [_finding(_Beside.of(dataset, channel, time_offset)) for channel in observations.channels]
+    pairs = combinations(observations.channels, 2)
+    return tuple(text for text in (*found, *(_exchanged(dataset, *pair) for pair in pairs)) if text)
+
+
+def _exchanged(dataset: Dataset, one: Channel, other: Channel) -> str:
+    """That two channels lie beside the runs of each other; empty where they do not."""
+    if one.unit != other.unit:
+        return ""
+    own = [_nearest(dataset, channel, channel.name) for channel in (one, other)]
+    exchanged = [_nearest(dataset, one, other.name), _nearest(dataset, other, one.name)]
+    noise = [float(np.sqrt(np.mean(channel.noise**2))) for channel in (one, other)]
+    if any(residual < NOISE * sigma for residual, sigma in zip(own, noise, strict=True)):
+        return ""
+    if any(after > MENDED * before for before, after in zip(own, exchanged, strict=True)):
+        return ""
+    names = plain(one.name), plain(other.name)
+    shown = ", ".join(
+        f"{name} at {quantity(after, one.unit)} instead of {quantity(before, one.unit)}"
+        for name, before, after in zip(names, own, exchanged, strict=True)
+    )
+    return (
+        f"{names[0]} and {names[1]} lie beside the runs better when they change places (nearest run of {shown}): were "
+        f"their columns or cables exchanged? Import the record again with each --sensor NAME=COLUMN the other way round"
+    )
+
+
+def _nearest(dataset: Dataset, channel: Channel, name: str) -> float:
+    """Root mean square distance of a channel from the nearest run's curve `name`, SI."""
+    runs = np.stack([np.interp(channel.times, dataset.time, curve) for curve in dataset.curves[name]])
+    return float(np.sqrt(((runs - channel.values) ** 2).mean(axis=1)).min())
 
 
 @dataclass(frozen=True)
 class _Beside:
     """A channel beside the runs, at every shift (s,) [s] of its clock.
 
-    peaks: (runs,) of the runs, SI; correlation: (s, runs); residual: (s,) root mean square distance of the nearest run;
-    allowed: (s,) True at the shifts that a fit may choose.
+    end: of the runs [s]; peaks: (runs,) of the runs, SI; correlation: (s, runs); residual: (s,) root mean square
+    distance of the nearest run; allowed: (s,) True at the shifts that a fit may choose.
     """
 
     channel: Channel
+    end: float
     peaks: Array
     shifts: Array
     correlation: Array
@@ -76,7 +108,10 @@ class _Beside:
             scale = np.linalg.norm(runs, axis=1) * np.linalg.norm(channel.values)
             correlation[k] = runs @ y / np.maximum(scale, 1e-300)
             residual[k] = float(np.sqrt(((runs - y) ** 2).mean(axis=1)).min())
-        return cls(channel, np.abs(curves).max(axis=1), shifts, correlation, residual, np.abs(shifts) <= limit + 1e-12)
+        end = float(clock[-1])
+        return cls(
+            channel, end, np.abs(curves).max(axis=1), shifts, correlation, residual, np.abs(shifts) <= limit + 1e-12
+        )
 
 
 def _finding(beside: _Beside) -> str:
@@ -85,6 +120,12 @@ def _finding(beside: _Beside) -> str:
     name, noise = channel.name, float(np.sqrt(np.mean(channel.noise**2)))
     low, high, peak = float(beside.peaks.min()), float(beside.peaks.max()), channel.peak
     span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
+    end, last = beside.end, _last(channel)
+    if last < end / SHORT:
+        return (
+            f"{plain(name)}: the record ends at {1e3 * last:.3g} ms, the runs at {1e3 * end:.3g} ms: is its clock in "
+            "another unit, such as seconds that are called milliseconds? Import it again with the right --time-unit"
+        )
     if allowed.max() < UNLIKE and -allowed.min() > ALIKE:
         return (
             f"{plain(name)} has the opposite sign of every run of the campaign (correlation {allowed.min():.2f}): "
@@ -98,9 +139,12 @@ def _finding(beside: _Beside) -> str:
             f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
         )
     if peak < max(SILENT * noise, low / SILENT_SHARE) and peak < low / FAR:
+        clock = ""
+        if last > SHORT * end:
+            clock = f" Or is its clock in another unit: it ends at {1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms?"
         return (
             f"{plain(name)} shows no response: it reads at most {quantity(peak, channel.unit)} where the runs peak at "
-            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels"
+            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels.{clock}"
         )
     best = int(np.argmin(beside.residual))
     held = float(beside.residual[beside.allowed].min())
@@ -113,6 +157,12 @@ def _finding(beside: _Beside) -> str:
         f'the case does not allow: a late or early trigger? Import it again with --shift "{-1e3 * shift:.2f} ms", or '
         f'state how well the trigger is known: inversion.nuisance.time_offset = "{abs(1e3 * shift) / 2.0:.1g} ms"'
     )
+
+
+def _last(channel: Channel) -> float:
+    """The record's last instant, with what lies outside the runs [s]."""
+    cuts = () if channel.record is None else channel.record.cuts
+    return max(float(channel.times[-1]), *(float(cut.times.max()) for cut in cuts), 0.0)
 
 
 def _slip(factor: float) -> str:

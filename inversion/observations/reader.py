@@ -20,8 +20,17 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.observations.baseline import Baseline
 from birdstrike.inversion.observations.high_frequency import white_scatter
-from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise
-from birdstrike.inversion.observations.outliers import beside_clipped, clipped, frozen, lost_at_the_extreme, outliers
+from birdstrike.inversion.observations.noise import BeforeContact, Noise, Stated, channel_noise, with_digitiser
+from birdstrike.inversion.observations.outliers import (
+    beside_clipped,
+    clipped,
+    dropouts,
+    frozen,
+    jumps,
+    lost_at_the_extreme,
+    outliers,
+    saturated,
+)
 from birdstrike.solver.case.case import Case
 
 ROUNDING = 1e-9  # of the record's end: an instant no later than that still lies in it
@@ -29,6 +38,8 @@ FARTHEST_ORIGIN = 4.0  # standard deviations by which the time origin may be off
 OUTSIDE = "outside the simulated record"
 CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
+SATURATED = "flat, but for their noise, at the record's extreme"
+DROPOUT = "dropouts (one reading again and again, far off those around)"
 BESIDE = "beside a clipped stretch, within reach of their noise,"
 FROZEN = "frozen (one reading repeated)"
 OWN_SHARE = (
@@ -39,6 +50,9 @@ ZERO_WORTH = 0.25  # of the noise: a smaller reading at rest changes nothing
 MEANING = {
     CLIPPED: "the fit does not know the curve there, and a peak is larger than the record says; give the sensor a "
     "larger range in the next shot",
+    SATURATED: "the sensor or its amplifier stood at its end, and the fit does not know the curve; give it a larger "
+    "range in the next shot",
+    DROPOUT: "samples that the logger has lost would pull the fit; look at the cable and the logger",
     BESIDE: "only readings that their noise made low are left there, which would pull the fit",
     FROZEN: "the logger or the sensor had stopped; what it says from there on is not the plate's motion; look at the "
     "record there, and at the cable",
@@ -236,8 +250,9 @@ def _channel(
     outside = np.setdiff1d(np.arange(len(times)), window)
     flat = clipped(values[window])
     stuck = frozen(values[window]) & ~flat
-    kept = window[~flat & ~stuck]
-    cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck]}
+    missing = dropouts(values[window]) & ~flat & ~stuck
+    kept = window[~flat & ~stuck & ~missing]
+    cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck], DROPOUT: window[missing]}
     _refuse_few(measured, expected, name, fewest, kept, cuts)
     early = times < expected.quiet
     peak = float(np.abs(values[kept]).max())
@@ -245,11 +260,13 @@ def _channel(
     white = _white(expected, name, times[kept], values[kept])
     stated = Stated(expected.noise.get(name), sigma, kept, early, test_stated)
     noise, remarks = channel_noise(name, unit, peak, before, stated, tolerance, white)
+    noise, more = with_digitiser(name, unit, noise, times[kept], values[kept])
     baseline = _worthwhile(before.baseline, times[kept], noise)
-    beside = np.isin(kept, _beside(measured, name, window[flat], noise.level))
-    odd = outliers(times[kept], values[kept], noise.sigma) & ~beside
-    cuts |= {BESIDE: kept[beside], OUTLIER: kept[odd]}
-    left = ~odd & ~beside
+    level = saturated(values[kept], noise.level)
+    beside = np.isin(kept, _beside(measured, name, np.union1d(window[flat], kept[level]), noise.level)) & ~level
+    odd = outliers(times[kept], values[kept], noise.sigma) & ~beside & ~level
+    cuts |= {SATURATED: kept[level], BESIDE: kept[beside], OUTLIER: kept[odd]}
+    left = ~odd & ~beside & ~level
     kept = kept[left]
     _refuse_few(measured, expected, name, fewest, kept, cuts)
     rest = baseline.at(times[kept]) if zero and baseline is not None else 0.0
@@ -261,7 +278,13 @@ def _channel(
         noise.at(left),
         before.offset,
         tuple(Cut(reason, times[which]) for reason, which in cuts.items() if len(which)),
-        (*remarks, *_zero(name, unit, before, baseline if zero else None), *_moving(name, before)),
+        (
+            *remarks,
+            *more,
+            *_zero(name, unit, before, baseline if zero else None),
+            *_moving(name, before),
+            *_jumping(name, unit, times[kept], values[kept]),
+        ),
         baseline,
         zero and baseline is not None,
     )
@@ -275,9 +298,28 @@ def _refuse_few(
         return
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
     where = f'"{name}" in {measured.path} has {len(kept)} points in the simulated record {span}'
-    others = ((CLIPPED, "clipped"), (FROZEN, "frozen"), (BESIDE, "beside clipped ones"), (OUTLIER, "outliers"))
+    others = (
+        (CLIPPED, "clipped"),
+        (SATURATED, "saturated"),
+        (FROZEN, "frozen"),
+        (DROPOUT, "dropouts"),
+        (BESIDE, "beside clipped ones"),
+        (OUTLIER, "outliers"),
+    )
     lost = "".join(f", and {len(cuts[why])} more that are {word}," for why, word in others if len(cuts.get(why, ())))
-    raise MeasuredError(f"{where}{lost} and needs {fewest}; another clock or unit?")
+    raise MeasuredError(f"{where}{lost} and needs {fewest}; {_remedy(measured, expected, name, cuts)}")
+
+
+def _remedy(measured: Measured, expected: Expected, name: str, cuts: Mapping[str, np.ndarray]) -> str:
+    """What to do where hardly a point of a channel is left."""
+    times, _ = measured.points(name)
+    if len(cuts[OUTSIDE]) < len(times) // 2:
+        return "look at the record, or leave the channel out: --channels"
+    first, last = (f"{t:.10g} s" if abs(t) > 1.0 else f"{1e3 * t:.4g} ms" for t in (times[0], times[-1]))
+    return (
+        f"its clock runs from {first} to {last}: is it in another unit (import it again with the right --time-unit), or "
+        f'does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)?'
+    )
 
 
 def _white(expected: Expected, name: str, times: Array, values: Array) -> tuple[float, float] | None:
@@ -316,6 +358,21 @@ def _zero(name: str, unit: str, before: BeforeContact, baseline: Baseline | None
     text = (
         f"{plain(name)} reads {quantity(before.offset, unit, 2)} before contact, beyond its noise: the fit takes this "
         "offset for part of the response; subtract it from the record: birdstrike import --zero"
+    )
+    return (text,)
+
+
+def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ...]:
+    """A displacement that is elsewhere a sample later; a force or a strain may be."""
+    places = jumps(times, values) if unit == "m" else np.zeros(0, dtype=np.intp)
+    if not len(places):
+        return ()
+    step, count = float(values[places[0] + 1] - values[places[0]]), len(places)
+    more = f" (and {count - 1} times more)" if count > 1 else ""
+    text = (
+        f"{plain(name)} jumps by {quantity(step, unit, 2)} between neighbouring readings at {1e3 * times[places[0]]:.4g} ms{more}, "
+        "which a plate does not: an overflow of the converter, a loose cable, or two records in one? The fit takes it for "
+        "the plate's motion; look at the record there, and import only what is sound"
     )
     return (text,)
 
