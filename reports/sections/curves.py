@@ -11,7 +11,7 @@ from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
 from birdstrike.reports.results.measurement import origin, peak, record_position
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults, Results
 
 
 def section(results: Results) -> Section:
@@ -20,7 +20,13 @@ def section(results: Results) -> Section:
     return Section("curves", f"The record ({origin(results.record)}) and the simulated curves", tuple(blocks))
 
 
-def _comparison(results: Results, channel: str) -> Picture:
+def comparisons(results: InversionResults) -> Section:
+    """The comparisons alone, where there is no campaign."""
+    title = f"The record ({origin(results.record)}) and the verification"
+    return Section("curves", title, tuple(_comparison(results, channel) for channel in results.channels))
+
+
+def _comparison(results: InversionResults, channel: str) -> Picture:
     figure = comparison_figure(
         channel,
         results.record.units[channel],
@@ -33,12 +39,12 @@ def _comparison(results: Results, channel: str) -> Picture:
     return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
 
 
-def _verified(results: Results, method: str, channel: str) -> VerifiedCurve:
+def _verified(results: InversionResults, method: str, channel: str) -> VerifiedCurve:
     run = results.verified[method]
     return VerifiedCurve(run.time + results.offset, run.channels[channel], results.simulated[method][channel])
 
 
-def noise(results: Results, channel: str) -> Array | None:
+def noise(results: InversionResults, channel: str) -> Array | None:
     """Standard deviation (r,) SI at the record's times; None where it is only assumed."""
     measured = results.inversion.measured
     if measured.noise_source[channel] == "assumed":
@@ -46,7 +52,7 @@ def noise(results: Results, channel: str) -> Array | None:
     return np.full(results.record.time.size, measured.noise[channel])
 
 
-def _comparison_caption(results: Results, channel: str) -> str:
+def _comparison_caption(results: InversionResults, channel: str) -> str:
     at, top = peak(*results.record.points(channel))
     unit = results.record.units[channel]
     parts = [f"The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}."]
