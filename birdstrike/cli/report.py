@@ -32,8 +32,8 @@ def command(
     """Write one HTML page with figures, tables, an animation and findings; it needs no network and opens from disk.
 
     The page shows the parts that exist and names those that do not. An inversion's campaign is found beside it, or
-    named with --doe. The runs of the bird models are made when they are not in DIR/models yet; after Ctrl-C the finished
-    ones stay.
+    named with --doe. The runs of the bird models are made when they are not in DIR/models yet; after Ctrl-C the
+    finished ones stay.
 
     Example: birdstrike report loop --out shot_7.html
 

@@ -72,7 +72,7 @@ def _lacking(folder: Path, files: tuple[str, ...]) -> list[str]:
 
 
 def _campaign_beside(inversion: Path) -> Path | None:
-    """The only finished campaign beside the inversion's folder whose case is the inversion's; None for none, several."""
+    """The only finished campaign beside the inversion's folder whose case is the inversion's, else None."""
     wanted = _entry(inversion / "inversion.json")
     with suppress(OSError):
         folders = [path for path in sorted(inversion.absolute().parent.iterdir()) if path.is_dir()]
@@ -99,8 +99,8 @@ def _missing(found: Parts) -> Iterator[str]:
     inversion = folder.parent / "inversion" if folder in (found.doe, found.diagnosis) else folder / "inversion"
     if found.doe is None and found.inversion == folder:
         yield (
-            f"no campaign of the same case beside {folder}; name it with --doe: without it the report has neither set-up "
-            "nor simulations of the campaign, nor the standard birds"
+            f"no campaign of the same case beside {folder}; name it with --doe: without it the report has neither "
+            "set-up nor simulations of the campaign, nor the standard birds"
         )
     elif found.doe is None:
         place = doe if found.inversion or not found.diagnosis else folder.parent / "doe"

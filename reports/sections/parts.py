@@ -58,8 +58,8 @@ def campaign_curves(results: CampaignResults) -> Section:
         drawing(
             f"campaign-{channel}",
             campaign_figure(channel, dataset.channel_units[channel], dataset.time, curves, dataset.smooth),
-            f"All {len(dataset.runs)} simulations: {words(channel)}. A record far outside of them cannot be produced by "
-            "any values of the parameters within their ranges.",
+            f"All {len(dataset.runs)} simulations: {words(channel)}. A record far outside of them cannot be produced "
+            "by any values of the parameters within their ranges.",
         )
         for channel, curves in dataset.curves.items()
     )

@@ -40,7 +40,8 @@ def test_five_findings_and_the_path_are_the_last_lines(folder: Path) -> None:
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     assert [line[:2] for line in lines[-6:-1]] == ["1.", "2.", "3.", "4.", "5."]
-    assert lines[-1] == f"Written to {folder / 'report.html'}. Next: open it in a browser."
+    cards = f"the cards: birdstrike export {folder}"
+    assert lines[-1] == f"Written to {folder / 'report.html'}. Next: open it in a browser; {cards}."
     assert (folder / "report.html").stat().st_size > 100_000
     assert len(list((folder / "models" / "runs").glob("*.h5"))) == 4
 
