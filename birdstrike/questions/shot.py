@@ -204,6 +204,8 @@ class Interview:
         """
         place, shown = ("columns", column), f'Column "{column}"'
         likely = "displacement" if unit is None and not found else KIND_OF_UNIT.get(unit or "-", LEAVE)
+        plain = column.lower().replace(" ", "_")
+        likely = next((kind for kind in SENSORS if plain.startswith(kind)), likely)
         kind = self.choice((*place, "kind"), f"{shown}: what is it?", likely, *SENSORS, LEAVE)
         if kind == LEAVE:
             return
@@ -289,7 +291,7 @@ class Interview:
         text = "Impact: angle from the plate's SURFACE, 90 deg is head-on"
         return {
             "impact.speed": self.quantity("impact.speed", "Impact: speed", "91.1 m/s"),
-            "impact.angle": self.quantity("impact.angle", text, "90 deg"),
+            "impact.angle": self.quantity("impact.angle", text, "30 deg"),
             "impact.aim": aim,
         }  # fmt: skip
 
