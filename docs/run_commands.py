@@ -1,9 +1,9 @@
 """Every command of README.md and docs/ as it stands there, one page after the other: `make docs-run`.
 
 A page's blocks run in order in a folder of its own, as a reader would do it: the content of a block with a title
-becomes a file, a block of bash goes to the shell, Python is executed with what the page has defined before. The questions of
-`birdstrike start` are answered by Return. Indented lines are listed and not run: they name files of the reader's
-own, or take hours.
+becomes a file, a block of bash goes to the shell, Python is executed with what the page has defined before. The
+questions of `birdstrike start` are answered by Return. Indented lines are listed and not run: they name files of the
+reader's own, or take hours.
 """
 
 from __future__ import annotations

@@ -84,6 +84,7 @@ def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun
     """The interview, and what follows from it: answers, case and picture in the folder. Raises UserError."""
     from birdstrike.data.errors import UserError
     from birdstrike.data.files import write_atomically
+    from birdstrike.data.out_folder import reserved
     from birdstrike.questions.case_file import case_text
     from birdstrike.solver.case.case import load_case
 
@@ -92,11 +93,12 @@ def begin(asked: Answers, out: Path | None, say: Callable[[str], None]) -> Begun
         raise UserError(unknown, "answers that nobody asked for")
     folder = out or Path(shot.name)
     begun = Begun(shot, folder, case)
-    folder.mkdir(parents=True, exist_ok=True)
     asked.path = folder / ANSWERS
-    write_atomically(asked.path, asked.text())
-    write_atomically(begun.case_file, case_text(shot))
-    _draw(case, begun.picture)
+    with reserved(folder, "start"):
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(asked.path, asked.text())
+        write_atomically(begun.case_file, case_text(shot))
+        _draw(case, begun.picture)
     say(f"Your answers: {asked.path}; the case: {begun.case_file}; the set-up drawn to scale: {begun.picture}")
     return Begun(shot, folder, load_case(begun.case_file))
 
@@ -306,13 +308,10 @@ def command(
     In scripts: birdstrike start --answers shot/answers.toml
     """
     from birdstrike.data.errors import UserError
-    from birdstrike.questions.answers import Answers, read_answers
+    from birdstrike.questions.answers import Answers, about, read_answers
 
     if answers is not None:
-        given = read_answers(answers)
-        if record is not None:
-            given = {**given, "record": {**given.get("record", {}), "file": str(record)}}
-        asked = Answers(given)
+        asked = Answers(about(read_answers(answers), record))
         begun = begin(asked, out, say)
         _announce(begun, workers, say)
     else:
@@ -329,19 +328,18 @@ def command(
 
 def _resumed(record: Path | None, out: Path | None) -> Answers:
     """The questions to the user; answers of an earlier call in the same folder are taken, and named."""
-    from birdstrike.questions.answers import Answers, read_answers
+    from birdstrike.questions.answers import Answers, about, read_answers
     from birdstrike.questions.shot import name_of
 
     say("Return takes the value in brackets. Ctrl-C stops; the same command goes on from there.")
     if record is None and not (out is not None and (out / ANSWERS).is_file()):
         record = Path(str(typer.prompt("Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout"))).expanduser()
-    given: dict[str, Any] = {"record": {"file": str(record)}} if record is not None else {}
+    given: Mapping[str, Any] = {}
     path = (out or Path(name_of(record or Path()))) / ANSWERS
     if path.is_file():
         say(f"Answers of {path} are taken; change them there.")
-        held = read_answers(path)
-        given = {**held, "record": {**held.get("record", {}), **given.get("record", {})}}
-    return Answers(given, _prompt, path)
+        given = read_answers(path)
+    return Answers(about(given, record), _prompt, path)
 
 
 def _prompt(question: Question, error: str) -> str:

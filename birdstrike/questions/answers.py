@@ -160,6 +160,14 @@ def read_answers(path: Path) -> dict[str, Any]:
         raise UserError(f"{path} is no TOML: {error}") from error
 
 
+def about(given: Mapping[str, Any], record: Path | None) -> Mapping[str, Any]:
+    """Answers about another measured file than they name, where one is given."""
+    held = given.get("record", {})
+    if record is None or not isinstance(held, Mapping):
+        return given
+    return {**given, "record": {**held, "file": str(record)}}
+
+
 def literal(value: Any) -> str:
     """A value as TOML has it, on one line."""
     if isinstance(value, list | tuple):

@@ -302,10 +302,9 @@ class Interview:
         times = Between("-10000 ms", "10000 ms")
         text = "Clock: time of first contact in the record, or unknown: then one simulation tells it"
         contact = self.ask(("clock", "contact"), text, UNKNOWN, _or_unknown(of_range(times)[0]))
-        default = "0.1 ms" if contact == UNKNOWN else "0.05 ms"
         check, allowed = of_range(Between("0 ms", "10 ms"))
         text = f"Clock: how well that is known, 1 sigma ({allowed}; 0 ms: exactly)"
-        sigma = self.ask(("clock", "sigma"), text, default, check, allowed)
+        sigma = self.ask(("clock", "sigma"), text, "0.05 ms", check, allowed)
         length = min(LONGEST_S, duration(_record(record, columns, clock, ready)))
         check, allowed = of_range(Between("0.05 ms", "100 ms"))
         text = f"Clock: how long after first contact the record is used ({allowed})"

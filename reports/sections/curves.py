@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.blocks import Picture, Section, drawing
@@ -27,7 +28,13 @@ def comparisons(results: InversionResults) -> Section:
 
 
 def _comparison(results: InversionResults, channel: str) -> Picture:
-    figure = comparison_figure(
+    figure = comparison(results, channel)
+    return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
+
+
+def comparison(results: InversionResults, channel: str) -> Figure:
+    """The record against the verification runs, and the residuals."""
+    return comparison_figure(
         channel,
         results.record.units[channel],
         results.record.time,
@@ -36,7 +43,6 @@ def _comparison(results: InversionResults, channel: str) -> Picture:
         f"record, {origin(results.record)}",
         {method: _verified(results, method, channel) for method in results.finished},
     )
-    return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
 
 
 def _verified(results: InversionResults, method: str, channel: str) -> VerifiedCurve:
@@ -73,8 +79,21 @@ def _comparison_caption(results: InversionResults, channel: str) -> str:
 
 
 def _prior(results: Results, channel: str) -> Picture:
+    dataset = results.dataset
+    eroded = int((~dataset.smooth).sum())
+    lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
+    caption = (
+        f"Prior predictive: the campaign's {len(dataset.runs)} simulations over the parameters' ranges{lost}; "
+        f"{prior_text(results, channel)}. Below: {words(channel)} less the mean of the simulations. "
+        "No values of these parameters reach what lies far outside."
+    )
+    return drawing(f"prior-predictive-{channel}", prior_predictive(results, channel), caption)
+
+
+def prior_predictive(results: Results, channel: str) -> Figure:
+    """Every simulation of the campaign behind the record."""
     seen, dataset = record_position(results, channel), results.dataset
-    figure = prior_predictive_figure(
+    return prior_predictive_figure(
         channel,
         results.record.units[channel],
         dataset.time + results.offset,
@@ -85,11 +104,3 @@ def _prior(results: Results, channel: str) -> Picture:
         seen.outside,
         f"record, {origin(results.record)}",
     )
-    eroded = int((~dataset.smooth).sum())
-    lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
-    caption = (
-        f"Prior predictive: the campaign's {len(dataset.runs)} simulations over the parameters' ranges{lost}; "
-        f"{prior_text(results, channel)}. Below: {words(channel)} less the mean of the simulations. "
-        "No values of these parameters reach what lies far outside."
-    )
-    return drawing(f"prior-predictive-{channel}", figure, caption)
