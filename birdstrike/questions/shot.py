@@ -252,10 +252,10 @@ class Interview:
 
     def _factor_check(self, value: Any) -> Any:
         try:
-            self.factor(str(value))
+            number, unit, _ = self.factor(str(value))
         except UserError as error:
             raise UserError([line.removeprefix(f"--scale {value} ") for line in error.errors]) from error
-        return value
+        return value if unit else int(number) if number.is_integer() else number
 
     def plate(self) -> dict[str, Any]:
         """Size, edges and metal of the plate."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.units import quantity_text
+from birdstrike.data.units import display
 from birdstrike.doe.campaign.folder import CampaignFolder, design_rows, read_json, refusal_of_other_case, space_json
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.design import Design
@@ -65,4 +65,5 @@ def _ranges(space: dict[str, list[Any]]) -> dict[str, str]:
 
 
 def _text(value: float, unit: str) -> str:
-    return quantity_text(value, unit) if unit else repr(value)
+    number, shown = display(value, unit)
+    return f"{number:.6g} {shown}".strip()

@@ -83,16 +83,18 @@ def test_one_command_ends_with_the_page_and_five_findings(solver: Solver, tmp_pa
     result = invoke(out, "table7_group5", design="uniform")
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
-    assert lines[-6] == f"Report: {out / 'report.html'}"
-    assert [line[:2] for line in lines[-5:]] == ["1.", "2.", "3.", "4.", "5."]
-    assert "simulated by LS-DYNA, not measured" in lines[-5]
+    assert lines[-7] == f"Report: {out / 'report.html'}"
+    found, last = lines[-6:-1], lines[-1]
+    assert [line[:2] for line in found] == ["1.", "2.", "3.", "4.", "5."]
+    assert last == f"Next: open {out / 'report.html'} in a browser; the cards: birdstrike export {out}"
+    assert "simulated by LS-DYNA, not measured" in found[0]
     for heading in ("Check", "Campaign: 12 runs, uniform design", "Inversion", "Report"):
         assert any(line.startswith(heading) for line in lines), heading
     assert solver.strikes == RUNS + 2 + 4, "the campaign, two verifications, four bird models"
     noted = ledger(out)
     assert noted["schema_version"] == 1
     assert noted["seed"] == 0
-    assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == lines[-5:]
+    assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == found
     assert noted["paths"]["report"] == str(out / "report.html")
     inversion = json.loads((out / "inversion" / "inversion.json").read_text())
     assert noted["figures"]["methods"]["emulator"]["verified_rmse"] == inversion["methods"]["emulator"]["verified_rmse"]
