@@ -43,6 +43,7 @@ file = "shot_12.csv"
 [effort]
 particles = 300
 elements = [16, 12]
+runs = 16
 diagnosis = false
 """
 
@@ -70,7 +71,7 @@ def main(folder: Path) -> None:
 
 def save(figure: Figure, name: str) -> None:
     """A picture of moderate size."""
-    figure.savefig(PICTURES / f"{name}.png", dpi=DPI)
+    figure.savefig(PICTURES / f"{name}.png", dpi=DPI, bbox_inches="tight")
 
 
 if __name__ == "__main__":

@@ -138,7 +138,7 @@ def _draw(case: Case, path: Path) -> None:
     from birdstrike.reports.figures.setup import setup_figure
     from birdstrike.reports.sections.setup import drawn
 
-    setup_figure(drawn(case)).savefig(path, dpi=130)
+    setup_figure(drawn(case)).savefig(path, dpi=130, bbox_inches="tight")
 
 
 def _announce(begun: Begun, workers: int | None, say: Callable[[str], None]) -> None:
