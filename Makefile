@@ -1,5 +1,5 @@
 # make demo: the whole loop on shipped data; make test: the tests; make verify: VERIFICATION.md; make check: style, types,
-# import rules, documentation; make docs: the documentation; make session: the terminal sessions that it shows.
+# import rules, documentation; make docs: the documentation; make docs-run: its commands; make session: its terminal sessions.
 
 PYTHON ?= python3
 VENV := .venv
@@ -8,13 +8,14 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check docs session bench fuzz verify clean
+.PHONY: help install demo test check docs docs-run session bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the effect that the model lacks"
 	@echo "make test    install, then run the tests"
 	@echo "make check   style, types, import rules, and the documentation builds"
 	@echo "make docs    the documentation, into site/index.html"
+	@echo "make docs-run  every command of README.md and docs/ as it stands there (make test runs those that cost little)"
 	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 125)"
@@ -49,6 +50,9 @@ check: install
 
 docs: install
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -b html -d site/.doctrees docs site
+
+docs-run: install
+	$(BIN)/python docs/run_commands.py
 
 session: install
 	$(BIN)/python docs/make_session.py

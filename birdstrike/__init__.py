@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from birdstrike.cli.new import new
     from birdstrike.cli.run_doe import run_doe
     from birdstrike.cli.simulate import simulate
+    from birdstrike.cli.start import start
     from birdstrike.data.curves import Measured
     from birdstrike.data.dataset import Dataset
     from birdstrike.data.errors import RunFailed, UserError
@@ -51,6 +52,7 @@ _VERBS = {
     "load_case": "birdstrike.solver.case.case",
     "check": "birdstrike.cli.check",
     "simulate": "birdstrike.cli.simulate",
+    "start": "birdstrike.cli.start",
     "compare_methods": "birdstrike.cli.compare_methods",
     "converge": "birdstrike.cli.converge",
     "new": "birdstrike.cli.new",
@@ -130,6 +132,7 @@ __all__ = [
     "report",
     "run_doe",
     "simulate",
+    "start",
     "train_and_invert",
     "verify",
 ]

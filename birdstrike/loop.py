@@ -35,7 +35,8 @@ class LoopPlan:
     """What the loop is asked to do.
 
     say: takes what the user should know, one line at a time; retry: failures stored before this time [s, Unix] are
-    tried again, by all stages (doe.campaign.run.retry_before); channels: of the record, all where none is named.
+    tried again, by all stages (doe.campaign.run.retry_before); channels: of the record, all where none is named;
+    adopted: folder of a finished campaign that takes the place of the loop's own.
     """
 
     case: Case
@@ -51,11 +52,12 @@ class LoopPlan:
     channels: tuple[str, ...] = ()
     baselines: tuple[Path, ...] = ()
     baseline_cases: tuple[Case, ...] = ()
+    adopted: Path | None = None
 
     @property
     def doe(self) -> Path:
         """The campaign's folder."""
-        return self.out / "doe"
+        return self.adopted or self.out / "doe"
 
     @property
     def inversion(self) -> Path:
@@ -93,6 +95,7 @@ def close_the_loop(
     channels: tuple[str, ...] = (),
     baseline: Sequence[str | Path] = (),
     baseline_case: Sequence[str | Path | Case] = (),
+    doe: str | Path | None = None,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
@@ -100,10 +103,13 @@ def close_the_loop(
 
     case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
     with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
-    rig in which nothing is suspected, each with its baseline_case where they are not of `case`. The campaign's workers
-    are started afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
+    rig in which nothing is suspected, each with its baseline_case where they are not of `case`; doe: a finished
+    campaign of run_doe, taken in place of the loop's own and left as it is. The diagnosis simulates on meshes of its
+    own and with more sensors, so that it seldom finds a run of a campaign to use. The campaign's workers are started
+    afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
     after either, and after Ctrl-C, the same call resumes.
     """
+    from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
     from birdstrike.solver.case.case import load_case
 
@@ -112,7 +118,10 @@ def close_the_loop(
         loaded, record = checked(case, measured, channels)
         clean = baseline_files(loaded, baseline)
         clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
-        planned = planned_runs(loaded, design, runs, seed, progress)
+        adopted = None if doe is None else Path(doe)
+        planned = (
+            planned_runs(loaded, design, runs, seed, progress) if adopted is None else adopted_design(loaded, adopted)
+        )
     plan = LoopPlan(
         loaded,
         record,
@@ -127,6 +136,7 @@ def close_the_loop(
         channels,
         clean,
         clean_cases,
+        adopted,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
@@ -177,10 +187,11 @@ def stages(plan: LoopPlan) -> tuple[Stage, ...]:
         partial(_diagnosis, plan),
         partial(_failures_retried, plan, plan.diagnosis),
     )
+    origin = f", adopted from {plan.adopted}" if plan.adopted else ""
     return (
         Stage(
             "doe",
-            f"Campaign: {count} runs, {plan.design.kind} design",
+            f"Campaign: {count} runs, {plan.design.kind} design{origin}",
             partial(_campaign_inputs, plan),
             tuple(plan.doe / name for name in ("case.toml", "design.csv", "curves.csv", "summary.json")),
             partial(_campaign, plan),
@@ -203,6 +214,8 @@ def _campaign_unfinished(plan: LoopPlan) -> bool:
     """Whether the machine ended runs of the campaign, or runs have failed and the user asks for a retry."""
     from birdstrike.doe.campaign.folder import read_json
 
+    if plan.adopted:
+        return False
     summary = read_json(plan.doe / "summary.json")
     ended = any(run["status"] == "pending" for run in summary.get("runs", []))
     return ended or (plan.retry > 0.0 and bool(summary.get("failed")))
@@ -239,6 +252,9 @@ def _sources(case: Case) -> Mapping[str, str]:
 
 def _campaign(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.doe.campaign.campaign import run_campaign
+
+    if plan.adopted:
+        return  # finished, and found to fit before the first stage
 
     def counted(counts: RunCounts) -> None:
         progress((counts.finished + counts.failed) / counts.total)
@@ -280,6 +296,7 @@ def _inversion_inputs(plan: LoopPlan) -> Mapping[str, Any]:
         "seed": plan.seed,
         "code": source_digest("surrogate", "inversion"),
         **({"channels": plan.channels} if plan.channels else {}),
+        **({"case": plan.case.model_dump(mode="json")} if plan.adopted else {}),
     }
 
 
@@ -291,6 +308,7 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
         plan.measured,
         plan.inversion,
         trainer=plan.trainer,
+        case=plan.case if plan.adopted else None,
         seed=plan.seed,
         progress=progress,
         extras=Extras(refine=0, retry=plan.retry, channels=plan.channels),
@@ -299,7 +317,7 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
     inputs = _inversion_inputs(plan)
-    chosen = ("channels",) if plan.channels else ()
+    chosen = tuple(name for name in ("channels", "case") if name in inputs)
     kept = {
         name: inputs[name] for name in (*chosen, "solver", "sources", "campaign", "measured", "name", "seed", "code")
     }
@@ -341,17 +359,18 @@ def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:
 def _report(plan: LoopPlan, progress: Progress) -> None:
     from birdstrike.reports.page.page import report
 
-    report(plan.out, plan.report, progress=progress, diagnosed=plan.diagnosed)
+    report(plan.out, plan.report, doe=plan.adopted, progress=progress, diagnosed=plan.diagnosed)
 
 
 def conclude(plan: LoopPlan) -> dict[str, Any]:
     """Findings, figures and paths, noted in the ledger and returned with the stages."""
     from birdstrike.doe.campaign.folder import read_json
     from birdstrike.reports.results.findings import findings, key_figures
+    from birdstrike.reports.results.parts import find_parts
     from birdstrike.reports.results.reading import read_results
     from birdstrike.solver.case.case import case_hash
 
-    results = read_results(plan.out)
+    results = read_results(find_parts(plan.out, plan.adopted))
     diagnosed = read_json(plan.diagnosis / "diagnosis.json") if plan.diagnosed else {}
     return plan.ledger.write(
         diagnosis=answer_of(diagnosed) if diagnosed else None,

@@ -20,6 +20,7 @@ TELLTALES = {
     "audit": ("audit.json",),
     "converge": ("convergence.json",),
     "simulate": ("histories.csv", "summary.json"),
+    "start": ("answers.toml",),
 }
 """Command that makes a folder -> files that only it writes there, by which a folder without a mark is known."""
 

@@ -47,11 +47,11 @@ def main() -> None:
 def session(commands: Iterable[str]) -> str:
     """What a terminal shows of the commands, run one after the other in an empty folder; raises where one fails."""
     with tempfile.TemporaryDirectory() as folder:
-        environment = _environment(Path(folder) / ".bin")
+        around = environment(Path(folder) / ".bin")
         lines = []
         for command in commands:
             ended = subprocess.run(
-                command, shell=True, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True, check=True
+                command, shell=True, cwd=folder, env=around, stdout=subprocess.PIPE, text=True, check=True
             )
             lines += [*f"$ {command}".splitlines(), *ended.stdout.rstrip().splitlines()]
     return "\n".join(part for line in lines for part in folded(line.rstrip()))
@@ -68,13 +68,13 @@ def inserted(page: str, name: str, text: str) -> str:
     return place.sub(lambda found: f"{found[1]}```text\n{text}\n```\n{found[2]}", page)
 
 
-def _environment(folder: Path) -> dict[str, str]:
-    """This interpreter's birdstrike on the path, and a plain terminal."""
-    folder.mkdir()
+def environment(folder: Path) -> dict[str, str]:
+    """This interpreter's birdstrike on the path and in Python, and a plain terminal."""
+    folder.mkdir(parents=True)
     command = folder / "birdstrike"
     command.write_text(f'#!/bin/sh\nPYTHONPATH="{ROOT}" exec "{sys.executable}" -m birdstrike "$@"\n')
     command.chmod(command.stat().st_mode | stat.S_IXUSR)
-    plain = {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb"}
+    plain = {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb", "PYTHONPATH": str(ROOT)}
     return {**os.environ, **plain, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
 
 

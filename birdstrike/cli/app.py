@@ -15,6 +15,7 @@ from birdstrike.cli.frame import print_json
 from birdstrike.data.errors import UserError
 
 COMMANDS = (
+    "start",
     "new",
     "check",
     "simulate",
@@ -46,7 +47,7 @@ setattr(USAGE_ERROR, "exit_code", UserError.exit_code)  # noqa: B010 (click's at
 app = typer.Typer(
     name="birdstrike",
     help="Bird parameters from one instrumented shot, with honest intervals.",
-    epilog="Start with: birdstrike new my_shot, or birdstrike check reference_strike",
+    epilog="Start with: birdstrike start my_shot.csv, or birdstrike check reference_strike",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )

@@ -9,6 +9,7 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.frame import HEARD, Json, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.next_steps import following, set_again
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
@@ -107,18 +108,23 @@ def command(
     for line in stated(loaded):
         say(line)
     if loaded.solver.name == "external":
-        return _check_external(case, loaded)
+        return _check_external(case, loaded, settings)
     with console.status("working out the time step"):
         facts = check(loaded)
     console.print(_table(loaded, facts))
     for line in _remarks(loaded, facts):
         say(line)
     warn(facts["warnings"], CHECKED)
-    say(f"No errors. Next: birdstrike simulate {case} --out strike")
+    say(f"No errors. {_simulation(case, settings)}")
     return facts
 
 
-def _check_external(given: str, case: Case) -> dict[str, Any]:
+def _simulation(case: str, settings: list[str]) -> str:
+    """The line that names the case's simulation, under the same settings."""
+    return following("simulate", case, *set_again(settings), "--out", "strike")
+
+
+def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, Any]:
     """What can be said of a case that somebody else's solver runs: its template fits; raises CaseError."""
     from birdstrike.doe.external.deck import unsupported_by_deck
     from birdstrike.doe.external.external import program_of
@@ -142,7 +148,7 @@ def _check_external(given: str, case: Case) -> dict[str, Any]:
         named = f'external.command: no program "{case.external.command[0]}" can be run on this machine'
         missing = [f"{named}: simulate and run-doe fail here; correct the name, give its whole path, or install it"]
     else:
-        say(f"Next: birdstrike simulate {given} --out strike")
+        say(_simulation(given, settings))
     warn(missing, HEARD)
     facts = {"solver_version": solver.version, "case_hash": case_hash(case), "program": program}
     return {**facts, "step_factors": list(solver.step_factors), "warnings": missing}

@@ -22,7 +22,10 @@ from birdstrike.cli.frame import (
     say,
     warn,
 )
-from birdstrike.data.errors import RunFailed
+from birdstrike.cli.next_steps import command_line
+from birdstrike.data.errors import RunFailed, UserError
+
+DESIGN, RUNS = "uniform", 25
 
 
 class LoopTrainer(StrEnum):
@@ -39,8 +42,8 @@ def command(
     out: Annotated[Path, typer.Option(help="Folder of the loop; run again to resume.")],
     design: Annotated[
         str, typer.Option(help="uniform, orthogonal, lhs, sobol, or a CSV file of runs.", metavar="NAME|FILE")
-    ] = "uniform",
-    runs: Annotated[int, typer.Option(help="Number of runs; a FILE is run whole.")] = 25,
+    ] = DESIGN,
+    runs: Annotated[int, typer.Option(help="Number of runs; a FILE is run whole.")] = RUNS,
     seed: Annotated[int, typer.Option(min=0, help="Of the design, the network and the emulator's fit.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Runs at a time; all cores by default.")] = None,
     trainer: Annotated[LoopTrainer, typer.Option(help="Levenberg-Marquardt or Adam.")] = LoopTrainer.lm,
@@ -52,6 +55,10 @@ def command(
     baseline_case: Annotated[
         list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
     ] = [],  # noqa: B006
+    doe: Annotated[
+        Path | None,
+        typer.Option(help="Finished campaign of run-doe of the same case, taken in place of the loop's own."),
+    ] = None,
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -59,10 +66,14 @@ def command(
     """Campaign, inversion, verification, diagnosis and report in one go; what is still valid is not done again.
 
     Example: birdstrike close-the-loop demo --measured table7_group5 --out loop
+
+    With a campaign at hand: birdstrike close-the-loop CASE --measured shot.csv --doe campaign --out loop
     """
     from birdstrike.loop import close_the_loop
     from birdstrike.solver.case.case import load_case
 
+    if doe is not None and (design, runs) != (DESIGN, RUNS):
+        raise UserError(f"--design and --runs are those of the campaign in {doe}; leave them out beside --doe")
     closed = close_the_loop(
         load_case(case, overrides(settings)),
         measured,
@@ -77,10 +88,11 @@ def command(
         channels=names_of(channels),
         baseline=baseline,
         baseline_case=[load_case(one, overrides(settings)) for one in baseline_case],
+        doe=doe,
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )
-    _last_lines(closed)
+    _last_lines(closed, out)
     return closed
 
 
@@ -92,7 +104,7 @@ def stage_display(heading: str) -> Iterator[Callable[[float], None]]:
         yield progress
 
 
-def _last_lines(closed: Mapping[str, Any]) -> None:
+def _last_lines(closed: Mapping[str, Any], out: Path) -> None:
     """Warnings, the report's path, the five findings, the diagnosis; RunFailed when runs had to be left out."""
     warn(closed["warnings"], "the report")
     seconds = {name: stage["seconds"] for name, stage in closed["stages"].items() if not stage["reused"]}
@@ -106,6 +118,7 @@ def _last_lines(closed: Mapping[str, Any]) -> None:
             say(line)
     for line in closed["stated"]:
         say(f"The record's file states: {line}")
+    say(f"Next: open {closed['paths']['report']} in a browser; the cards: {command_line('export', out)}")
     if failed := closed["failed_strikes"]:
         raise RunFailed(
             f"runs of the campaign failed and are left out: {', '.join(failed)}",

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.next_steps import following, set_again
 
 if TYPE_CHECKING:
     from birdstrike.doe.attempt import Simulate
@@ -117,7 +118,10 @@ def command(
             retry_failed=retry_failed,
             announce=lambda chosen: _announce(chosen, at_a_time),
         )
-    return _conclude(loaded.name, out, found)
+    answer = _conclude(loaded.name, out, found)
+    if loaded.inversion.parameters:
+        say(following("run-doe", case, *set_again(settings), "--out", "campaign"))
+    return answer
 
 
 def _announce(meshes: list[Mesh], workers: int) -> None:
@@ -149,7 +153,6 @@ def _conclude(name: str, out: Path, found: MeshConvergence) -> dict[str, Any]:
         share = f", {float(band.max()) / peak:.1%} of its largest value" if peak else ""
         say(f"{channel}: over the whole curve within {largest:.3g} {unit}{share}")
     say(f"Written to {out}: convergence.json, convergence.csv, convergence.png (runs/ holds the simulations).")
-    say("Next: birdstrike run-doe CASE --out campaign")
     return {"out": str(out), **as_json(found)}
 
 

@@ -24,6 +24,7 @@ from birdstrike.cli.frame import (
     say,
     warn,
 )
+from birdstrike.cli.next_steps import following
 
 if TYPE_CHECKING:
     from birdstrike.inversion.diagnosis.answer import Diagnosis
@@ -127,7 +128,14 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
         yield f"next measurement: {found.next_measurement['sentence']}"
     yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
     files = ["diagnosis.json", "diagnosis.csv", page.name] + ([found.case_after] if found.case_after else [])
-    yield f"Written to {out}: {', '.join(files)}"
+    yield f"Written to {out}: {', '.join(files)}. {_after(found, out)}"
+
+
+def _after(found: Diagnosis, out: Path) -> str:
+    """The case with the named effect, else the report with all that has been found."""
+    if found.case_after:
+        return following("check", out / found.case_after)
+    return following("report", out.parent if out.name == "diagnosis" else out)
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:

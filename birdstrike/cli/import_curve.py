@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.next_steps import case_here, following
 from birdstrike.data.errors import MeasuredError, UserError
 
 if TYPE_CHECKING:
@@ -148,8 +148,8 @@ def command(
         say(line)
     if not record.simulated:
         say("Taken as measured; a simulated curve wants --simulated.")
-    shown = shlex.quote(str(out))
-    say(f"Written to {out}. Next: birdstrike close-the-loop CASE --measured {shown} --out loop")
+    case = case_here(record.channels) or "CASE"
+    say(f"Written to {out}. {following('close-the-loop', case, '--measured', out, '--out', 'loop')}")
     return {"out": str(out), "points": len(record.time), "channels": list(record.channels)}
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, framed, say
+from birdstrike.cli.next_steps import following
 from birdstrike.data.errors import UserError
 from birdstrike.data.paths import TEMPLATES
 
@@ -37,5 +38,5 @@ def command(
     Example: birdstrike new my_shot
     """
     path = new(name)
-    say(f"Written to {path}; put your shot's values in. Next: birdstrike check {path}")
+    say(f"Written to {path}; put your shot's values in. {following('check', path)}")
     return {"out": str(path)}

@@ -1,20 +1,27 @@
-"""`birdstrike report`: one self-contained page about a finished folder."""
+"""`birdstrike report`: one self-contained page about the folders that exist."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from birdstrike.cli.frame import Json, framed, progress_bar, say
+from birdstrike.cli.next_steps import following, record_here
+
+if TYPE_CHECKING:
+    from birdstrike.reports.results.parts import Parts
 
 
 @framed
 def command(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder that close-the-loop made, with doe/ and inversion/.")
+        Path,
+        typer.Argument(metavar="DIR", help="Folder of close-the-loop, run-doe, train-and-invert or diagnose."),
     ],
+    doe: Annotated[Path | None, typer.Option(help="Folder of the campaign, where it lies elsewhere.")] = None,
+    diagnosis: Annotated[Path | None, typer.Option(help="Folder of the diagnosis, where it lies elsewhere.")] = None,
     out: Annotated[Path | None, typer.Option(help="The page; by default DIR/report.html.")] = None,
     models: Annotated[
         bool,
@@ -24,19 +31,49 @@ def command(
 ) -> dict[str, Any]:
     """Write one HTML page with figures, tables, an animation and findings; it needs no network and opens from disk.
 
-    The runs of the bird models are made when they are not in DIR/models yet; after Ctrl-C the finished ones stay.
+    The page shows the parts that exist and names those that do not. An inversion's campaign is found beside it, or
+    named with --doe. The runs of the bird models are made when they are not in DIR/models yet; after Ctrl-C the
+    finished ones stay.
 
     Example: birdstrike report loop --out shot_7.html
+
+    Of its parts: birdstrike report inversion --doe campaign --diagnosis diagnosis
     """
-    from birdstrike.reports.page.page import write_page
+    from birdstrike.reports.page.page import is_whole, write_page, write_part_page
     from birdstrike.reports.results.findings import findings
+    from birdstrike.reports.results.parts import find_parts
     from birdstrike.reports.results.reading import read_results
 
-    results = read_results(folder)
+    parts = find_parts(folder, doe, diagnosis)
+    path, found = out or folder / "report.html", tuple[str, ...]()
     with progress_bar("report") as progress:
-        path = write_page(results, out or folder / "report.html", progress, models=models)
-    found = findings(results)
+        if is_whole(parts):
+            results = read_results(parts)
+            write_page(results, path, progress, models=models)
+            found = findings(results)
+        else:
+            _, found = write_part_page(parts, path, progress)
+    for line in parts.missing:
+        say(f"not in the report: {line}")
     for number, line in enumerate(found, 1):
         say(f"{number}. {line}")
-    say(f"Written to {path}. Next: open it in a browser.")
-    return {"report": str(path), "findings": list(found)}
+    say(f"Written to {path}. Next: open it in a browser{_also(parts)}.")
+    return {"report": str(path), "findings": list(found), "missing": list(parts.missing)}
+
+
+def _also(parts: Parts) -> str:
+    """What can be done besides looking at the page."""
+    if parts.inversion is not None:
+        source = parts.folder if parts.folder in (parts.inversion, parts.inversion.parent) else parts.inversion
+        return f"; the cards: {following('export', source).removeprefix('Next: ')}"
+    if parts.doe is not None:
+        from birdstrike.data.errors import UserError
+        from birdstrike.solver.case.case import load_case
+
+        try:
+            sensors = load_case(parts.doe / "case.toml").sensors
+        except UserError:
+            return ""
+        line = following("train-and-invert", parts.doe, "--measured", record_here(sensors), "--out", "inversion")
+        return f"; then: {line.removeprefix('Next: ')}"
+    return ""

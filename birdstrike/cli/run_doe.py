@@ -12,6 +12,7 @@ from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
 from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, overrides, progress_bar, say
+from birdstrike.cli.next_steps import following, record_here
 from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def command(
             progress=progress,
             say=say,
         )
-    return _conclude(out, len(planned.numbers), quality)
+    return _conclude(out, loaded, len(planned.numbers), quality)
 
 
 def _plan(case: Case, design: str, runs: int, seed: int, out: Path) -> Design:
@@ -174,7 +175,7 @@ def _among_random(value: float | None, percentile: float | None) -> str:
     return f"{value:.5f}" if percentile is None else f"{value:.5f} ({percentile:.0f} % of random designs are lower)"
 
 
-def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
+def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[str, Any]:
     """The last lines; RunFailed when runs had to be left out, after everything has been written."""
     from birdstrike.doe.campaign.folder import read_json
 
@@ -182,8 +183,10 @@ def _conclude(out: Path, planned: int, quality: Quality) -> dict[str, Any]:
     finished = planned - len(summary["failed"])
     files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
     say(f"Written to {out}: {finished} of {planned} runs ({files}).")
-    allowed = " --allow-rank-deficient" if quality.deficient else ""
-    say(f"Next: birdstrike train-and-invert {out} --measured shot.csv --out inversion{allowed}")
+    allowed = ["--allow-rank-deficient"] if quality.deficient else []
+    inverted = out.parent / "inversion" if out.name == "doe" else Path("inversion")
+    record = record_here(loaded.sensors)
+    say(following("train-and-invert", out, "--measured", record, "--out", inverted, *allowed))
     if summary["failed"]:
         numbers = ", ".join(str(entry["run"]) for entry in summary["failed"])
         raise RunFailed(

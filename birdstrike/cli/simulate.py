@@ -13,6 +13,7 @@ from rich.table import Table
 
 from birdstrike.cli.check import pieces
 from birdstrike.cli.frame import Json, Settings, console, framed, overrides, progress_bar, say, warn
+from birdstrike.cli.next_steps import following, set_again
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
@@ -71,16 +72,18 @@ def command(
     warn(_warnings(histories), f"{out / 'summary.json'}")
     more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
     say(f"Written to {out}: histories.csv, summary.json{more}.")
-    say(_next(case, loaded))
+    say(_next(case, loaded, settings, out / "record.csv" if noise is not None else None))
     return {"out": str(out), **histories.summary}
 
 
-def _next(name: str, case: Case) -> str:
-    """What can be done with this case now."""
+def _next(name: str, case: Case, settings: list[str], record: Path | None) -> str:
+    """What can be done with this case now; a record is inverted as if the settings that made it were not known."""
     from birdstrike.solver.case.remarks import example_parameter
 
     if case.inversion.parameters:
-        return f"Next: birdstrike run-doe {name} --out campaign --design uniform --runs 25"
+        if record is not None:
+            return following("close-the-loop", name, "--measured", record, "--out", "loop")
+        return following("run-doe", name, *set_again(settings), "--out", "campaign")
     return f"To invert this case, give it parameters, e.g. {example_parameter(case)}"
 
 

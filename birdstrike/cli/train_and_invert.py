@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.frame import Channels, Json, RetryFailed, console, framed, names_of, progress_bar, say, warn
+from birdstrike.cli.next_steps import following
 
 if TYPE_CHECKING:
     from birdstrike.inversion.results.estimates import Answer, ChannelScore, Estimate
@@ -157,7 +158,6 @@ def lines(inversion: Inversion) -> Iterator[str]:
         yield f"measurement: {inversion.measured.path} is simulated, not measured"
     if inversion.training is not None:
         yield f"network {inversion.training.shape} ({inversion.training.trainer}): {inversion.training.status}"
-        yield f"hold-out: {inversion.training.holdout}"
     for channel, q2 in inversion.emulator.q2.items():
         known = "no variance to predict" if q2 is None else f"leave-one-out Q2 {q2:.4f}"
         yield f"emulator of {channel}: {inversion.emulator.components[channel]} components, {known}"
@@ -258,8 +258,8 @@ def closing(inversion: Inversion, doe: Path, out: Path) -> str:
     from birdstrike.inversion.estimation.verification import verdict
 
     loop = out.parent if (out.name, doe.name, out.parent) == ("inversion", "doe", doe.parent) else None
-    after = f"birdstrike report {loop}" if loop else "birdstrike close-the-loop, which adds the report"
-    return f"{verdict(inversion)}\nWritten to {out}: inversion.json, verification.csv. Next: {after}"
+    after = following("report", loop) if loop else following("report", out, "--doe", doe)
+    return f"{verdict(inversion)}\nWritten to {out}: inversion.json, verification.csv. {after}"
 
 
 def summary(inversion: Inversion) -> dict[str, Any]:

@@ -108,14 +108,10 @@ class CampaignFolder:
         return ", ".join(f"the {name}" for name in sorted(here) if held and there.get(name) != here[name])
 
     def _refuse_other_case(self, case: Case) -> None:
-        held = read_json(self.path / "case.json")
-        if not held or held["case_hash"] == case_hash(case):
-            return
-        raise UserError(
-            f"{self.path} holds a campaign of the case {held['name']} (hash {held['case_hash']}), not of {case.name} "
-            f"(hash {case_hash(case)}): {_differences(held['case'], case.canonical())}; choose another --out, or "
-            "repeat the first case to resume"
-        )
+        if other := refusal_of_other_case(read_json(self.path / "case.json"), case):
+            raise UserError(
+                f"{self.path} holds {other}; choose another --out, or repeat the first case to resume",
+            )
 
     def _refuse_other_design(self, design: Design) -> None:
         if not self.design.exists():
@@ -131,6 +127,16 @@ class CampaignFolder:
             f"{self.path} holds a campaign with {words}, not with {asked} over these ranges; "
             f"{remedy(design, runs, held, same_ranges)}"
         )
+
+
+def refusal_of_other_case(held: Mapping[str, Any], case: Case) -> str:
+    """In what a campaign's case.json differs from a case; empty where it does not, or where there is none."""
+    if not held or held["case_hash"] == case_hash(case):
+        return ""
+    return (
+        f"a campaign of the case {held['name']} (hash {held['case_hash']}), not of {case.name} "
+        f"(hash {case_hash(case)}): {_differences(held['case'], case.canonical())}"
+    )
 
 
 def extends(design: Design, text: str, held_text: str, held: Mapping[str, Any], same_ranges: bool) -> bool:

@@ -47,6 +47,18 @@ def prior_predictive_figure(
     return figure
 
 
+@styled
+def campaign_figure(channel: str, si_unit: str, time: Array, curves: Array, smooth: NDArray[np.bool_]) -> Figure:
+    """`curves` (n, m) SI at `time` (m,) s, `smooth` (n,): the simulations alone."""
+    figure = Figure(figsize=(WIDE, 3.4), layout="constrained")
+    axes = figure.subplots()
+    _simulations(axes, time, curves, smooth, si_unit)
+    axes.set_ylabel(labelled(channel, shown(np.zeros(1), si_unit)[1]))
+    axes.set_xlabel("Time of the simulation [ms]")
+    legend_above(axes, columns=4)
+    return figure
+
+
 def _simulations(axes: Axes, time: Array, curves: Array, smooth: NDArray[np.bool_], si_unit: str) -> None:
     """One thin line a simulation; those that eroded more than the smooth regime allows stand out."""
     for chosen, colour, label in ((smooth, SKY, "simulated"), (~smooth, ORANGE, "simulated, > 5 % eroded")):

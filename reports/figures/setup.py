@@ -114,7 +114,7 @@ def _angle(axes: Axes, end: Array, angle: float) -> None:
     """Arc between the surface and the axis of flight, at the point that the axis meets."""
     axes.add_patch(Arc(tuple(end), 130, 130, theta1=180 - np.degrees(angle), theta2=180, color=VERMILION, lw=1.0))
     half = np.array([-np.cos(angle / 2), np.sin(angle / 2)])
-    x, y = end + 82 * half
+    x, y = end + 46 * half  # inside the arc, where no bird is drawn
     axes.text(x, y, f"{np.degrees(angle):.3g}°", color=VERMILION, ha="center", va="center", fontsize=8.5)
 
 

@@ -47,11 +47,10 @@ def read_diagnosis(folder: Path) -> DiagnosisResults:
 
 
 def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results], Section | None]:
-    """A section of a diagnosis as one of a loop's page: None where its folder holds no diagnosis."""
+    """A section of a diagnosis as one of a loop's page: None where there is no diagnosis."""
 
     def section(results: Results) -> Section | None:
-        place = results.folder / "diagnosis"
-        return make(read_diagnosis(place)) if (place / "diagnosis.json").is_file() else None
+        return make(read_diagnosis(results.diagnosis)) if results.diagnosis is not None else None
 
     return section
 

@@ -1,4 +1,4 @@
-"""The report: one self-contained HTML page about a finished folder."""
+"""The report: one self-contained HTML page about a finished folder, or about the parts of the flow that exist."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
-from birdstrike.reports.page.diagnosis import in_report
+from birdstrike.reports.page.diagnosis import in_report, read_diagnosis
 from birdstrike.reports.page.render import rendered
 from birdstrike.reports.results.measurement import origin, short_name
-from birdstrike.reports.results.reading import read_results
+from birdstrike.reports.results.parts import Parts, find_parts
+from birdstrike.reports.results.reading import read_campaign, read_inversion, read_results
 from birdstrike.reports.results.results import Results, titled
 from birdstrike.reports.sections import (
     campaign,
@@ -29,6 +30,14 @@ from birdstrike.reports.sections import (
     setup,
     summary,
     surrogates,
+)
+from birdstrike.reports.sections.parts import (
+    campaign_curves,
+    campaign_findings,
+    campaign_section,
+    inversion_findings,
+    inversion_section,
+    missing_section,
 )
 
 Maker = Callable[[Results], Section | None]
@@ -52,6 +61,26 @@ SECTIONS: tuple[Maker, ...] = (
 )
 """What the page is made of, in order; a section that has nothing to say of a folder returns None and is left out."""
 
+INVERSION_ALONE = (
+    inversion_section,
+    curves.comparisons,
+    parameters.section,
+    identifiability.section,
+    surrogates.section,
+)
+"""Of a page about an inversion without its campaign."""
+
+CAMPAIGN_ALONE = (
+    campaign_section,
+    setup.of_case,
+    campaign_curves,
+    campaign.without_inversion,
+    energy_balance.section,
+)
+"""Of a page about a campaign with which no record has been inverted."""
+
+PARTS = ("inversion", "diagnosis", "campaign")
+
 SIMULATIONS = 0.8  # share of the progress that the bird models' simulations take, where they are due
 
 
@@ -59,17 +88,57 @@ def report(
     folder: str | Path,
     out: str | Path | None = None,
     *,
+    doe: str | Path | None = None,
+    diagnosis: str | Path | None = None,
     models: bool = True,
     diagnosed: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Write the page about `folder` (default `folder/report.html`) and return its path; raises UserError.
 
-    diagnosed: show what lies in `folder/diagnosis`, where there is one. models: also simulate the standard birds, and
-    the inverted one at all instants of the animation; each simulation is kept in `folder/models/runs/` and runs once.
+    folder: of close-the-loop, run-doe, train-and-invert or diagnose; the page shows the parts that exist and names the
+    others. doe, diagnosis: folders of these parts where they lie elsewhere. diagnosed: show the diagnosis, where there
+    is one. models: also simulate the standard birds, and the inverted one at all instants of the animation; each
+    simulation is kept in `folder/models/runs/` and runs once.
     """
+    where = (Path(one) if one is not None else None for one in (doe, diagnosis))
     path = Path(out) if out is not None else Path(folder) / "report.html"
-    return write_page(read_results(Path(folder)), path, progress, models=models, diagnosed=diagnosed)
+    parts = find_parts(Path(folder), *where)
+    if is_whole(parts):
+        return write_page(read_results(parts), path, progress, models=models, diagnosed=diagnosed)
+    return write_part_page(parts, path, progress)[0]
+
+
+def is_whole(parts: Parts) -> bool:
+    """Whether there are campaign and inversion, on which the whole page rests."""
+    return parts.doe is not None and parts.inversion is not None
+
+
+def write_part_page(
+    parts: Parts, path: Path, progress: Callable[[float], None] | None = None
+) -> tuple[Path, tuple[str, ...]]:
+    """Write a page of the parts that exist; its path, and what was found in a few sentences. Raises UserError."""
+    made = [missing_section(parts)]
+    findings: tuple[str, ...] = ()
+    if parts.inversion is not None:
+        inverted = read_inversion(parts, parts.inversion)
+        findings += inversion_findings(inverted)
+        made += [make(inverted) for make in INVERSION_ALONE]
+    if parts.diagnosis is not None:
+        found = read_diagnosis(parts.diagnosis)
+        findings += (f"Diagnosis: {found.content['sentence']}.",)
+        made += [make(found) for make in DIAGNOSIS_SECTIONS]
+    if parts.doe is not None:
+        simulated = read_campaign(parts, parts.doe)
+        findings += campaign_findings(simulated)
+        made += [make(simulated) for make in CAMPAIGN_ALONE]
+    if progress:
+        progress(1.0)
+    names = [name for name, there in zip(PARTS, (parts.inversion, parts.diagnosis, parts.doe), strict=True) if there]
+    subtitle = "Every model curve is simulated by birdstrike."
+    html = rendered(f"Bird strike: {' and '.join(names)} of {parts.folder.absolute().name}", subtitle, made)
+    write_atomically(path, html)
+    return path, findings
 
 
 def write_page(

@@ -8,7 +8,7 @@ import numpy as np
 
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
 from birdstrike.reports.results.measurement import origin, peak, record_position, residual, short_name
-from birdstrike.reports.results.results import Results, RunSummary
+from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
 
 
 def findings(results: Results) -> tuple[str, str, str, str, str]:
@@ -36,7 +36,7 @@ def _record_peak(results: Results, channel: str) -> str:
     return f"{time.size} points of {words(channel)}, peak {quantity(value, unit)} at {quantity(at, 's')}"
 
 
-def verified(results: Results) -> str:
+def verified(results: InversionResults) -> str:
     """RMS error of the solver re-run at each answer, the best first, with the time offset it is stated for."""
     first, *others = results.finished
     line = (
@@ -47,12 +47,12 @@ def verified(results: Results) -> str:
     return f"{line} ({offset_text(results)})."
 
 
-def error_text(results: Results, method: str) -> str:
+def error_text(results: InversionResults, method: str) -> str:
     """`0.310 mm RMS, 5.4 % of the peak`, one for every channel."""
     return " and ".join(channel_error(results, method, channel) for channel in results.channels)
 
 
-def channel_error(results: Results, method: str, channel: str) -> str:
+def channel_error(results: InversionResults, method: str, channel: str) -> str:
     """The same in one channel, which is named where there are several."""
     score = results.inversion.methods[method].channels[channel]
     if score.verified_rmse is None or score.verified_relative is None:
@@ -66,7 +66,7 @@ def percent(share: float, digits: int = 2) -> str:
     return f"{significant(share * 100, digits)} %"
 
 
-def offset_text(results: Results) -> str:
+def offset_text(results: InversionResults) -> str:
     """How the clocks of simulation and record were laid over each other."""
     if results.inversion.time_offset.sigma is None:
         return "record and simulation share one clock"
@@ -78,7 +78,7 @@ def offset_text(results: Results) -> str:
     return f"the simulation's clock set {size} {later} to fit the record"
 
 
-def identified(results: Results) -> str:
+def identified(results: InversionResults) -> str:
     """Which parameters are identified, with intervals, and which are not, with the reason in short."""
     parameters = results.answer.parameters
     found = [_estimated(results, name) for name, estimate in parameters.items() if estimate.identified]
@@ -91,7 +91,7 @@ def identified(results: Results) -> str:
     return f"{first}. Not identified: {open_ones}." if open_ones else f"{first}. Every parameter is identified."
 
 
-def _estimated(results: Results, name: str) -> str:
+def _estimated(results: InversionResults, name: str) -> str:
     """`viscosity MU 641 Pa s (95 %: 500 Pa s to 900 Pa s)`."""
     estimate = results.answer.parameters[name]
     value = "" if estimate.value is None else f" {quantity(estimate.value, estimate.unit)}"
@@ -125,7 +125,7 @@ def _fit(results: Results) -> str:
     )
 
 
-def worst_text(results: Results, channel: str, method: str) -> str:
+def worst_text(results: InversionResults, channel: str, method: str) -> str:
     """`0.39 mm at 1.34 ms, the simulation below the record in displacement centre`."""
     at, value = residual(results, channel, method).worst
     side = "above" if value > 0 else "below"
@@ -150,7 +150,7 @@ def prior_text(results: Results, channel: str) -> str:
     )
 
 
-def balance(results: Results) -> str:
+def balance(results: CampaignResults) -> str:
     """Number of simulations, the worst energy and momentum errors among them, and their cost."""
     energy, momentum = (worst_entry(results, key) for key in ("energy_error", "momentum_error"))
     seconds = sum(float(entry["wall_s"]) for entry in results.summaries.values())
@@ -163,7 +163,7 @@ def balance(results: Results) -> str:
     )
 
 
-def worst_entry(results: Results, key: str) -> float:
+def worst_entry(results: CampaignResults, key: str) -> float:
     """Largest magnitude of one entry in the summaries of the campaign's and the verification runs."""
     return largest(results.summaries, key)
 
@@ -173,7 +173,7 @@ def largest(summaries: Mapping[str, RunSummary], key: str) -> float:
     return float(np.max(np.abs([float(summary[key]) for summary in summaries.values()])))
 
 
-def worst_run(results: Results, key: str) -> str:
+def worst_run(results: CampaignResults, key: str) -> str:
     """The run with the largest magnitude of one entry, and whether it left the smooth regime."""
     label = max(results.summaries, key=lambda name: abs(float(results.summaries[name][key])))
     rough = {f"run {number}" for number in results.dataset.runs[~results.dataset.smooth]}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Array
 from birdstrike.inversion.observations.prior_predictive import ENVELOPE_SIGMAS
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults, Results
 
 _MADE_BY = re.compile(r"SIMULATED\s*(?:\(\s*(?:by\s+)?|(?:by|with)\s+)([^(),;:]+)")
 
@@ -83,7 +83,7 @@ class Residual:
         return peak(self.time, self.values)
 
 
-def residual(results: Results, channel: str, method: str) -> Residual:
+def residual(results: InversionResults, channel: str, method: str) -> Residual:
     """What a method's verification leaves unexplained in one channel."""
     difference = results.simulated[method][channel] - results.record.channels[channel]
     both = np.isfinite(difference)

@@ -1,9 +1,9 @@
-"""Reading a finished folder: `doe/` and `inversion/` into Results; what is missing is named with its command."""
+"""Reading finished folders: campaign and inversion into Results; what is missing is named with its command."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,7 +20,8 @@ from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.ingredients import ShotFigures
 from birdstrike.inversion.results.inversion import Inversion
-from birdstrike.reports.results.results import Convergence, Results, RunSummary
+from birdstrike.reports.results.parts import Parts, find_parts, invert_again
+from birdstrike.reports.results.results import CampaignResults, Convergence, InversionResults, Results, RunSummary
 from birdstrike.solver.case.case import load_case
 
 T = TypeVar("T")
@@ -88,61 +89,57 @@ def _errors(answer: Answer, shot: ShotFigures) -> str:
 Simulated = dict[str, dict[str, Array]]
 
 
-def read_results(folder: Path) -> Results:
-    """All results in `folder`; raises UserError that names every missing part and the command that makes it."""
-    if missing := list(_missing(folder)):
-        raise UserError(missing, f"{folder} is not ready for a report")
-    doe, inverted = folder / "doe", folder / "inversion"
-    dataset, inversion = load_dataset(doe), _inversion(inverted / "inversion.json")
-    if inversion.case_hash != dataset.case_hash:
+def read_results(source: Path | Parts) -> Results:
+    """Campaign and inversion of a folder, or of parts; raises UserError that names every missing part."""
+    parts = source if isinstance(source, Parts) else find_parts(source)
+    if parts.doe is None or parts.inversion is None:
+        raise UserError([*parts.missing], f"{parts.folder} is not ready for a whole report")
+    campaign, inverted = read_campaign(parts, parts.doe), read_inversion(parts, parts.inversion)
+    if inverted.inversion.case_hash != campaign.dataset.case_hash:
         raise UserError(
-            f"{inverted} was made from another campaign (case hash {inversion.case_hash}) than {doe} holds "
-            f"({dataset.case_hash}); repeat: {_invert_again(folder)}"
+            f"{parts.inversion} was made from another campaign (case hash {inverted.inversion.case_hash}) than "
+            f"{parts.doe} holds ({campaign.dataset.case_hash}); name its own with --doe, or repeat: "
+            f"{invert_again(parts.doe, parts.inversion)}"
         )
-    campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
-    others, inversion = other_shots(inversion), first_shot(inversion)
-    record, simulated = _verification(inverted / "verification.csv", inversion)
-    verified = {method: _verified(folder, inversion, method) for method in simulated}
+    verifications = _verification_summaries(campaign.campaign, inverted)
     return Results(
-        folder=folder,
-        case=load_case(doe / "case.toml"),
-        record=record,
-        dataset=dataset,
-        inversion=inversion,
-        simulated=simulated,
-        verified=verified,
-        convergence=_convergence(inverted, inversion),
-        draws=_draws(inverted, inversion),
-        campaign=campaign,
-        summaries=_summaries(doe, campaign, inversion, verified),
-        failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
-        other_shots=others,
+        **vars(inverted),
+        **{name: value for name, value in vars(campaign).items() if name not in ("folder", "summaries")},
+        summaries={**campaign.summaries, **verifications},
+        diagnosis=parts.diagnosis,
     )
 
 
-def _missing(folder: Path) -> Iterator[str]:
-    """One line a missing part."""
-    doe, inverted = folder / "doe", folder / "inversion"
-    if folder.is_file():
-        yield f"{folder} is a file; give the folder that close-the-loop made, with doe/ and inversion/"
-        return
-    if not folder.is_dir():
-        yield f"{folder} does not exist; make it with: birdstrike close-the-loop CASE --measured CSV --out {folder}"
-        return
-    campaign = f"{doe}; make it with: birdstrike run-doe CASE --out {doe}"
-    if not (doe / "curves.csv").is_file():
-        yield f"no finished campaign in {campaign}"
-    else:
-        parts = ("case.toml", "design.csv", "summary.json")
-        yield from (f"no {name} in {campaign}" for name in parts if not (doe / name).is_file())
-    for name in ("inversion.json", "verification.csv"):
-        if not (inverted / name).is_file():
-            yield f"no {name} in {inverted}; make it with: {_invert_again(folder)}"
+def read_campaign(parts: Parts, doe: Path) -> CampaignResults:
+    """A finished campaign; raises UserError."""
+    campaign = json.loads((doe / "summary.json").read_text(encoding="utf-8"))
+    return CampaignResults(
+        folder=parts.folder,
+        doe=doe,
+        case=load_case(doe / "case.toml"),
+        dataset=load_dataset(doe),
+        campaign=campaign,
+        summaries=_summaries(doe, campaign),
+        failures={f"run {entry['run']}": str(entry["reason"]) for entry in campaign["failed"]},
+    )
 
 
-def _invert_again(folder: Path) -> str:
-    """The command that makes the inversion of a folder."""
-    return f"birdstrike train-and-invert {folder / 'doe'} --measured CSV --out {folder / 'inversion'}"
+def read_inversion(parts: Parts, inverted: Path) -> InversionResults:
+    """An inversion with its verification; raises UserError."""
+    inversion = _inversion(inverted / "inversion.json")
+    others, inversion = other_shots(inversion), first_shot(inversion)
+    record, simulated = _verification(inverted / "verification.csv", inversion)
+    return InversionResults(
+        folder=parts.folder,
+        inverted=inverted,
+        record=record,
+        inversion=inversion,
+        simulated=simulated,
+        verified={method: _verified(parts, inverted, inversion, method) for method in simulated},
+        convergence=_convergence(inverted, inversion),
+        draws=_draws(inverted, inversion),
+        other_shots=others,
+    )
 
 
 def _inversion(path: Path) -> Inversion:
@@ -171,15 +168,16 @@ def _verification(path: Path, inversion: Inversion) -> tuple[Measured, Simulated
     return record, {method: values(method) for method in finished}
 
 
-def _verified(folder: Path, inversion: Inversion, method: str) -> Histories:
+def _verified(parts: Parts, inverted: Path, inversion: Inversion, method: str) -> Histories:
     """The verification run with its pictures from the run store, else its curves alone."""
-    key, inverted = inversion.methods[method].run, folder / "inversion"
-    for runs in (inverted / "runs", folder / "doe" / "runs"):
+    key = inversion.methods[method].run
+    stores = (folder / "runs" for folder in (inverted, parts.doe) if folder is not None)
+    for runs in stores:
         if key is not None and (found := RunStore(runs).look_up(key)) is not None:
             return replace(found, summary={**found.summary, "run_key": key})
     path = inverted / f"verified_{method}.csv"
     if not path.is_file():
-        raise UserError(f"{path} is missing; repeat: {_invert_again(folder)}")
+        raise UserError(f"{path} is missing; repeat: {invert_again(parts.doe or Path('DOE'), inverted)}")
     return read_histories(path)
 
 
@@ -199,16 +197,18 @@ def _draws(inverted: Path, inversion: Inversion) -> dict[str, Array] | None:
     return {name: table[name].to_numpy(float) for name in inversion.posterior.names}
 
 
-def _summaries(
-    doe: Path, campaign: Mapping[str, Any], inversion: Inversion, verified: Mapping[str, Histories]
-) -> dict[str, RunSummary]:
+def _summaries(doe: Path, campaign: Mapping[str, Any]) -> dict[str, RunSummary]:
     """Summary of every finished run: from the run store, and where that was cleared from the campaign's summary."""
-    store, summaries = RunStore(doe / "runs"), dict[str, RunSummary]()
-    entries = [entry for entry in campaign["runs"] if entry["status"] == "finished"]
-    for entry in entries:
-        summaries[f"run {entry['run']}"] = {**entry, **(store.summary(entry["key"]) or {})}
-    known = {entry["key"] for entry in entries}
-    for method, run in verified.items():
-        if run.summary and inversion.methods[method].run not in known:
-            summaries[f"verification, {method}"] = run.summary
-    return summaries
+    store, entries = RunStore(doe / "runs"), [one for one in campaign["runs"] if one["status"] == "finished"]
+    return {f"run {entry['run']}": {**entry, **(store.summary(entry["key"]) or {})} for entry in entries}
+
+
+def _verification_summaries(campaign: Mapping[str, Any], inverted: InversionResults) -> dict[str, RunSummary]:
+    """Summary of every verification that is no run of the campaign."""
+    known = {entry["key"] for entry in campaign["runs"] if entry["status"] == "finished"}
+    methods = inverted.inversion.methods
+    return {
+        f"verification, {method}": run.summary
+        for method, run in inverted.verified.items()
+        if run.summary and methods[method].run not in known
+    }

@@ -1,4 +1,4 @@
-"""A finished loop in one immutable thing: case, record, campaign, inversion, verification runs and their summaries."""
+"""What a report says, in immutable things: of a campaign, of an inversion, and of both together."""
 
 from __future__ import annotations
 
@@ -78,44 +78,68 @@ def titled(key: str, case: Case) -> str:
     return TITLES.get(key, f"inverted {TITLES.get(law, law.upper())} ({key})")
 
 
-@dataclass(frozen=True)
-class Results:
-    """Everything the report says, read from a finished folder.
+@dataclass(frozen=True, kw_only=True)
+class CampaignResults:
+    """What the report says of a campaign, read from its folder.
 
-    record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the record's times, NaN
-    where it has no value; verified: method -> its run; campaign: content of the campaign's `summary.json`; summaries:
-    run's label -> its summary; failures: run's label -> reason; draws: of the posterior, name -> (n,) SI, None for
-    none; other_shots: a sentence about each shot inverted together with the record; simulated_models: the bird models,
-    {} where none were asked for.
+    doe: that folder; campaign: content of its `summary.json`; summaries: run's label -> its summary; failures: run's
+    label -> reason.
     """
 
     folder: Path
+    doe: Path
     case: Case
-    record: Measured
     dataset: Dataset
-    inversion: Inversion
-    simulated: Mapping[str, Mapping[str, Array]]
-    verified: Mapping[str, Histories]
-    convergence: Convergence | None
     campaign: Mapping[str, Any]
     summaries: Mapping[str, RunSummary]
     failures: Mapping[str, str]
-    draws: Mapping[str, Array] | None = None
-    other_shots: tuple[str, ...] = ()
-    simulated_models: Mapping[str, Model] = field(default_factory=dict)
-
-    @property
-    def models(self) -> Mapping[str, Model]:
-        """The bird models side by side; the inverted one's verification run alone where no others were simulated."""
-        if self.simulated_models:
-            return self.simulated_models
-        key = self.best
-        return {key: Model(key, titled(key, self.case), self.case, self.verified[key], self.offset)}
 
     @property
     def case_name(self) -> str:
         """What the case was called where the campaign began; its copy in the folder is just `case`."""
         return str(self.campaign["case_name"])
+
+    @property
+    def held_out(self) -> NDArray[np.bool_]:
+        """(runs,) the simulations that a network was not trained on."""
+        return np.zeros(len(self.dataset.runs), dtype=bool)
+
+    @property
+    def every_summary(self) -> Mapping[str, RunSummary]:
+        """Summaries of all simulations that the report rests on."""
+        return self.summaries
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the reader must know."""
+        return campaign_warnings(self)
+
+
+def campaign_warnings(results: CampaignResults) -> tuple[str, ...]:
+    """Failed simulations, and the warnings of the others."""
+    failed = [f"{label} failed and is not used: {reason}" for label, reason in results.failures.items()]
+    own = [text for summary in results.summaries.values() for text in summary.get("warnings", [])]
+    return (*failed, *merged(own, len(results.summaries)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class InversionResults:
+    """What the report says of an inversion, read from its folder.
+
+    inverted: that folder; record: what was inverted; simulated: method -> channel -> (r,) SI, the verification at the
+    record's times, NaN where it has no value; verified: method -> its run; draws: of the posterior, name -> (n,) SI,
+    None for none; other_shots: a sentence about each shot inverted together with the record.
+    """
+
+    folder: Path
+    inverted: Path
+    record: Measured
+    inversion: Inversion
+    simulated: Mapping[str, Mapping[str, Array]]
+    verified: Mapping[str, Histories]
+    convergence: Convergence | None
+    draws: Mapping[str, Array] | None = None
+    other_shots: tuple[str, ...] = ()
 
     @property
     def best(self) -> str:
@@ -127,6 +151,11 @@ class Results:
     def answer(self) -> Answer:
         """The best method's answer."""
         return self.inversion.methods[self.best]
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """SI units of the parameters, by dotted key."""
+        return {name: estimate.unit for name, estimate in self.answer.parameters.items()}
 
     @property
     def finished(self) -> tuple[str, ...]:
@@ -144,10 +173,40 @@ class Results:
         return self.inversion.time_offset.value
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the reader must know of the inversion, and which shots have no curves here."""
+        return (*self.inversion.warnings, *self.other_shots)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Results(CampaignResults, InversionResults):
+    """Campaign and inversion together: everything the report says.
+
+    diagnosis: folder of the diagnosis, None for none; simulated_models: the bird models, {} where none were asked for.
+    """
+
+    diagnosis: Path | None = None
+    simulated_models: Mapping[str, Model] = field(default_factory=dict)
+
+    @property
+    def models(self) -> Mapping[str, Model]:
+        """The bird models side by side; the inverted one's verification run alone where no others were simulated."""
+        if self.simulated_models:
+            return self.simulated_models
+        key = self.best
+        return {key: Model(key, titled(key, self.case), self.case, self.verified[key], self.offset)}
+
+    @property
     def held_out(self) -> NDArray[np.bool_]:
         """(runs,) the simulations that the network was not trained on."""
         training = self.inversion.training
         return np.isin(self.dataset.runs, training.held_out if training else [])
+
+    @property
+    def every_summary(self) -> Mapping[str, RunSummary]:
+        """Summaries of the campaign's and the verification runs, and of the bird models' where they were simulated."""
+        models = {f"model, {m.title}": m.run.summary for m in self.simulated_models.values() if m.run is not None}
+        return {**self.summaries, **models}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -155,6 +214,4 @@ class Results:
 
         Of the inversion, of failed simulations, of the simulations' own checks, and which shots have no curves here.
         """
-        failed = [f"{label} failed and is not used: {reason}" for label, reason in self.failures.items()]
-        own = [text for summary in self.summaries.values() for text in summary.get("warnings", [])]
-        return (*self.inversion.warnings, *failed, *merged(own, len(self.summaries)), *self.other_shots)
+        return (*self.inversion.warnings, *campaign_warnings(self), *self.other_shots)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.blocks import Picture, Section, drawing
@@ -11,7 +12,7 @@ from birdstrike.reports.figures.prior_predictive import prior_predictive_figure
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import channel_error, offset_text, prior_text, worst_text
 from birdstrike.reports.results.measurement import origin, peak, record_position
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults, Results
 
 
 def section(results: Results) -> Section:
@@ -20,8 +21,20 @@ def section(results: Results) -> Section:
     return Section("curves", f"The record ({origin(results.record)}) and the simulated curves", tuple(blocks))
 
 
-def _comparison(results: Results, channel: str) -> Picture:
-    figure = comparison_figure(
+def comparisons(results: InversionResults) -> Section:
+    """The comparisons alone, where there is no campaign."""
+    title = f"The record ({origin(results.record)}) and the verification"
+    return Section("curves", title, tuple(_comparison(results, channel) for channel in results.channels))
+
+
+def _comparison(results: InversionResults, channel: str) -> Picture:
+    figure = comparison(results, channel)
+    return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
+
+
+def comparison(results: InversionResults, channel: str) -> Figure:
+    """The record against the verification runs, and the residuals."""
+    return comparison_figure(
         channel,
         results.record.units[channel],
         results.record.time,
@@ -30,15 +43,14 @@ def _comparison(results: Results, channel: str) -> Picture:
         f"record, {origin(results.record)}",
         {method: _verified(results, method, channel) for method in results.finished},
     )
-    return drawing(f"comparison-{channel}", figure, _comparison_caption(results, channel))
 
 
-def _verified(results: Results, method: str, channel: str) -> VerifiedCurve:
+def _verified(results: InversionResults, method: str, channel: str) -> VerifiedCurve:
     run = results.verified[method]
     return VerifiedCurve(run.time + results.offset, run.channels[channel], results.simulated[method][channel])
 
 
-def noise(results: Results, channel: str) -> Array | None:
+def noise(results: InversionResults, channel: str) -> Array | None:
     """Standard deviation (r,) SI at the record's times; None where it is only assumed."""
     measured = results.inversion.measured
     if measured.noise_source[channel] == "assumed":
@@ -46,7 +58,7 @@ def noise(results: Results, channel: str) -> Array | None:
     return np.full(results.record.time.size, measured.noise[channel])
 
 
-def _comparison_caption(results: Results, channel: str) -> str:
+def _comparison_caption(results: InversionResults, channel: str) -> str:
     at, top = peak(*results.record.points(channel))
     unit = results.record.units[channel]
     parts = [f"The record ({origin(results.record)}) peaks at {quantity(top, unit)}, {quantity(at, 's')}."]
@@ -67,8 +79,21 @@ def _comparison_caption(results: Results, channel: str) -> str:
 
 
 def _prior(results: Results, channel: str) -> Picture:
+    dataset = results.dataset
+    eroded = int((~dataset.smooth).sum())
+    lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
+    caption = (
+        f"Prior predictive: the campaign's {len(dataset.runs)} simulations over the parameters' ranges{lost}; "
+        f"{prior_text(results, channel)}. Below: {words(channel)} less the mean of the simulations. "
+        "No values of these parameters reach what lies far outside."
+    )
+    return drawing(f"prior-predictive-{channel}", prior_predictive(results, channel), caption)
+
+
+def prior_predictive(results: Results, channel: str) -> Figure:
+    """Every simulation of the campaign behind the record."""
     seen, dataset = record_position(results, channel), results.dataset
-    figure = prior_predictive_figure(
+    return prior_predictive_figure(
         channel,
         results.record.units[channel],
         dataset.time + results.offset,
@@ -79,11 +104,3 @@ def _prior(results: Results, channel: str) -> Picture:
         seen.outside,
         f"record, {origin(results.record)}",
     )
-    eroded = int((~dataset.smooth).sum())
-    lost = f", of which {eroded} lost more than 5 % of the bird (orange, not smooth)" if eroded else ""
-    caption = (
-        f"Prior predictive: the campaign's {len(dataset.runs)} simulations over the parameters' ranges{lost}; "
-        f"{prior_text(results, channel)}. Below: {words(channel)} less the mean of the simulations. "
-        "No values of these parameters reach what lies far outside."
-    )
-    return drawing(f"prior-predictive-{channel}", figure, caption)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from birdstrike.reports.blocks import Paragraph, Section, Table
 from birdstrike.reports.figures.quantities import significant
 from birdstrike.reports.results.findings import largest, percent
-from birdstrike.reports.results.results import Results, RunSummary
+from birdstrike.reports.results.results import CampaignResults, RunSummary
 
 LIMIT_ENERGY = 0.01  # of the initial normal kinetic energy
 
 
-def section(results: Results) -> Section:
+def section(results: CampaignResults) -> Section:
     """One row a simulation; a failed one has no balance and stands among the warnings of the summary."""
-    every = all_summaries(results)
+    every = results.every_summary
     above = sum(abs(float(summary["energy_error"])) > LIMIT_ENERGY for summary in every.values())
     energy, momentum = (largest(every, key) for key in ("energy_error", "momentum_error"))
     words = (
@@ -26,21 +24,15 @@ def section(results: Results) -> Section:
     return Section("energy_balance", "Energy balance of every simulation", (Paragraph(words), _table(results)))
 
 
-def all_summaries(results: Results) -> Mapping[str, RunSummary]:
-    """Summaries of the campaign's and the verification runs, and of the bird models' where they were simulated."""
-    models = {f"model, {m.title}": m.run.summary for m in results.simulated_models.values() if m.run is not None}
-    return {**results.summaries, **models}
-
-
 def counted(runs: int) -> str:
     """`1 simulation`, `2 simulations`, `none`."""
     return "none" if runs == 0 else f"{runs} simulation{'s' if runs > 1 else ''}"
 
 
-def _table(results: Results) -> Table:
+def _table(results: CampaignResults) -> Table:
     balance = ("energy error", "momentum error", "hourglass / plate", "shock viscosity [Pa s]", "eroded")
     head = ("simulation", *balance, "steps", "time [s]")
-    rows = tuple((label, *_row(summary)) for label, summary in all_summaries(results).items())
+    rows = tuple((label, *_row(summary)) for label, summary in results.every_summary.items())
     caption = (
         "Energy error: of the initial normal kinetic energy; momentum error: of the bird's initial "
         "momentum; hourglass: energy of the plate's hourglass control over its internal energy; shock viscosity: the "

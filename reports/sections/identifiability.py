@@ -6,10 +6,10 @@ from birdstrike.inversion.results.identifiability import IdentifiabilityFigures,
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing, photograph
 from birdstrike.reports.figures.posterior import corner_figure, sobol_figure
 from birdstrike.reports.figures.quantities import symbol, words
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults
 
 
-def section(results: Results) -> Section:
+def section(results: InversionResults) -> Section:
     """Only what was asked for and could be drawn."""
     blocks: list[Block] = []
     posterior, figures = results.inversion.posterior, results.inversion.identifiability
@@ -29,9 +29,9 @@ def section(results: Results) -> Section:
     return Section("identifiability", "Identifiability of the parameters", tuple(blocks))
 
 
-def _corner(results: Results, posterior: PosteriorFigures) -> Block:
+def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
     draws = results.draws or {}
-    units = dict(zip(results.dataset.names, results.dataset.units, strict=True)) | {"time_offset": "s"}
+    units = {**results.units, "time_offset": "s"}
     figure = corner_figure({name: draws[name] for name in posterior.names}, units, posterior.most_probable)
     worst = max((value for value in posterior.rhat.values() if value is not None), default=float("nan"))
     contraction = ", ".join(f"{symbol(name)} {100 * value:.0f} %" for name, value in posterior.contraction.items())

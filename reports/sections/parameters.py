@@ -6,7 +6,7 @@ from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
 from birdstrike.reports.figures.quantities import bound, parameter_label, quantity, symbol
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults
 
 WORDS = (
     "A value is given only for a parameter that is identifiable from this record. Any other parameter may lie anywhere "
@@ -14,7 +14,7 @@ WORDS = (
 )
 
 
-def section(results: Results) -> Section:
+def section(results: InversionResults) -> Section:
     """Figure and one table; a parameter that is not identified shows its range and no digits."""
     rows = parameter_rows(results)
     blocks: list[Block] = [Paragraph(WORDS), drawing("parameters", parameters_figure(rows), _caption(results))]
@@ -24,22 +24,19 @@ def section(results: Results) -> Section:
     return Section("parameters", "Inverted parameters", (*blocks, _table(results, rows)))
 
 
-def parameter_rows(results: Results) -> list[ParameterRow]:
+def parameter_rows(results: InversionResults) -> list[ParameterRow]:
     """The parameters with their ranges, SI, and each method's value and interval."""
-    dataset = results.dataset
-    ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, strict=True)
-    return [
-        ParameterRow(name, unit, float(low), float(high), _marks(results, name)) for name, unit, low, high in ranges
-    ]
+    ranges, units = results.inversion.ranges, results.units
+    return [ParameterRow(name, units[name], low, high, _marks(results, name)) for name, (low, high) in ranges.items()]
 
 
-def _marks(results: Results, name: str) -> dict[str, Mark]:
+def _marks(results: InversionResults, name: str) -> dict[str, Mark]:
     """Nothing to draw where the parameter is not identified."""
     found = {method: results.inversion.methods[method].parameters[name] for method in results.finished}
     return {m: Mark(e.value, e.interval_95) if e.identified else Mark(None, None) for m, e in found.items()}
 
 
-def _caption(results: Results) -> str:
+def _caption(results: InversionResults) -> str:
     texts = []
     for method in results.finished:
         parameters = results.inversion.methods[method].parameters
@@ -48,7 +45,7 @@ def _caption(results: Results) -> str:
     return f"Each bar is a parameter's range: {'; '.join(texts)}. Hatched: identified by no method."
 
 
-def _table(results: Results, rows: list[ParameterRow]) -> Table:
+def _table(results: InversionResults, rows: list[ParameterRow]) -> Table:
     head = ("parameter", "range", "method", "value", "95 % interval", "identified", "reason")
     cells = [
         (

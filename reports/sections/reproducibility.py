@@ -20,7 +20,7 @@ def section(results: Results) -> Section:
     facts = Table(("what", "value"), (*_made_from(results), *_made_with()), "What made these numbers.")
     words = (
         "The case below is complete and in SI; with it, the seeds and the solver's version the same machine gives "
-        "the same curves bit for bit. The point at which each verification ran is in inversion/inversion.json."
+        "the same curves bit for bit. The point at which each verification ran is in inversion.json."
     )
     return Section("reproducibility", "To do it again", (facts, Paragraph(words), _case(results)))
 
@@ -58,11 +58,11 @@ def _command(results: Results) -> str:
     if len(shots := results.inversion.shots) > 1:
         records = " ".join(f"--measured {shot.path}" for shot in shots)
         return (
-            f"birdstrike train-and-invert {results.folder / 'doe'} {records} --out AGAIN --seed "
+            f"birdstrike train-and-invert {results.doe} {records} --out AGAIN --seed "
             f"{results.inversion.seed}{trainer}, with the other shots' campaigns and each record's --case as they were"
         )
     return (
-        f"birdstrike close-the-loop {results.folder / 'doe' / 'case.toml'} --measured {results.record.path} "
+        f"birdstrike close-the-loop {results.doe / 'case.toml'} --measured {results.record.path} "
         f"--out AGAIN --design {design['source'] or design['kind']} --runs {design['runs']} "
         f"--seed {results.inversion.seed}{trainer}"
     )

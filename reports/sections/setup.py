@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from birdstrike.data.units import display
-from birdstrike.reports.blocks import Section, Table, drawing
+from birdstrike.reports.blocks import Picture, Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.setup import SetUp, setup_figure
 from birdstrike.reports.results.measurement import origin, short_name
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
@@ -15,8 +15,19 @@ from birdstrike.solver.case.case import Case
 
 def section(results: Results) -> Section:
     """Sketch and table."""
-    sketch = drawing("setup", setup_figure(_drawn(results.case)), _caption(results.case))
-    return Section("setup", "Test set-up", (sketch, _facts(results)))
+    rows = (*_facts(results.case), *_record(results))
+    table = Table(("what", "value"), rows, "The case and the record, as the program read them.")
+    return Section("setup", "Test set-up", (_sketch(results.case), table))
+
+
+def of_case(results: CampaignResults) -> Section:
+    """The same of a case alone, where no record was inverted."""
+    table = Table(("what", "value"), _facts(results.case), "The case, as the program read it.")
+    return Section("setup", "Test set-up", (_sketch(results.case), table))
+
+
+def _sketch(case: Case) -> Picture:
+    return drawing("setup", setup_figure(drawn(case)), _caption(case))
 
 
 def _caption(case: Case) -> str:
@@ -32,7 +43,8 @@ def _caption(case: Case) -> str:
     )
 
 
-def _drawn(case: Case) -> SetUp:
+def drawn(case: Case) -> SetUp:
+    """What the sketch shows of a case."""
     sensors = {name: sensor.place for name, sensor in case.sensors.items() if sensor.place is not None}
     return SetUp(
         length=case.plate.length,
@@ -50,10 +62,9 @@ def _drawn(case: Case) -> SetUp:
     )
 
 
-def _facts(results: Results) -> Table:
-    """Case and record in rows: what, value."""
-    rows = (*_plate(results.case), *_bird(results.case), *_record(results))
-    return Table(("what", "value"), rows, "The case and the record, as the program read them.")
+def _facts(case: Case) -> tuple[tuple[str, str], ...]:
+    """The case in rows: what, value."""
+    return (*_plate(case), *_bird(case))
 
 
 def _plate(case: Case) -> tuple[tuple[str, str], ...]:

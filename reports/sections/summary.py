@@ -6,7 +6,7 @@ from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, W
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import findings, percent
 from birdstrike.reports.results.measurement import origin, peak
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults, Results
 from birdstrike.reports.sections.models import nearest
 
 
@@ -17,10 +17,10 @@ def section(results: Results) -> Section:
         blocks.append(Paragraph(ranked))
     if results.warnings:
         blocks.append(Warnings(results.warnings))
-    return Section("summary", "Summary", (*blocks, _methods(results)))
+    return Section("summary", "Summary", (*blocks, methods_table(results)))
 
 
-def _methods(results: Results) -> Table:
+def methods_table(results: InversionResults) -> Table:
     """Errors of each method's verification run, one row a method and channel."""
     head = (
         "verification run",
@@ -41,7 +41,7 @@ def _methods(results: Results) -> Table:
     return Table(head, tuple(rows), caption, frozenset(range(1, len(head))))
 
 
-def _row(results: Results, method: str, channel: str) -> tuple[str, ...]:
+def _row(results: InversionResults, method: str, channel: str) -> tuple[str, ...]:
     score = results.inversion.methods[method].channels[channel]
     unit, simulated = results.record.units[channel], results.simulated[method][channel]
     (record_at, record_peak), (at, top) = peak(*results.record.points(channel)), peak(results.record.time, simulated)

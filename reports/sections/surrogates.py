@@ -6,15 +6,15 @@ from birdstrike.inversion.results.ingredients import TrainingFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.training import training_figure
-from birdstrike.reports.results.results import Results
+from birdstrike.reports.results.results import InversionResults
 
 
-def section(results: Results) -> Section:
+def section(results: InversionResults) -> Section:
     """Network first, as the literature has it; then the forward emulator."""
     return Section("surrogates", "Network and emulator", (*_network(results), _emulator(results)))
 
 
-def _network(results: Results) -> tuple[Block, ...]:
+def _network(results: InversionResults) -> tuple[Block, ...]:
     training, convergence = results.inversion.training, results.convergence
     if training is None or convergence is None:
         return (Paragraph("No network was trained: the inversion was asked for the emulator alone."),)
@@ -50,8 +50,8 @@ def _caption(training: TrainingFigures) -> str:
     return f"{text}."
 
 
-def _emulator(results: Results) -> Table:
-    figures, units = results.inversion.emulator, results.dataset.channel_units
+def _emulator(results: InversionResults) -> Table:
+    figures, units = results.inversion.emulator, results.record.units
     rows = tuple(
         (
             words(channel),

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.fields import Between
 
 Raw = dict[str, Any]
 
@@ -22,6 +23,8 @@ ONLY_FOR = {
 """What only one of the bird's methods has a use for."""
 IDLE_FOR_SPHERE = ("impact.yaw",)
 METHOD = "sph"  # where none stands
+INSTANT = Between("0 ms", "100 ms")
+"""Range and unit of the times of a case."""
 CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "bird.shape", "plate.rigid")
 """Keys whose value makes others void: of several overrides these come first."""
 
@@ -81,7 +84,11 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
 
 
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
-    """The base without what a plate made rigid, a bird made a sphere or one of another method has no use for."""
+    """The base without what the overlay makes idle.
+
+    That is what a rigid plate, a sphere or a bird of another method has no use for, and snapshots after an end of the
+    simulation that the overlay gives without snapshots of its own.
+    """
     void: tuple[str, ...] = ()
     if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
         void += IDLE_FOR_RIGID
@@ -92,7 +99,17 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
         void += ONLY_FOR.get(before, ())
     for key in void:
         base = _without(_without_key(base, key.split(".")), key)
-    return base
+    return _without_late_snapshots(base, over)
+
+
+def _without_late_snapshots(base: Raw, over: Mapping[str, Any]) -> Raw:
+    """The base without snapshots after the end that the overlay gives; as it is where the overlay names snapshots."""
+    end, instants = INSTANT.valid(at(over, "time.end")), at(base, "time.snapshots")
+    if end is None or not isinstance(instants, list) or at(over, "time.snapshots") is not None:
+        return base
+    valid = ((text, INSTANT.valid(text)) for text in instants)
+    kept = [text for text, instant in valid if instant is None or instant <= end]
+    return base | {"time": dict(base["time"]) | {"snapshots": kept}}
 
 
 def _without_key(table: Any, parts: list[str]) -> Any:

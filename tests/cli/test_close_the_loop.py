@@ -107,16 +107,18 @@ def test_one_command_ends_with_the_page_and_five_findings(solver: Solver, tmp_pa
     result = invoke(out, "table7_group5", design="uniform")
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
-    assert lines[-6] == f"Report: {out / 'report.html'}"
-    assert [line[:2] for line in lines[-5:]] == ["1.", "2.", "3.", "4.", "5."]
-    assert "simulated by LS-DYNA, not measured" in lines[-5]
+    assert lines[-7] == f"Report: {out / 'report.html'}"
+    found, last = lines[-6:-1], lines[-1]
+    assert [line[:2] for line in found] == ["1.", "2.", "3.", "4.", "5."]
+    assert last == f"Next: open {out / 'report.html'} in a browser; the cards: birdstrike export {out}"
+    assert "simulated by LS-DYNA, not measured" in found[0]
     for heading in ("Check", "Campaign: 12 runs, uniform design", "Inversion", "Report"):
         assert any(line.startswith(heading) for line in lines), heading
     assert solver.strikes == RUNS + 2 + 4, "the campaign, two verifications, four bird models"
     noted = ledger(out)
     assert noted["schema_version"] == 1
     assert noted["seed"] == 0
-    assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == lines[-5:]
+    assert [f"{i}. {line}" for i, line in enumerate(noted["findings"], 1)] == found
     assert noted["paths"]["report"] == str(out / "report.html")
     inversion = json.loads((out / "inversion" / "inversion.json").read_text())
     assert noted["figures"]["methods"]["emulator"]["verified_rmse"] == inversion["methods"]["emulator"]["verified_rmse"]
@@ -230,3 +232,57 @@ def test_help_has_an_example() -> None:
     assert "Example: birdstrike close-the-loop demo --measured table7_group5 --out loop" in " ".join(
         result.output.split()
     )
+
+
+@pytest.mark.usefixtures("short_page")
+def test_a_finished_campaign_is_adopted_and_not_run_again(solver: Solver, record: Path, tmp_path: Path) -> None:
+    campaign, out = tmp_path / "my campaign", tmp_path / "loop"
+    run_campaign_of_the_stand_in(campaign)
+    before, paid = sorted(path.stat().st_mtime_ns for path in campaign.rglob("*")), solver.strikes
+    adopting = ["close-the-loop", "demo", "--no-diagnosis", "--measured", str(record), "--doe", str(campaign)]
+    result = CliRunner().invoke(app, [*adopting, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert solver.strikes == paid + 2, "the two verifications alone"
+    assert f"Campaign: 6 runs, lhs design, adopted from {campaign}" in result.stdout
+    assert not (out / "doe").exists()
+    assert sorted(path.stat().st_mtime_ns for path in campaign.rglob("*")) == before
+    again = CliRunner().invoke(app, [*adopting, "--out", str(out)])
+    assert "Nothing was due." in again.stdout
+
+
+def run_campaign_of_the_stand_in(folder: Path, *settings: str) -> None:
+    """A finished campaign of six runs."""
+    words = ["run-doe", "demo", "--out", str(folder), "--runs", "6", "--workers", "1", "--design", "lhs", *settings]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+
+
+def test_a_campaign_that_does_not_fit_is_refused_with_what_differs(
+    solver: Solver, record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    campaign, out = tmp_path / "campaign", tmp_path / "loop"
+    run_campaign_of_the_stand_in(campaign)
+    paid = solver.strikes
+
+    def refusal(*options: str) -> str:
+        words = ["close-the-loop", "demo", "--measured", str(record), "--doe", str(campaign), "--out", str(out)]
+        result = CliRunner().invoke(app, [*words, *options])
+        assert result.exit_code == 1, result.output
+        return result.stderr
+
+    assert "impact.speed is 91.1 there and 80.0 here (SI)" in refusal("--set", "impact.speed=80 m/s")
+    narrower = 'inversion.parameters."bird.material.viscosity".range=["0 Pa s", "900 Pa s"]'
+    said = refusal("--set", narrower)
+    assert "the campaign varied bird.material.viscosity 0 Pa s .. 1500 Pa s" in said
+    assert "the case seeks bird.material.viscosity 0 Pa s .. 900 Pa s" in said
+    assert "leave them out beside --doe" in refusal("--runs", "30")
+    with monkeypatch.context() as patch:
+        patch.setattr("birdstrike.doe.campaign.adoption.solver_for", lambda _: type("Other", (), {"version": "other"}))
+        assert "this is other: repeat birdstrike run-doe" in refusal()
+    curves = campaign / "curves.csv"
+    curves.write_text(curves.read_text().replace("1", "2", 1))
+    assert "has been edited since the campaign wrote it" in refusal()
+    (campaign / "summary.json").write_text('{"state": "running"}')
+    assert "it was stopped midway: run the same birdstrike run-doe again" in refusal()
+    assert solver.strikes == paid
+    assert not out.exists()

@@ -63,7 +63,7 @@ def test_a_wheel_puts_one_name_on_the_path_and_holds_every_file_once(installed: 
     top = {path.name for path in installed.iterdir() if not path.name.endswith(".dist-info")}
     assert top == {"birdstrike"}
     package = installed / "birdstrike"
-    assert {path.name for path in package.iterdir() if path.is_dir()} == {"cli", *PACKAGES}
+    assert {path.name for path in package.iterdir() if path.is_dir()} == {"cli", "questions", *PACKAGES}
     for name in PACKAGES:
         assert carried(package / name) == carried(ROOT / name)
 

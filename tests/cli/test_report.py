@@ -40,7 +40,8 @@ def test_five_findings_and_the_path_are_the_last_lines(folder: Path) -> None:
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     assert [line[:2] for line in lines[-6:-1]] == ["1.", "2.", "3.", "4.", "5."]
-    assert lines[-1] == f"Written to {folder / 'report.html'}. Next: open it in a browser."
+    cards = f"the cards: birdstrike export {folder}"
+    assert lines[-1] == f"Written to {folder / 'report.html'}. Next: open it in a browser; {cards}."
     assert (folder / "report.html").stat().st_size > 100_000
     assert len(list((folder / "models" / "runs").glob("*.h5"))) == 4
 
@@ -139,13 +140,46 @@ def test_a_damaged_run_is_passed_over_in_one_plain_line_and_not_touched(folder: 
     assert damaged.read_bytes() == b"scrambled"
 
 
-def test_a_missing_copy_of_the_case_is_named(folder: Path, tmp_path: Path) -> None:
+def test_without_a_copy_of_the_case_the_inversion_is_shown_and_the_copy_named(folder: Path, tmp_path: Path) -> None:
     copy = tmp_path / "loop"
     shutil.copytree(folder, copy)
     (copy / "doe" / "case.toml").unlink()
     result = invoke(str(copy))
-    assert result.exit_code == 1
-    assert f"no case.toml in {copy / 'doe'}; make it with: birdstrike run-doe CASE" in result.stderr
+    assert result.exit_code == 0, result.output
+    assert f"no case.toml in {copy / 'doe'}; make it with: birdstrike run-doe CASE" in result.stdout
+    assert "Verified: the simulation at the" in result.stdout
+
+
+def test_each_folder_by_itself_gets_a_page_that_names_what_is_missing(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "doe", tmp_path / "my campaign")
+    campaign = invoke(str(tmp_path / "my campaign"))
+    assert campaign.exit_code == 0, campaign.output
+    assert "1. Campaign: 12 simulations of case demo, uniform design." in campaign.stdout
+    assert f"birdstrike train-and-invert '{tmp_path / 'my campaign'}' --measured" in campaign.stdout
+    page = (tmp_path / "my campaign" / "report.html").read_text(encoding="utf-8")
+    for words in ("What is missing", "Test set-up", "All 12 simulations: displacement centre", "no inversion.json"):
+        assert words in page, words
+    shutil.copytree(folder / "inversion", tmp_path / "elsewhere" / "inversion")
+    alone = invoke(str(tmp_path / "elsewhere" / "inversion"))
+    assert alone.exit_code == 0, alone.output
+    assert "no campaign of the same case beside" in alone.stdout
+    page = (tmp_path / "elsewhere" / "inversion" / "report.html").read_text(encoding="utf-8")
+    for words in ("Inverted parameters", "The record (measured) and the verification", "Identified by the"):
+        assert words in page, words
+
+
+def test_an_inversion_finds_its_campaign_beside_it_or_takes_the_one_that_is_named(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "doe", tmp_path / "campaign")
+    shutil.copytree(folder / "inversion", tmp_path / "inversion")
+    found = invoke(str(tmp_path / "inversion"), "--no-models")
+    assert found.exit_code == 0, found.output
+    assert "4. Prior predictive" in found.stdout
+    shutil.move(tmp_path / "campaign", tmp_path / "far" / "campaign")
+    named = invoke(str(tmp_path / "inversion"), "--no-models", "--doe", str(tmp_path / "far" / "campaign"))
+    assert "4. Prior predictive" in named.stdout
+    wrong = invoke(str(tmp_path / "inversion"), "--diagnosis", str(tmp_path / "far"))
+    assert wrong.exit_code == 1
+    assert f"no diagnosis in {tmp_path / 'far'}: it lacks diagnosis.json, diagnosis.csv" in wrong.stderr
 
 
 def test_help_has_an_example() -> None:

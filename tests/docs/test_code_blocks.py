@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.solver.case.case import load_case
-from tests.docs.pages import PAGES, SHOWN, Block, blocks
+from tests.docs.pages import PAGES, ROOT, SHOWN, Block, blocks
 
 GROUP: click.Group = typer.main.get_command(app)  # pyright: ignore[reportAssignmentType] (typer's own group is click's)
 ELSEWHERE = ("make", ".", "python", "pip", "cd")
@@ -81,3 +82,26 @@ def test_the_pages_hold_blocks_of_every_kind() -> None:
 def fences_of_sphinx() -> int:
     """Ends and beginnings of directives, ```{name}, which the build itself checks."""
     return 2 * sum(page.read_text(encoding="utf-8").count("\n```{") for page in PAGES)
+
+
+def test_docs_run_executes_blocks_as_they_stand_and_says_which_failed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The script of `make docs-run` on two pages: a pipe, a slow block and Python run; a wrong command is named."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    script = importlib.import_module("run_commands")
+    right, wrong = tmp_path / "right.md", tmp_path / "wrong.md"
+    right.write_text(
+        '```text title="a.txt"\nhello\n```\n\n<!-- slow -->\n```bash\ncat a.txt | tr a-z A-Z > b.txt\n```\n\n'
+        '```python\nassert open("b.txt").read() == "HELLO\\n"\n```\n\n    birdstrike diagnose CASE --measured my.csv\n'
+    )
+    wrong.write_text("```bash\nbirdstrike no-such-command\n```\n")
+    monkeypatch.setattr(script, "PAGES", (right, wrong))
+    assert script.main([]) == 1
+    said = capsys.readouterr().out
+    assert "right.md, line 6: ran" in said
+    assert "wrong.md, line 1: FAILED" in said
+    assert "1 indented lines are shown" in said
+    assert "1 blocks failed: wrong.md, line 1" in said
+    monkeypatch.setattr(script, "PAGES", (right,))
+    assert script.main([]) == 0

@@ -215,6 +215,16 @@ def test_overrides_read_text_numbers_lists_and_quoted_keys() -> None:
         load_case("reference_strike", {"plate thickness": "8 mm"})
 
 
+def test_a_shorter_simulation_drops_the_snapshots_that_lie_after_its_end(tmp_path: Path) -> None:
+    """Of the case that is shortened; snapshots named beside the new end stay an error."""
+    assert load_case("demo", {"time.end": "1.2 ms"}).time.snapshots == (0.5e-3, 1e-3)
+    short = tmp_path / "short.toml"
+    short.write_text('extends = "demo"\n[time]\nend = "0.4 ms"\n')
+    assert load_case(short).time.snapshots == ()
+    with pytest.raises(CaseError, match=r"is after time\.end"):
+        load_case("demo", {"time.end": "1.2 ms", "time.snapshots": '["2 ms"]'})
+
+
 def test_overrides_are_numbers_and_lists_too() -> None:
     given = {"bird.particles": np.int64(300), "plate.elements": (25, 20), "bird.material.eos.S1": 2, "effects": {}}
     assert raised(lambda: load_case("reference_strike", given)) is None

@@ -1,0 +1,455 @@
+"""The questions about a shot, in order: record, plate, bird, impact, clock, what is sought, effort."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.errors import MeasuredError, UnitError, UserError
+from birdstrike.data.import_curve import ImportOptions, import_record, read_export
+from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.units import ACCEPTED, si_unit
+from birdstrike.questions.answers import Answers, Key, Question
+from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_limits, of_pair, of_range, yes_or_no
+from birdstrike.questions.clock import duration
+from birdstrike.solver.bird.shape import SHAPES
+from birdstrike.solver.fields import Between
+from birdstrike.solver.plate.boundary import NAMED
+from birdstrike.solver.sensors.registry import SENSORS
+from birdstrike.solver.sensors.sensor import PLACE
+from birdstrike.solver.sensors.strain import DIRECTION
+
+LEAVE = "leave"
+KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}
+"""SI unit of a column -> what it most likely is."""
+
+UNIT_OF_KIND = {
+    "displacement": "mm",
+    "strain": "um/m",
+    "contact_force": "kN",
+    "reaction_force": "kN",
+    "pressure": "MPa",
+}
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+LEVELS = {"quick": (600, 24), "standard": (1500, 36), "fine": (4500, 50)}
+"""Effort -> particles of the bird, shells along the plate's longer side."""
+
+FEWEST_SHELLS = 12
+LONGEST_S = 2.5e-3
+"""Of the response that is used by default [s]: each millisecond costs."""
+
+UNKNOWN = "unknown"
+VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
+Factor = Callable[[str], tuple[float, str, str]]
+"""A factor in words, such as "2.5 mm/V" -> number, the unit it gives, the unit it takes."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the record as a sensor. unit: "" where the head gives it; sensor: its table in the case."""
+
+    name: str
+    unit: str
+    scale: str
+    sensor: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Shot:
+    """All that was answered.
+
+    values: dotted case key -> what the case file says; columns: sensor -> column of the file; contact: time of first
+    contact on the record's clock, or "unknown"; sigma: its standard deviation, "" where both share a trigger; until:
+    how much of the response is used; time, time_unit, decimal: of an export, as `birdstrike import` takes them;
+    measured: whether the file is a measured-data CSV already.
+    """
+
+    record: Path
+    columns: Mapping[str, Column]
+    values: Mapping[str, Any]
+    contact: str
+    sigma: str
+    until: str
+    runs: int
+    diagnosis: bool
+    time: str = ""
+    time_unit: str = ""
+    decimal: str = ""
+    simulated: bool = False
+    measured: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the case and of the record, after the file."""
+        return name_of(self.record)
+
+
+def name_of(record: Path) -> str:
+    """Name of a shot after its measured file."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", record.stem).strip("_") or "shot"
+
+
+@dataclass
+class Interview:
+    """The questions to one source of answers; factor: reads what a column is multiplied by."""
+
+    answers: Answers
+    factor: Factor
+
+    def ask(self, key: Key, text: str, default: Any, check: Check, allowed: str = "") -> Any:
+        """One answer."""
+        return self.answers.ask(Question(key, text, default, check, allowed))
+
+    def quantity(self, key: str, text: str, default: Any) -> Any:
+        """A quantity of the case, asked under its own key."""
+        check, allowed = of_case(key)
+        return self.ask(tuple(key.split(".")), f"{text} ({allowed})", default, check, allowed)
+
+    def choice(self, key: Key, text: str, default: str, *choices: str) -> str:
+        """One of several words."""
+        check, allowed = of_choice(*choices)
+        return self.ask(key, f"{text} ({allowed})", default, check, allowed)
+
+    def shot(self) -> Shot:
+        """The whole interview; raises UserError."""
+        path = self.ask(
+            ("record", "file"), "Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout", None, _readable
+        )
+        record = Path(path)
+        simulated = self.ask(("record", "simulated"), "Is it simulated, not measured? (yes, no)", False, yes_or_no)
+        columns, clock, ready = self._columns(record)
+        values = {**self.plate(), **self.bird(), **self.impact()}
+        contact, sigma, until = self._clock(record, columns, clock, ready)
+        values |= self._sought() | self._effort(values)
+        check, allowed = of_count(5, 1000)
+        runs = self.ask(("effort", "runs"), f"Effort: simulations of the campaign ({allowed})", 25, check, allowed)
+        text = "Effort: look for an effect that the model lacks? (yes, no)"
+        return Shot(
+            record=record,
+            columns=columns,
+            values=values,
+            contact=contact,
+            sigma=sigma,
+            until=until,
+            runs=runs,
+            diagnosis=self.ask(("effort", "diagnosis"), text, True, yes_or_no),
+            simulated=simulated,
+            measured=ready,
+            **clock,
+        )  # fmt: skip
+
+    def _columns(self, record: Path) -> tuple[dict[str, Column], dict[str, str], bool]:
+        """Sensor -> column; the clock's column, unit and decimals; whether the file is a measured-data CSV already."""
+        try:
+            measured = read_measured(record)
+        except (MeasuredError, UnitError):
+            return *self._columns_of_export(record), False
+        found: dict[str, Column] = {}
+        for name, unit in measured.units.items():
+            self._column(found, name, name, unit, ready=True)
+        return _some(found, measured.channels), {}, True
+
+    def _columns_of_export(self, record: Path) -> tuple[dict[str, Column], dict[str, str]]:
+        """The same of an export, read as `birdstrike import` reads it."""
+        decimal = ""
+        try:
+            table = _table(record, "")
+        except MeasuredError as error:
+            if "--decimal" not in str(error):
+                raise
+            text = "Mark of decimals, which the file leaves open"
+            decimal = self.choice(("record", "decimal"), text, ".", ".", ",")
+            table = _table(record, decimal)
+        self.answers.rename("columns", {_text(table, i): name for i, name in enumerate(table.names)})
+        clock = self._time(table)
+        found: dict[str, Column] = {}
+        for i, name in enumerate(table.names):
+            if i != table.index(clock["time"]):
+                head = table.heads[i] if table.heads else None
+                unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
+                self._column(found, name, "", unit, foreign, downwards=_downwards(table, i))
+        return _some(found, table.names), {**clock, "decimal": decimal}
+
+    def _time(self, table: LooseTable) -> dict[str, str]:
+        """The clock's column and, where its head gives none, its unit."""
+        units = [_si(head.unit) for head in table.heads] or [None] * table.width
+        first = table.names[units.index("s") if "s" in units else 0]
+        name = self.ask(("record", "time"), "Column of the clock", first, _one_of(table.names), ", ".join(table.names))
+        if units[table.index(name)] == "s":
+            return {"time": name, "time_unit": ""}
+        check, allowed = of_choice("s", "ms", "us")
+        return {"time": name, "time_unit": self.ask(("record", "time_unit"), "Unit of the clock", "ms", check, allowed)}
+
+    def _column(
+        self,
+        found: dict[str, Column],
+        column: str,
+        name: str,
+        unit: str | None,
+        foreign: str = "",
+        *,
+        ready: bool = False,
+        downwards: bool = False,
+    ) -> None:
+        """What one column is, entered under the name of its sensor.
+
+        unit: SI, None where the head gives none; foreign: of another quantity, such as V; ready: it has its unit
+        and the name that it is to have already; downwards: its largest reading is negative.
+        """
+        place, shown = ("columns", column), f'Column "{column}"'
+        likely = "displacement" if unit is None and not found else KIND_OF_UNIT.get(unit or "-", LEAVE)
+        plain = column.lower().replace(" ", "_")
+        likely = next((kind for kind in SENSORS if plain.startswith(kind)), likely)
+        kind = self.choice((*place, "kind"), f"{shown}: what is it?", likely, *SENSORS, LEAVE)
+        if kind == LEAVE:
+            return
+        if not name:
+            own = "displacement_centre" if kind == "displacement" else kind
+            free = own if own not in found else f"{kind}_{sum(c.sensor['kind'] == kind for c in found.values()) + 1}"
+            name = self.ask((*place, "name"), f"{shown}: name of the sensor", free, _new_name(found))
+        given = "" if ready else self._unit(place, shown, kind, unit, foreign)
+        turned = downwards and kind == "displacement"
+        scale = "1" if ready else str(self._scale(place, shown, foreign, turned))
+        sensor: dict[str, Any] = {"kind": kind}
+        if "at" in SENSORS[kind].model_fields:
+            check = of_pair(of_range(PLACE)[0])
+            text = f"{shown}: place from the plate's centre, along length and width (such as 60 mm, 0 mm)"
+            sensor["at"] = self.ask((*place, "at"), text, ["0 mm", "0 mm"], check)
+        if kind == "strain":
+            check, allowed = of_range(DIRECTION)
+            text = f"{shown}: direction of the gauge, from the length towards the width"
+            sensor["direction"] = self.ask((*place, "direction"), text, "0 deg", check, allowed)
+            sensor["side"] = self.choice((*place, "side"), f"{shown}: side of the plate", "back", "back", "impact")
+        noise = self.ask(
+            (*place, "noise"), f"{shown}: noise, 1 sigma, if known (record: its own)", "record", _noise(kind)
+        )
+        found[name] = Column(column, given, scale, sensor | ({} if noise == "record" else {"noise": noise}))
+
+    def _unit(self, place: Key, shown: str, kind: str, unit: str | None, foreign: str) -> str:
+        """A unit where the head gives none; a factor such as 2.5 mm/V brings its own."""
+        if unit is not None or foreign:
+            return ""
+        wanted = KINDS_UNIT[kind]
+        text = f"{shown}: unit, which its head does not give ({ACCEPTED.get(wanted) or 'um/m, %, -'})"
+        return self.ask((*place, "unit"), text, UNIT_OF_KIND[kind], _unit_of(wanted))
+
+    def _scale(self, place: Key, shown: str, foreign: str, turned: bool) -> Any:
+        """What the column is multiplied by; a displacement whose largest reading is negative is turned round."""
+        what = f"it is in {foreign}: factor such as 2.5 mm/{foreign}" if foreign else "factor; -1 turns the curve round"
+        positive = "displacement is positive in the direction of the push"
+        return self.ask(
+            (*place, "scale"),
+            f"{shown}: {what} ({positive})",
+            None if foreign else (-1 if turned else 1),
+            self._factor_check,
+        )
+
+    def _factor_check(self, value: Any) -> Any:
+        try:
+            number, unit, _ = self.factor(str(value))
+        except UserError as error:
+            raise UserError([line.removeprefix(f"--scale {value} ") for line in error.errors]) from error
+        return value if unit else int(number) if number.is_integer() else number
+
+    def plate(self) -> dict[str, Any]:
+        """Size, edges and metal of the plate."""
+        return {
+            "plate.length": self.quantity("plate.length", "Plate: length, along the bird's flight", "525 mm"),
+            "plate.width": self.quantity("plate.width", "Plate: width", "430 mm"),
+            "plate.thickness": self.quantity("plate.thickness", "Plate: thickness", "10 mm"),
+            "plate.edges": self.choice(("plate", "edges"), "Plate: edges", "clamped", *NAMED),
+            "plate.material.young": self.quantity("plate.material.young", "Plate: Young's modulus", "71 GPa"),
+            "plate.material.poisson": self.quantity("plate.material.poisson", "Plate: Poisson's ratio", 0.3),
+            "plate.material.density": self.quantity("plate.material.density", "Plate: density", "2780 kg/m^3"),
+            "plate.material.yield_stress": self.quantity(
+                "plate.material.yield_stress", "Plate: yield stress", "690 MPa"
+            ),
+        }
+
+    def bird(self) -> dict[str, Any]:
+        """Shape, size and mass of the bird."""
+        shape = self.choice(("bird", "shape"), "Bird: shape", "hemispherical_cylinder", *SHAPES)
+        found = {
+            "bird.shape": shape,
+            "bird.diameter": self.quantity("bird.diameter", "Bird: diameter", "106 mm"),
+        }
+        if shape == "sphere":
+            found["bird.length"] = None
+        else:
+            found["bird.length"] = self.quantity("bird.length", "Bird: length overall, round ends included", "262 mm")
+        return found | {"bird.mass": self.quantity("bird.mass", "Bird: mass", "1.8 kg"), "bird.density": None}
+
+    def impact(self) -> dict[str, Any]:
+        """Speed, angle and aim."""
+        aim = self.choice(("impact", "aim"), "Impact: what meets the plate's centre", "axis", "axis", "first_touch")
+        text = "Impact: angle from the plate's SURFACE, 90 deg is head-on"
+        return {
+            "impact.speed": self.quantity("impact.speed", "Impact: speed", "91.1 m/s"),
+            "impact.angle": self.quantity("impact.angle", text, "30 deg"),
+            "impact.aim": aim,
+        }  # fmt: skip
+
+    def _clock(
+        self, record: Path, columns: Mapping[str, Column], clock: Mapping[str, str], ready: bool
+    ) -> tuple[str, str, str]:
+        """When the bird touches the plate on the record's clock, how well that is known, and how much is used."""
+        times = Between("-10000 ms", "10000 ms")
+        text = "Clock: time of first contact in the record, or unknown: then one simulation tells it"
+        contact = self.ask(("clock", "contact"), text, UNKNOWN, _or_unknown(of_range(times)[0]))
+        check, allowed = of_range(Between("0 ms", "10 ms"))
+        text = f"Clock: how well that is known, 1 sigma ({allowed}; 0 ms: exactly)"
+        sigma = self.ask(("clock", "sigma"), text, "0.05 ms", check, allowed)
+        length = min(LONGEST_S, duration(_record(record, columns, clock, ready)))
+        check, allowed = of_range(Between("0.05 ms", "100 ms"))
+        text = f"Clock: how long after first contact the record is used ({allowed})"
+        until = self.ask(("clock", "until"), text, f"{np.ceil(1e4 * length) / 10.0:.1f} ms", check, allowed)
+        return contact, "" if Between("0 ms", "10 ms").validate(sigma) == 0.0 else sigma, until
+
+    def _sought(self) -> dict[str, Any]:
+        """The ranges in which the bird's constants are sought."""
+        found = {}
+        for key, text, default in (
+            (VISCOSITY, "Sought: viscosity MU of the bird lies in", ["0 Pa s", "1500 Pa s"]),
+            (CUTOFF, "Sought: pressure cutoff PC of the bird lies in", ["-1.25 MPa", "-0.05 MPa"]),
+        ):
+            check, allowed = of_limits(key)
+            found[f'inversion.parameters."{key}".range'] = self.ask(
+                ("sought", key.rsplit(".", 1)[-1]), text, default, check, allowed
+            )
+        return found
+
+    def _effort(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The meshes of bird and plate."""
+        level = self.choice(("effort", "level"), "Effort: detail of the model", "standard", *LEVELS)
+        particles, shells = LEVELS[level]
+        check, allowed = of_count(50, 1_000_000)
+        text = "Effort: particles of the bird"
+        found: dict[str, Any] = {
+            "bird.particles": self.ask(("effort", "particles"), text, particles, check, allowed),
+        }
+        pair = of_pair(of_count(2, 400)[0])
+        text = "Effort: shells along length and width"
+        found["plate.elements"] = self.ask(("effort", "elements"), text, _elements(values, shells), pair, "2 .. 400")
+        return found
+
+
+KINDS_UNIT = {kind: unit for unit, kind in KIND_OF_UNIT.items()} | {"contact_force": "N"}
+
+
+def _elements(values: Mapping[str, Any], longer: int) -> list[int]:
+    """Shells along length and width: `longer` along the longer side, square where that leaves enough of them."""
+    mark = Between("1 mm", "100000 mm")
+    sides = [mark.si(values[key]) for key in ("plate.length", "plate.width")]
+    return [max(FEWEST_SHELLS, round(longer * side / max(sides))) for side in sides]
+
+
+def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str], ready: bool) -> Measured:
+    """The chosen columns as they stand in the file, in whatever unit: only their shape is looked at."""
+    if ready:
+        return read_measured(record).only(tuple(columns))
+    units = {name: column.unit or UNIT_OF_KIND[column.sensor["kind"]] for name, column in columns.items()}
+    heads = _table(record, clock.get("decimal", "")).heads
+    known = {head.name: head.unit for head in heads if head.unit} | {
+        head.text: head.unit for head in heads if head.unit
+    }
+    units = {name: unit for name, unit in units.items() if columns[name].name not in known}
+    units |= {"time": clock["time_unit"]} if clock["time_unit"] else {}
+    foreign = {head.name: head.foreign for head in heads if head.foreign}
+    per = {name: foreign[column.name] for name, column in columns.items() if column.name in foreign}
+    units |= {name: UNIT_OF_KIND[columns[name].sensor["kind"]] for name in per}
+    sensors = {name: column.name for name, column in columns.items()}
+    options = ImportOptions(sensors, clock["time"], units, decimal=clock.get("decimal", ""), per=per)
+    return import_record(record, options)
+
+
+def _table(record: Path, decimal: str) -> LooseTable:
+    """The table in the file, as `birdstrike import` reads it."""
+    return read_export(record, ImportOptions({}, decimal=decimal))[0]
+
+
+def _some(found: dict[str, Column], names: Any) -> dict[str, Column]:
+    """Raises UserError where every column was left out."""
+    if not found:
+        raise UserError(f"every column was left out; at least one must be a sensor: {', '.join(names)}")
+    return found
+
+
+def _text(table: LooseTable, column: int) -> str:
+    """A column's head as it stands in the file, its unit included."""
+    return table.heads[column].text if table.heads else table.names[column]
+
+
+def _downwards(table: LooseTable, column: int) -> bool:
+    """Whether the reading that differs most from the first ones is below them."""
+    values = np.array([float(cells[column]) for _, cells in table.rows if cells[column]])
+    if not len(values):
+        return False
+    off = values - float(np.median(values[:5]))
+    return bool(off[int(np.argmax(np.abs(off)))] < 0.0)
+
+
+def _si(unit: str | None) -> str | None:
+    """SI unit of a column's head, None for none."""
+    try:
+        return None if unit is None else si_unit(unit)
+    except UnitError:
+        return None
+
+
+def _readable(value: Any) -> str:
+    path = Path(str(value)).expanduser()
+    if not path.is_file():
+        raise UserError("is no file here; give its path")
+    try:
+        read_measured(path)
+    except UserError:
+        try:
+            _table(path, "")
+        except MeasuredError as error:
+            if "--decimal" not in str(error):
+                raise UserError([f"cannot be read: {line}" for line in error.errors]) from error
+    return str(path)
+
+
+def _one_of(names: tuple[str, ...]) -> Check:
+    def check(value: Any) -> str:
+        if value not in names:
+            raise UserError(f"is no column; its columns: {', '.join(names)}")
+        return value
+
+    return check
+
+
+def _new_name(found: Mapping[str, Column]) -> Check:
+    def check(value: Any) -> str:
+        if not NAME.fullmatch(str(value)) or str(value) in ("time", "run") or str(value).endswith("_sigma"):
+            raise UserError("cannot be a sensor's name; use letters, digits and _ (not time, run or ..._sigma)")
+        if value in found:
+            raise UserError(f'is the name of column "{found[value].name}" already')
+        return str(value)
+
+    return check
+
+
+def _noise(kind: str) -> Check:
+    number = of_range(SENSORS[kind].noise_range)[0]
+    return lambda value: value if value == "record" else number(value)
+
+
+def _unit_of(wanted: str) -> Check:
+    def check(value: Any) -> str:
+        if _si(str(value)) != wanted:
+            raise UserError(f"is no unit of this; accepted: {ACCEPTED.get(wanted) or 'um/m, microstrain, %, -'}")
+        return str(value)
+
+    return check
+
+
+def _or_unknown(check: Check) -> Check:
+    return lambda value: value if value == UNKNOWN else check(value)

@@ -1,0 +1,154 @@
+"""`birdstrike start`: a measured file and answers in, a commented case and a report out; a stand-in for the solver."""
+
+from __future__ import annotations
+
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from birdstrike.cli.app import app
+from birdstrike.cli.start import begin
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.questions.answers import Answers, read_answers
+from birdstrike.questions.clock import shift_to
+from birdstrike.reports.sections import summary
+from birdstrike.solver.case.case import load_case
+from tests.reports.synthetic import displacement, simulate, stand_in_for_models, strike
+
+LATE = 0.7e-3
+"""s: by this the logger's clock is ahead of the simulation's."""
+
+EFFORT = """
+[effort]
+particles = 300
+elements = [16, 12]
+runs = 6
+diagnosis = false
+"""
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a folder of its own, with the stand-in for every simulation and a page of one section."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("birdstrike.solver.simulate.simulate", simulate)
+    monkeypatch.setattr("birdstrike.doe.campaign.campaign.process_pool", ThreadPoolExecutor)
+    stand_in_for_models(monkeypatch)
+    monkeypatch.setattr("birdstrike.reports.page.page.SECTIONS", (summary.section,))
+    monkeypatch.setattr("birdstrike.reports.page.page.run_models", lambda results, _: results)
+
+
+@pytest.fixture
+def export(tmp_path: Path) -> Path:
+    """A logger's file: semicolons, decimal commas, the laser downwards, a second channel in volts."""
+    time = np.arange(-0.4e-3, 2.6e-3, 5e-6)
+    laser = -1e3 * displacement(time, 5.5e-3, 2.38e-3) + np.random.default_rng(3).normal(0.0, 0.02, len(time))
+    rows = (f"{1e3 * (t + LATE):.3f};{w:.4f};0,1".replace(".", ",") for t, w in zip(time, laser, strict=True))
+    path = tmp_path / "Shot 7.csv"
+    path.write_text("\n".join(["Zeit [ms];Disp Z (mm);CH2 [V]", *rows]) + "\n")
+    return path
+
+
+def answered(export: Path, more: str = "") -> Path:
+    """A file of answers: what has no default, and a coarse model."""
+    path = export.with_name("a.toml")
+    path.write_text(f'[record]\nfile = "{export.name}"\n[columns."CH2 [V]"]\nkind = "leave"\n{EFFORT}{more}')
+    return path
+
+
+def invoke(*arguments: str | Path, typed: str | None = None) -> Result:
+    return CliRunner().invoke(app, ["start", *map(str, arguments)], input=typed, env={"COLUMNS": "200"})
+
+
+def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
+    found = invoke("--answers", answered(export, '[plate]\nthickness = "9.5 mm"\n'), "--workers", "1")
+    assert found.exit_code == 0, found.output
+    out, said = Path("Shot_7"), found.stdout
+    case = load_case(out / "Shot_7.toml")
+    assert (case.plate.thickness, case.bird.particles, case.plate.elements) == (9.5e-3, 300, (16, 12))
+    text = (out / "Shot_7.toml").read_text()
+    assert 'thickness = "9.5 mm"' in text
+    assert '# column "Disp Z" of Shot 7.csv' in text
+    assert "# from the plate's SURFACE: 90 deg is head-on" in text
+    record = read_measured(out / "Shot_7.csv")
+    assert record.channels["displacement_centre"].max() == pytest.approx(5.5e-3, rel=0.02), "turned round by itself"
+    assert float(record.time[0]) == pytest.approx(-0.4e-3, abs=0.05e-3), "its clock laid over the simulation's"
+    assert said.index("What it will cost") < said.index("Campaign: 6 runs") < said.index("What was found")
+    assert "   6 x " in said
+    assert "viscosity MU" in said[said.index("What was found") :]
+    assert len(said[said.index("What was found") :].splitlines()) <= 24
+    assert (out / "loop" / "report.html").is_file()
+    assert (out / "setup.png").stat().st_size > 10_000
+    assert tomllib.loads((out / "answers.toml").read_text())["plate"]["thickness"] == "9.5 mm"
+    again = invoke("--answers", out / "answers.toml", "--workers", "1")
+    assert "Nothing was due" not in again.output
+    assert again.exit_code == 0, again.output
+    assert again.stdout.count(": still valid") == 3, "campaign, inversion and report of the first call"
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        ('[plate]\nthickness = "2 m"\n', 'plate.thickness = "2 m" is outside 0.1 mm .. 50 mm'),
+        ("[plate]\nthickness = 8\n", 'plate.thickness = 8 has no unit; write "8 mm"'),
+        ('[bird]\nshape = "duck"\n', 'bird.shape = "duck" is none of hemispherical_cylinder, cylinder'),
+        ('[bird]\nlength = "90 mm"\n', "bird.length = 90 mm is less than the diameter"),
+        ('[columns."Disp Z (mm)"]\nat = ["400 mm", "0 mm"]\n', '"400 mm" is off the plate'),
+        ('[columns."Disp Z"]\nscale = 0\n', 'columns."Disp Z".scale = 0 leaves nothing of the curve'),
+        ('[plate]\nlenght = "1 m"\n', "plate.lenght is no question about this record; did you mean plate.length?"),
+        ('[sought]\nviscosity = ["9 Pa s", "1 Pa s"]\n', 'sought.viscosity = ["9 Pa s", "1 Pa s"] must rise'),
+        ('[clock]\nsigma = "now"\n', 'clock.sigma = "now"'),
+    ],
+)
+def test_an_answer_that_cannot_be_is_an_error_that_names_its_key(export: Path, more: str, named: str) -> None:
+    found = invoke("--answers", answered(export, more))
+    assert found.exit_code == 1, found.output
+    assert named in found.stderr
+    assert not Path("Shot_7/loop").exists()
+
+
+def test_an_answer_that_is_due_is_named(export: Path) -> None:
+    path = answered(export)
+    path.write_text(path.read_text().replace('kind = "leave"', 'kind = "displacement"'))
+    found = invoke("--answers", path)
+    assert found.exit_code == 1
+    assert 'columns.CH2.scale is missing: Column "CH2": it is in V: factor such as 2.5 mm/V' in found.stderr
+
+
+def test_a_bad_answer_is_asked_again_with_its_range_and_what_was_answered_is_kept(export: Path) -> None:
+    """The first call is left midway; the second asks only what the first has not been told."""
+    first = invoke(export, typed="no\n" + 7 * "\n" + "9\n0.6 m\n")  # ends while the plate is asked about
+    assert first.exit_code == 1
+    assert "has no unit" in first.output
+    assert "(allowed: 20 mm .. 5000 mm)" in first.output
+    kept = tomllib.loads(Path("Shot_7/answers.toml").read_text())
+    assert kept["plate"] == {"length": "0.6 m"}
+    assert kept["columns"]["Disp Z"]["scale"] == -1, "the default for a curve that points downwards"
+    second = invoke(export, typed="\n")
+    assert "Answers of Shot_7/answers.toml are taken" in second.stdout
+    assert "Plate: length" not in second.stdout
+    assert "Plate: width" in second.stdout
+
+
+def test_no_to_the_last_question_computes_nothing(export: Path) -> None:
+    begin(Answers(read_answers(answered(export))), None, print)
+    found = invoke(export, typed="no\n")
+    assert found.exit_code == 1
+    assert "Is that your set-up" in found.stdout
+    assert "What it will cost" in found.stdout
+    assert "change Shot_7/answers.toml and run birdstrike start again" in found.stderr
+    assert not Path("Shot_7/loop").exists()
+
+
+def test_the_records_clock_is_laid_over_the_simulations() -> None:
+    """A noisy record of the simulation itself, 0.7 ms late, is moved back to within a few samples."""
+    run = strike()
+    time = np.arange(-0.4e-3, 2.5e-3, 5e-6)
+    seen = run.at("displacement_centre", np.clip(time, 0.0, None))
+    noisy = 1.3 * seen + np.random.default_rng(0).normal(0.0, 3e-5, len(time))
+    late = Measured(time + LATE, {"displacement_centre": noisy}, {}, {"displacement_centre": "m"})
+    assert shift_to(run, late, 2.5e-3) == pytest.approx(-LATE, abs=1.5e-5)
