@@ -15,7 +15,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
-from birdstrike.inversion.diagnosis.ranking import Problem, Ranking
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.simulations import Strikes
@@ -27,7 +27,7 @@ FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
-WITHIN = 12.0  # nats of the best single
+WITHIN = 12.0  # nats of the best single, at least
 NEAR = 0.2  # of a magnitude: within it of one that was simulated there is nothing to learn
 
 
@@ -86,7 +86,8 @@ def _labels(ranking: Ranking) -> list[str]:
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
-    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - WITHIN]
+    near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
+    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - near]
     found: list[str] = []
     for label in [*named, *order]:
         if singles[label].response and all(singles[label].name != singles[other].name for other in found):
