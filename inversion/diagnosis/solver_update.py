@@ -24,6 +24,7 @@ from birdstrike.solver.case.case import Case
 MOST = 3  # effects brought up to date
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
+BENT = 0.9  # of a linear response
 REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
@@ -64,6 +65,19 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
     return _with_responses(problem, first.setup, responses)
 
 
+def _farther(response: Response, h: float) -> float:
+    """A much larger magnitude, in plausible sizes, where a fit is at the limit or beyond a response that bends; else 0.
+
+    A support's response tends to that of a free edge: nearby simulations would follow it in small steps.
+    """
+    last = max(response.simulated, default=0.0)
+    if h >= 0.97 * response.limits[1]:
+        return FARTHER * max(last, response.knots[-1][0])
+    if last and h > response.h(last) and response.h(last) < BENT * last:
+        return FARTHER * last
+    return 0.0
+
+
 def _known(one: Wanted) -> bool:
     """Whether the effect was simulated by itself at nearly this magnitude."""
     response = one.suspect.response
@@ -102,8 +116,8 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
     b = one.response.b(h)
-    if h >= 0.97 * one.limits[1] and one.one_sided:
-        b = FARTHER * one.response.knots[-1][0]
+    if one.one_sided:
+        b = _farther(one.response, h) or b
     b = float(np.sign(b or 1.0) * max(abs(b), LEAST_SIZE))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
