@@ -95,7 +95,8 @@ class Problem:
         return Places(z, h)
 
 
-MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back (all were linearised alike)
+MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
+ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
 PAIRS_TRIED = 30  # by a bound without the doubt of signatures
 NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
@@ -192,12 +193,17 @@ def _refit_best(
     order = sorted(singles, key=lambda label: -score[label])
     for label in order[:most]:
         found = max(score.values())
-        if score[label] < found - MATTERS:
+        if score[label] < found - within(found, evidence[NONE].log_evidence):
             break
         refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
         fits[label] = refitted
         evidence[label] = refitted.evidence
         score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+
+
+def within(best: float, none: float) -> float:
+    """Nats below the best model within which another one may still turn out to be better."""
+    return max(MATTERS, ASTRAY * (best - none))
 
 
 def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:

@@ -15,7 +15,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
-from birdstrike.inversion.diagnosis.ranking import Problem, Ranking
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.simulations import Strikes
@@ -24,10 +24,11 @@ from birdstrike.solver.case.case import Case
 MOST = 3  # effects brought up to date
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
+BENT = 0.9  # of a linear response
 REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
-WITHIN = 12.0  # nats of the best single
+WITHIN = 12.0  # nats of the best single, at least
 NEAR = 0.2  # of a magnitude: within it of one that was simulated there is nothing to learn
 
 
@@ -64,6 +65,19 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
     return _with_responses(problem, first.setup, responses)
 
 
+def _farther(response: Response, h: float) -> float:
+    """A much larger magnitude, in plausible sizes, where a fit is at the limit or beyond a response that bends; else 0.
+
+    A support's response tends to that of a free edge: nearby simulations would follow it in small steps.
+    """
+    last = max(response.simulated, default=0.0)
+    if h >= 0.97 * response.limits[1]:
+        return FARTHER * max(last, response.knots[-1][0])
+    if last and h > response.h(last) and response.h(last) < BENT * last:
+        return FARTHER * last
+    return 0.0
+
+
 def _known(one: Wanted) -> bool:
     """Whether the effect was simulated by itself at nearly this magnitude."""
     response = one.suspect.response
@@ -86,7 +100,8 @@ def _labels(ranking: Ranking) -> list[str]:
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
-    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - WITHIN]
+    near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
+    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - near]
     found: list[str] = []
     for label in [*named, *order]:
         if singles[label].response and all(singles[label].name != singles[other].name for other in found):
@@ -101,8 +116,8 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
     b = one.response.b(h)
-    if h >= 0.97 * one.limits[1] and one.one_sided:
-        b = FARTHER * one.response.knots[-1][0]
+    if one.one_sided:
+        b = _farther(one.response, h) or b
     b = float(np.sign(b or 1.0) * max(abs(b), LEAST_SIZE))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
