@@ -105,7 +105,7 @@ class Plan:
         return {f"fine {i}": self.at(self.fine, i) for i in self.fine_points()}
 
     def on_lattice(self, case: Case, number: int) -> Case:
-        """A case on a lattice of its own, so that the mean of several has none; another program's bird stays its own."""
+        """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird."""
         if case.solver.name == "external":
             return case
         return case.overlaid({"bird": {"jitter": JITTER, "seed": number}})
