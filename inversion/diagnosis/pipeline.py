@@ -174,7 +174,7 @@ class Pipeline:
             noise=noise_figures(shot, ranking),
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
-            baseline=self._baseline_figures(detectable),
+            baseline=self._baseline_figures(ranking, detectable),
             shots=tuple(self._shot_figures(ranking, one, chosen, runs) for one in self.shots),
             held_out=_side_by_side(held, chosen),
             case_after=None,
@@ -219,7 +219,7 @@ class Pipeline:
         case = shot.setup.plan.case.name
         return {"name": shot.name, "case": case, "before": vars(before), "after": vars(after) if after else None}
 
-    def _baseline_figures(self, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
+    def _baseline_figures(self, ranking: Ranking, detectable: Mapping[str, float | None]) -> dict[str, Any] | None:
         """What the baselines told, and by how much smaller they make what can be detected."""
         if not self.baselines.shots:
             return None
@@ -236,6 +236,7 @@ class Pipeline:
             "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
             "residual_rms": rms,
             "gain": gain(detectable, minimum_detectable(without)),
+            "same_bird": ranking.same_bird,
         }
 
     def _warnings(

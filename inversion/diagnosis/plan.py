@@ -103,13 +103,17 @@ class Plan:
         """The fine simulations."""
         return {f"fine {i}": self.at(self.fine, i) for i in self.fine_points()}
 
+    def on_lattice(self, case: Case, number: int) -> Case:
+        """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird."""
+        if case.solver.name == "external":
+            return case
+        return case.overlaid({"bird": {"jitter": JITTER, "seed": number}})
+
     def responses(self) -> dict[str, Case]:
         """The simulations with effects: both halves of each pair of the design at one point, on one lattice."""
         cases: dict[str, Case] = {}
         for pair, row in enumerate(self.signs):
-            base = self.at(self.response, self.pair_point(pair))
-            if base.solver.name != "external":
-                base = base.overlaid({"bird": {"jitter": JITTER, "seed": pair}})
+            base = self.on_lattice(self.at(self.response, self.pair_point(pair)), pair)
             for sign in (1, -1):
                 own = {k.name: magnitude(k, sign * s) * k.size for k, s in zip(self.known, row, strict=True)}
                 cases[f"pair {pair} {sign:+d}"] = base.with_effects(

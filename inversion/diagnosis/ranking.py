@@ -131,6 +131,14 @@ class Ranking:
         return found
 
     @property
+    def same_bird(self) -> float | None:
+        """Probability that the baselines' birds are of the shots' recipe; None without baselines."""
+        judge = self.fits[NONE].judge
+        same = {label: judge.same_bird(one.weights) for label, one in self.evidence.items()}
+        known = {label: own for label, own in same.items() if own is not None}
+        return sum(self.shares[label] * own for label, own in known.items()) if known else None
+
+    @property
     def families(self) -> dict[str, float]:
         """Probabilities by family."""
         return by_family(self.shares, tuple(self.models.values()))

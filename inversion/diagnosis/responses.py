@@ -24,6 +24,7 @@ taken.
 """
 LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
 DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
+BEYOND_CHANCE = 2.35  # ratio of variances: F of 10 instants that are independent, and 20, at 95 %
 VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
 
 
@@ -159,7 +160,7 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
 
     The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel; where the
-    two differ by more than these allow, the difference is the old one's error there (DerSimonian & Laird, Control.
+    two differ by more than chance allows, the difference is the old one's error there (DerSimonian & Laird, Control.
     Clin. Trials 7 (1986) 177).
     """
     change, count = changes.mean(axis=0), len(changes)
@@ -173,7 +174,7 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
     seen = _by_channel((left**2).sum(axis=0), channels)
     apart = _by_channel((change / h - old) ** 2, channels)
-    learnt = np.maximum(learnt, apart - seen)
+    learnt = np.where(apart > BEYOND_CHANCE * (learnt + seen), apart - seen, learnt)
     weight = learnt / (learnt + seen)
     spread = np.zeros((k + 1, k + 1, channels))
     spread[0, 0] = 1.0

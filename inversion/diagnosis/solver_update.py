@@ -25,7 +25,7 @@ MOST = 3  # effects brought up to date
 LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
-REPLICATES = 3  # pairs of runs, a fiftieth of a range apart: their scatter is independent
+REPLICATES = 3  # pairs of runs, a fiftieth of a range apart, each on a lattice of its own: their scatter is independent
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single, at least
@@ -124,7 +124,8 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     cases: dict[str, Case] = {}
     for i in range(REPLICATES):
         z = np.clip(fit.places.z[group] + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
-        base = setup.plan.response.with_values(setup.plan.values(np.round(z, 3)))
+        plan = setup.plan
+        base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, 3))), len(plan.signs) + i)
         cases[f"{one.name} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})
     return Wanted(one, b, fit.places.z[group], cases)

@@ -198,7 +198,9 @@ def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
         if name in units
     )
     gain = f" With it, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
-    return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}"
+    same = base.get("same_bird")
+    bird = "" if same is None else f" Its bird is the shot's with probability {same:.2f}."
+    return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}{bird}"
 
 
 def _late(content: Mapping[str, Any], name: str) -> str:
