@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+
+Levels = NDArray[np.int64]
 
 
-@njit(cache=True)
-def _tables(n):
+def _tables(n: int) -> tuple[Array, Array]:
     """Factors of the discrepancy's products by level: pair[u, v] and single[u], levels at x = (2u + 1)/(2n).
 
     With z = |x - 1/2|: pair = 1 + z_u/2 + z_v/2 - |x_u - x_v|/2 and single = 1 + z_u/2 - z_u^2/2
@@ -18,23 +22,16 @@ def _tables(n):
     x = (2.0 * np.arange(n) + 1.0) / (2.0 * n)
     z = np.abs(x - 0.5)
     single = 1.0 + 0.5 * z - 0.5 * z * z
-    pair = np.empty((n, n))
-    for u in range(n):
-        for v in range(n):
-            pair[u, v] = 1.0 + 0.5 * z[u] + 0.5 * z[v] - 0.5 * abs(x[u] - x[v])
-    return pair, single
+    return 1.0 + 0.5 * z[:, None] + 0.5 * z - 0.5 * np.abs(x[:, None] - x), single
 
 
-@njit(cache=True)
-def _products(levels, pair, single):
-    """Products over the columns for every pair of runs, (n, n), and for every run, (n,)."""
-    n, k = levels.shape
+def _products(levels: Levels, pair: Array, single: Array) -> tuple[Array, Array]:
+    """Products over the rows of levels (k, n) for every pair of runs, (n, n), and for every run, (n,)."""
+    n = levels.shape[1]
     pairs, singles = np.ones((n, n)), np.ones(n)
-    for i in range(n):
-        for j in range(k):
-            singles[i] *= single[levels[i, j]]
-            for m in range(n):
-                pairs[i, m] *= pair[levels[i, j], levels[m, j]]
+    for row in levels:
+        singles *= single[row]
+        pairs *= pair[np.ix_(row, row)]
     return pairs, singles
 
 
@@ -69,20 +66,28 @@ def _exchange(pairs, singles, column, pair, single, a, b):
     column[a], column[b] = v, u
 
 
-@njit(cache=True)
-def anneal(levels, steps, reach, hot, cold, rng, best):
+def anneal(
+    levels: Levels, steps: int, reach: int, hot: float, cold: float, rng: np.random.Generator, best: Levels
+) -> None:
     """Metropolis walk over swaps within columns while the temperature falls from `hot` to `cold` (geometrically).
 
     levels: (k, n) int, each row a permutation of 0..n-1, changed in place. A swap exchanges two levels at most
     `reach` apart (round the end): small moves are accepted more often than arbitrary ones. hot, cold in units of the
-    squared discrepancy; rng: a numpy Generator. Writes the best design met into `best`, (k, n). Bounded by `steps`, not
-    by the clock.
+    squared discrepancy. Writes the best design met into `best`, (k, n). Bounded by `steps`, not by the clock.
     """
+    pair, single = _tables(levels.shape[1])
+    pairs, singles = _products(levels, pair, single)
+    holder = np.argsort(levels, axis=1)  # which run holds a level
+    _walk(levels, best, (pair, 1.0 / pair, single), (pairs, singles, holder), (steps, reach, hot, cold), rng)
+
+
+@njit(cache=True)
+def _walk(levels, best, tables, state, schedule, rng):
+    """The compiled walk; tables: pair, 1/pair, single; state: pairs, singles, holder, brought up to date."""
     k, n = levels.shape
-    pair, single = _tables(n)
-    inverse = 1.0 / pair
-    pairs, singles = _products(levels.T, pair, single)
-    holder = _holders(levels)
+    pair, inverse, single = tables
+    pairs, singles, holder = state
+    steps, reach, hot, cold = schedule
     current = lowest = 0.0  # relative to the start: only differences decide
     best[:] = levels
     temperature, cooling = hot, (cold / hot) ** (1.0 / steps)
@@ -101,13 +106,3 @@ def anneal(levels, steps, reach, hot, cold, rng, best):
             if current < lowest - 1e-15:
                 lowest = current
                 best[:] = levels
-
-
-@njit(cache=True)
-def _holders(levels):
-    """Which run holds a level: (k, n)."""
-    holder = np.empty_like(levels)
-    for j in range(levels.shape[0]):
-        for i in range(levels.shape[1]):
-            holder[j, levels[j, i]] = i
-    return holder

@@ -39,6 +39,17 @@ def uniform_design(runs: int, columns: int, seed: int, progress: Progress = lamb
         raise UserError(f"--runs = {runs} is outside 2 .. {LARGEST} for a uniform design; use --design sobol")
     if columns == 1 or runs == 2:  # one column has one design, up to the order; two runs have nothing to gain
         return centred(np.tile(np.arange(runs), (columns, 1)).T)
+    if (runs, columns, seed) not in _FOUND:
+        _FOUND[runs, columns, seed] = _best(runs, columns, seed, progress)
+    return centred(_FOUND[runs, columns, seed])
+
+
+_FOUND: dict[tuple[int, int, int], Levels] = {}
+"""Designs made in this process, by runs, columns and seed: an audit asks for the same one with every record."""
+
+
+def _best(runs: int, columns: int, seed: int, progress: Progress) -> Levels:
+    """The best of all annealings, (runs, columns)."""
     rng = np.random.default_rng(seed)
     starts = [_good_lattice(runs, columns)]
     starts += [np.stack([rng.permutation(runs) for _ in range(columns)], axis=1) for _ in range(STARTS - 1)]
@@ -46,7 +57,7 @@ def uniform_design(runs: int, columns: int, seed: int, progress: Progress = lamb
     for i, start in enumerate(starts):
         progress(i / STARTS)
         found.append(_annealed(start, rng))
-    return centred(min(found, key=discrepancy))
+    return min(found, key=discrepancy)
 
 
 def centred(levels: Levels) -> Array:

@@ -1,0 +1,39 @@
+"""How tests are shared between workers: files that share costly fixtures stay together, and the longest go first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+TOGETHER = ("tests/reports/page", "tests/reports/results", "tests/reports/sections", "tests/reports/comparison")
+"""Folders whose fixtures of a session would otherwise be made by every worker."""
+
+FIRST = (
+    "tests/reports",
+    "tests/inversion/diagnosis/test_end_to_end.py",
+    "tests/outside",
+    "tests/inversion/audit/test_audit.py",
+    "tests/test_laboratory_records.py",
+    "tests/cli",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first, so that no worker waits for another at the end."""
+    items.sort(key=lambda item: next((i for i, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Of `--dist loadscope`: a file stays with one worker, as do the folders in TOGETHER."""
+    if config.getoption("dist") != "loadscope":
+        return None
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFixtures(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return "reports" if nodeid.startswith(TOGETHER) else super()._split_scope(nodeid)
+
+    config.option.loadscopereorder = False
+    return ByFixtures(config, log)
