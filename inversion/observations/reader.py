@@ -365,12 +365,12 @@ def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ..
     places = jumps(times, values) if unit == "m" else np.zeros(0, dtype=np.intp)
     if not len(places):
         return ()
-    step, count = float(values[places[0] + 1] - values[places[0]]), len(places)
-    more = f" (and {count - 1} times more)" if count > 1 else ""
+    step, count = quantity(float(values[places[0] + 1] - values[places[0]]), unit, 2), len(places)
+    where = f"at {1e3 * times[places[0]]:.4g} ms" + (f" (and {count - 1} times more)" if count > 1 else "")
     text = (
-        f"{plain(name)} jumps by {quantity(step, unit, 2)} between neighbouring readings at {1e3 * times[places[0]]:.4g} ms{more}, "
-        "which a plate does not: an overflow of the converter, a loose cable, or two records in one? The fit takes it for "
-        "the plate's motion; look at the record there, and import only what is sound"
+        f"{plain(name)} jumps by {step} between neighbouring readings {where}, which a plate does not: an overflow of "
+        "the converter, a loose cable, or two records in one? The fit takes it for the plate's motion; look at the "
+        "record there, and import only what is sound"
     )
     return (text,)
 
