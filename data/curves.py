@@ -133,7 +133,7 @@ def _order_errors(time: Column) -> Iterable[str]:
     """Rows whose time does not increase, the first of them; a clock that mostly repeats has too few digits."""
     steps = np.diff(time.values)
     back = np.flatnonzero(steps <= 0.0) + 1
-    if len(back) > REPEATS * len(steps) and not (steps < 0.0).any():
+    if len(back) > max(MOST_LINES, REPEATS * len(steps)) and not (steps < 0.0).any():
         yield (
             f"line {time.lines[back[0]]}: the time {time.texts[back[0]]} stands twice, as in {len(back)} of the rows: "
             'the clock has too few digits; export it with more, or import the file with --rate "200 kHz", its rate of '

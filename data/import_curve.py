@@ -54,6 +54,8 @@ class ImportOptions:
 def import_record(path: str | Path, options: ImportOptions) -> Measured:
     """The curves as a record with its provenance, checked like any record; raises MeasuredError and UnitError."""
     _refuse_scales(options.scales)
+    if options.rate:
+        _interval(options.rate)
     table, nodout = read_export(path, options)
     if options.node is not None and not nodout:
         raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")

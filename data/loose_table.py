@@ -208,10 +208,15 @@ def _end(lines: Sequence[str], start: int) -> int:
 
 
 def _behind(body: Sequence[tuple[int, list[str]]], width: int) -> int:
-    """How many lines end the file that are no rows, such as a summary; 0 where they are too many for one."""
-    rows = (len(_numbers(cells, "") or ()) == width for _, cells in reversed(body))
+    """How many lines end the file that begin with a word, such as a summary; 0 where they are too many for one."""
+    rows = (len(cells) == width and not _begins_with_a_word(cells) for _, cells in reversed(body))
     count = next((i for i, is_row in enumerate(rows) if is_row), 0)
-    return count if count <= MOST_BEHIND else 0
+    words = all(_begins_with_a_word(cells) for _, cells in body[len(body) - count :])
+    return count if words and count <= MOST_BEHIND else 0
+
+
+def _begins_with_a_word(cells: Sequence[str]) -> bool:
+    return bool(cells) and _number(cells[0], "") is None
 
 
 def _with_clocks(table: LooseTable) -> LooseTable:

@@ -34,9 +34,9 @@ from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 
-CENTRE, STRAIN = "displacement_centre", "strain_back"
+CENTRE, QUARTER, STRAIN = "displacement_centre", "displacement_quarter", "strain_back"
 VISCOSITY, CUTOFF = "bird.material.viscosity", "bird.material.pressure_cutoff"
-STATED = {CENTRE: 2e-5, STRAIN: 2e-5}
+STATED = {CENTRE: 2e-5, QUARTER: 2e-5, STRAIN: 2e-5}
 TIME_OFFSET = 2e-5  # [s] 1 sigma of the case's trigger
 STEP = 5e-3  # [ms] of the logger
 END = 2.55  # [ms] of the record
@@ -59,10 +59,11 @@ class Bench:
 
 @dataclass
 class Signal:
-    """A record while it is made: clock [ms], displacement [mm], strain, and a source of noise."""
+    """A record while it is made: clock [ms], displacements [mm], strain, and a source of noise."""
 
     clock: Array
     displacement: Array
+    quarter: Array
     strain: Array
     rng: np.random.Generator
 
@@ -171,6 +172,77 @@ def two_channels(s: Signal) -> str:
     return "\n".join(["t [ms],laser [in],SG1 [µm/m]", *rows]) + "\n"
 
 
+def rows_of(s: Signal, values: Array, shown: str = "{:.3f},{:.5f}") -> list[str]:
+    """Clock and values in lines."""
+    return [shown.format(t, v) for t, v in zip(s.clock, values, strict=True)]
+
+
+def whole_export(s: Signal) -> str:
+    """Notes, units of volts and millimetres in a second row, a constant channel, a column of text, a summary behind."""
+    head = ["DAQ 3000", "Channels,4", "Date,12.03.2024", "Time,CH1,CH2,State", "[ms],[mm],[V],[]"]
+    rows = [f"{row},9.998,{'OK' if i % 7 else 'trig'}" for i, row in enumerate(rows_of(s, with_noise(0.02)(s)))]
+    return "\n".join([*head, *rows, "", "Maximum,5.3", "End of data"]) + "\n"
+
+
+def counted(s: Signal) -> str:
+    """The number of the sample in the clock's place, and the rate in the head."""
+    rows = (f"{i};{v:.4f}" for i, v in enumerate(with_noise(0.02)(s)))
+    return "\n".join(["Sampling rate: 200 kHz", "Sample;Laser [mm]", *rows]) + "\n"
+
+
+def readings(s: Signal) -> str:
+    """Readings alone."""
+    return "\n".join(["dt = 5 us", "Laser [mm]", *(f"{v:.4f}" for v in with_noise(0.02)(s))]) + "\n"
+
+
+def since_1970(s: Signal) -> str:
+    """Seconds of the computer's clock."""
+    rows = (f"{1.7e9 + 1e-3 * t:.6f},{v:.4f}" for t, v in zip(s.clock, with_noise(0.02)(s), strict=True))
+    return "\n".join(["timestamp [s],w [mm]", *rows]) + "\n"
+
+
+def exchanged(s: Signal) -> str:
+    """Two lasers, each under the other's name."""
+    rows = zip(s.clock, s.quarter + s.white(0.02), s.displacement + s.white(0.02), strict=True)
+    return "\n".join(["t [ms],centre [mm],quarter [mm]", *("{:.3f},{:.4f},{:.4f}".format(*row) for row in rows)]) + "\n"
+
+
+def constant_beside(s: Signal) -> str:
+    """A second channel that stands at its end throughout."""
+    return "\n".join(["t [ms],a [mm],b [mm]", *(f"{row},9.998" for row in rows_of(s, with_noise(0.02)(s)))]) + "\n"
+
+
+def saturated(s: Signal) -> Array:
+    """The sensor stands at three quarters of the peak; the digitiser's noise is on top."""
+    return np.minimum(s.displacement, 0.75 * s.displacement.max()) + s.white(0.02)
+
+
+def twelve_levels(s: Signal) -> Array:
+    return 0.5 * np.round(with_noise(0.02)(s) / 0.5)
+
+
+def lost_samples(s: Signal) -> Array:
+    """One reading in twenty is 0."""
+    return np.where(s.rng.random(len(s.clock)) < 0.05, 0.0, with_noise(0.02)(s))
+
+
+def wrapped(s: Signal) -> Array:
+    """A converter that begins anew at -4 mm beyond 4 mm."""
+    values = with_noise(0.02)(s)
+    return np.where(values > 4.0, values - 8.0, values)
+
+
+def resampled(s: Signal) -> str:
+    """Every eighth sample, and straight lines between them."""
+    coarse = np.interp(s.clock, s.clock[::8], with_noise(0.03)(s)[::8])
+    return "\n".join(["t [ms],w [mm]", *rows_of(s, coarse)]) + "\n"
+
+
+def with_blocks_missing(s: Signal) -> str:
+    rows = rows_of(s, with_noise(0.02)(s))
+    return "\n".join(["t [ms],w [mm]", *(row for i, row in enumerate(rows) if (i // 25) % 3)]) + "\n"
+
+
 def hum(s: Signal) -> Array:
     return 0.3 * np.sin(2e-3 * np.pi * 50.0 * s.clock + 0.7)
 
@@ -199,6 +271,25 @@ KINDS = (
     Kind("8-bit converter", plain(rounded), before=0.5),
     Kind("noise smoothed by an amplifier, pre-trigger", plain(filtered), before=2.0, word="correlated"),
     Kind("14 points off a plot", sparse),
+    Kind("units in a second row, a constant channel, text, a summary behind", whole_export, ("--sensor", f"{CENTRE}=CH1"), 0.5, word="columns of text"),
+    Kind("number of the sample, the rate in the head", counted, ("--sensor", CENTRE), word='--rate "200 kHz" (its head says "Sampling rate: 200 kHz")', answer=False),
+    Kind("the same with --rate", counted, ("--sensor", CENTRE, "--rate", "200 kHz")),
+    Kind("readings alone, with --rate", readings, ("--sensor", CENTRE, "--rate", "5 us")),
+    Kind("clock of two digits", plain(with_noise(0.02), shown="{:.2f},{:.5f}"), word="the clock has too few digits", answer=False),
+    Kind("the same with --rate", plain(with_noise(0.02), shown="{:.2f},{:.5f}"), ("--sensor", CENTRE, "--rate", "200 kHz"), 0.3),
+    Kind("seconds since 1970", since_1970, word="does it count from another instant", answer=False),
+    Kind("seconds under the name of milliseconds", plain(lambda s: with_noise(0.02)(s), shown="{:.3f}e-3,{:.5f}"), word="is its clock in another unit", answer=False),
+    Kind("two channels exchanged", exchanged, ("--sensor", f"{CENTRE}=centre", "--sensor", f"{QUARTER}=quarter"), 0.3, word="change places", answer=False),
+    Kind("a second channel that is constant", constant_beside, ("--sensor", f"{CENTRE}=a", "--sensor", f"{QUARTER}=b"), word="reads 9.998 mm everywhere", answer=False),
+    Kind("flat top with noise on it", plain(saturated), before=0.5, word="flat, but for their noise"),
+    Kind("12 levels of 0.5 mm", plain(twelve_levels), before=0.5, word="multiples of 0.5 mm"),
+    Kind("one sample in twenty lost", plain(lost_samples), before=0.3, word="are dropouts"),
+    Kind("converter that overflows at 4 mm", plain(wrapped), before=0.3, word="jumps by", answer=False),
+    Kind("resampled from 25 kHz to 200 kHz, no pre-trigger", resampled),
+    Kind("every third stretch of 25 rows missing", with_blocks_missing, before=0.3),
+    Kind("hum of 50 Hz, 0.3 mm, no pre-trigger", plain(with_noise(0.03, hum))),
+    Kind("stated by --sigma ten times too large", plain(with_noise(0.02)), ("--sensor", CENTRE, "--sigma", "0.2 mm"), 0.3),
+    Kind("stated by --sigma ten times too small", plain(with_noise(0.1)), ("--sensor", CENTRE, "--sigma", "0.01 mm"), 0.3, word="the noise stated"),
     Kind("laser in inches and strain in µm/m", two_channels, ("--sensor", f"{CENTRE}=laser", "--sensor", f"{STRAIN}=SG1")),
 )  # fmt: skip
 
@@ -258,8 +349,8 @@ def signal(run: Histories, kind: Kind, rng: np.random.Generator) -> Signal:
     """The run on the logger's clock; before the simulated record the plate is at rest."""
     clock = STEP * np.arange(-round(kind.before / STEP), round((END - kind.late) / STEP))
     at = np.clip(1e-3 * (clock + kind.late), run.time[0], run.time[-1])
-    strain = run.at(STRAIN, at) if STRAIN in run.channels else np.zeros(len(at))
-    return Signal(clock, 1e3 * run.at(CENTRE, at), strain, rng)
+    quarter, strain = (run.at(name, at) if name in run.channels else np.zeros(len(at)) for name in (QUARTER, STRAIN))
+    return Signal(clock, 1e3 * run.at(CENTRE, at), 1e3 * quarter, strain, rng)
 
 
 def inverted(bench: Bench, record: Path, seed: int) -> tuple[Mapping[str, Estimate], tuple[str, ...]]:

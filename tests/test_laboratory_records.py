@@ -25,6 +25,17 @@ QUICK = (
     "dead sensor: zeros",
     "cable broken at 1.7 ms",
     "volts, times of day, UTF-16",
+    "units in a second row, a constant channel, text, a summary behind",
+    "number of the sample, the rate in the head",
+    "readings alone, with --rate",
+    "clock of two digits",
+    "seconds since 1970",
+    "seconds under the name of milliseconds",
+    "a second channel that is constant",
+    "flat top with noise on it",
+    "12 levels of 0.5 mm",
+    "one sample in twenty lost",
+    "converter that overflows at 4 mm",
 )
 
 

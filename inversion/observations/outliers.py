@@ -21,9 +21,10 @@ LOST_SHARE = 0.8  # of the extreme
 FROZEN_RUN = 8  # equal readings in a row
 REPEATS = 0.05  # share of equal neighbours elsewhere, beyond which repeating is the digitiser's way
 BAND = 7.0  # standard deviations of the noise from a record's extreme: readings of a flat top keep within it
-FLAT_POINTS = 20
+FLAT_POINTS = 30
 FLAT_SHARE = 0.95  # of the readings between the first and the last in that band
-SAG = 2.0  # standard deviations by which the middle of a smooth peak in that band stands above its ends, at least
+CORE = 0.8  # of a flat top, without its ends
+SAG = 1.2  # standard deviations that a flat top bends in its core; a smooth peak bends by about 3
 LEAVES = 10.0  # standard deviations by which the record leaves a flat top on both sides
 DROPOUTS = 3  # readings of one value
 DROPOUT_RUN = 3  # such readings in a row, at most
@@ -109,11 +110,11 @@ def saturated(values: Array, sigma: float) -> NDArray[np.bool_]:
         length = last - first + 1
         if top < CLIPPED_SHARE * peak or length < FLAT_POINTS or len(inside) < FLAT_SHARE * length:
             continue
-        at = np.linspace(-1.0, 1.0, length)
-        sag = -float(np.polyfit(at, heights[first : last + 1], 2)[0])
-        room = length // 2
+        ends, room = round(0.5 * (1.0 - CORE) * length), length // 2
+        core = heights[first + ends : last + 1 - ends]
+        sag = -float(np.polyfit(np.linspace(-1.0, 1.0, len(core)), core, 2)[0])
         beside = [heights[max(first - room, 0) : first], heights[last + 1 : last + 1 + room]]
-        left = all(len(part) == room and top - part.min() > (BAND + LEAVES) * sigma for part in beside)
+        left = all(len(part) and top - part.min() > (BAND + LEAVES) * sigma for part in beside)
         marked[first : last + 1] |= left and sag < SAG * sigma
     return marked
 
@@ -123,7 +124,11 @@ def dropouts(values: Array) -> NDArray[np.bool_]:
     marked = np.zeros(len(values), dtype=bool)
     if len(values) < FEWEST:
         return marked
-    usual = max(DROPOUT_SHARE * float(np.abs(values).max()), DROPOUT_STEPS * float(np.median(np.abs(np.diff(values)))))
+    usual = max(
+        DROPOUT_SHARE * float(np.abs(values).max()),
+        DROPOUT_STEPS * float(np.median(np.abs(np.diff(values)))),
+        DROPOUT_RUN * digitiser_step(values),
+    )
     levels, counts = np.unique(values, return_counts=True)
     for level in levels[counts >= DROPOUTS]:
         lost = values == level

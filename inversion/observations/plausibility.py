@@ -126,6 +126,13 @@ def _finding(beside: _Beside) -> str:
             f"{plain(name)}: the record ends at {1e3 * last:.3g} ms, the runs at {1e3 * end:.3g} ms: is its clock in "
             "another unit, such as seconds that are called milliseconds? Import it again with the right --time-unit"
         )
+    if last > SHORT * end and peak < low / FAR:
+        return (
+            f"{plain(name)} reads at most {quantity(peak, channel.unit)} where the runs peak at {span}, and ends at "
+            f"{1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms: is its clock in another unit, such as milliseconds "
+            "that are called seconds, or the sensor dead? Import it again with the right --time-unit, or leave it out: "
+            "--channels"
+        )
     if allowed.max() < UNLIKE and -allowed.min() > ALIKE:
         return (
             f"{plain(name)} has the opposite sign of every run of the campaign (correlation {allowed.min():.2f}): "
@@ -139,12 +146,9 @@ def _finding(beside: _Beside) -> str:
             f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"
         )
     if peak < max(SILENT * noise, low / SILENT_SHARE) and peak < low / FAR:
-        clock = ""
-        if last > SHORT * end:
-            clock = f" Or is its clock in another unit: it ends at {1e3 * last:.4g} ms, the runs at {1e3 * end:.3g} ms?"
         return (
             f"{plain(name)} shows no response: it reads at most {quantity(peak, channel.unit)} where the runs peak at "
-            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels.{clock}"
+            f"{span}; a dead sensor, a wrong column or a wrong unit? Look at it, or leave it out: --channels"
         )
     best = int(np.argmin(beside.residual))
     held = float(beside.residual[beside.allowed].min())

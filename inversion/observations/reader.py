@@ -307,18 +307,18 @@ def _refuse_few(
         (OUTLIER, "outliers"),
     )
     lost = "".join(f", and {len(cuts[why])} more that are {word}," for why, word in others if len(cuts.get(why, ())))
-    raise MeasuredError(f"{where}{lost} and needs {fewest}; {_remedy(measured, expected, name, cuts)}")
+    raise MeasuredError(f"{where}{lost} and needs {fewest}; {_remedy(measured, name, cuts)}")
 
 
-def _remedy(measured: Measured, expected: Expected, name: str, cuts: Mapping[str, np.ndarray]) -> str:
+def _remedy(measured: Measured, name: str, cuts: Mapping[str, np.ndarray]) -> str:
     """What to do where hardly a point of a channel is left."""
     times, _ = measured.points(name)
     if len(cuts[OUTSIDE]) < len(times) // 2:
         return "look at the record, or leave the channel out: --channels"
     first, last = (f"{t:.10g} s" if abs(t) > 1.0 else f"{1e3 * t:.4g} ms" for t in (times[0], times[-1]))
     return (
-        f"its clock runs from {first} to {last}: is it in another unit (import it again with the right --time-unit), or "
-        f'does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)?'
+        f"its clock runs from {first} to {last}: is it in another unit (import it again with the right --time-unit), "
+        f'or does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)?'
     )
 
 
@@ -367,12 +367,12 @@ def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ..
     places = jumps(times, values) if unit == "m" else np.zeros(0, dtype=np.intp)
     if not len(places):
         return ()
-    step, count = float(values[places[0] + 1] - values[places[0]]), len(places)
-    more = f" (and {count - 1} times more)" if count > 1 else ""
+    step, count = quantity(float(values[places[0] + 1] - values[places[0]]), unit, 2), len(places)
+    where = f"at {1e3 * times[places[0]]:.4g} ms" + (f" (and {count - 1} times more)" if count > 1 else "")
     text = (
-        f"{plain(name)} jumps by {quantity(step, unit, 2)} between neighbouring readings at {1e3 * times[places[0]]:.4g} ms{more}, "
-        "which a plate does not: an overflow of the converter, a loose cable, or two records in one? The fit takes it for "
-        "the plate's motion; look at the record there, and import only what is sound"
+        f"{plain(name)} jumps by {step} between neighbouring readings {where}, which a plate does not: an overflow of "
+        "the converter, a loose cable, or two records in one? The fit takes it for the plate's motion; look at the "
+        "record there, and import only what is sound"
     )
     return (text,)
 

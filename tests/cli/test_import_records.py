@@ -137,3 +137,90 @@ def test_a_channel_that_is_left_out_need_not_be_a_sensor_of_the_case(tmp_path: P
     assert checked("reference_strike", record, (CENTRE,))[1] == record
     with pytest.raises(MeasuredError, match=f'--channels: .* has no channel "laser"; its channels: {CENTRE}, trigger'):
         checked("reference_strike", record, ("laser",))
+
+
+ROWS = [f"{1e3 * v:.4f}" for v in pulse(truth(0.5), 1e-3 * TIME)]
+
+
+def test_a_file_without_a_clock_comes_in_by_its_rate(tmp_path: Path) -> None:
+    """Samples that are counted, every second of them missing from row 100 on, and readings alone."""
+    counted, alone = tmp_path / "counted.csv", tmp_path / "alone.txt"
+    kept = [i for i in range(len(ROWS)) if i < 100 or i % 2]
+    head = "Abtastrate 200 kHz\nSample;w [mm]\n"
+    counted.write_text(head + "".join(f"{i};{ROWS[i]}\n" for i in kept))
+    alone.write_text("w [mm]\n" + "\n".join(ROWS) + "\n")
+    out = tmp_path / "o.csv"
+    refused = invoke(counted, "--sensor", CENTRE, "--out", out)
+    assert refused.exit_code == 1
+    assert '--rate "200 kHz" (its head says "Abtastrate 200 kHz")' in refused.output
+    assert '--rate "200 kHz"' in invoke(alone, "--sensor", CENTRE, "--out", out).output
+    for source, rate, expected in ((counted, "200 kHz", TIME[kept]), (alone, "5 us", TIME)):
+        found = invoke(source, "--sensor", CENTRE, "--rate", rate, "--shift", "-0.5 ms", "--out", out)
+        assert found.exit_code == 0, found.output
+        assert "The clock was made of the samples' number" in found.output
+        np.testing.assert_allclose(read_measured(out).time, 1e-3 * expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("rate", ["200", "3 mm", "0 Hz", "-1 kHz", "nan Hz"])
+def test_a_rate_that_is_none_is_refused(tmp_path: Path, rate: str) -> None:
+    found = invoke(export(tmp_path / "a.csv"), "--sensor", CENTRE, "--rate", rate, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 1
+    assert f"--rate {rate}" in found.output
+
+
+def test_a_clock_of_too_few_digits_is_made_anew_and_must_agree_with_the_rate(tmp_path: Path) -> None:
+    source, out = tmp_path / "a.csv", tmp_path / "o.csv"
+    source.write_text("t [ms],w [mm]\n" + "".join(f"{t:.2f},{v}\n" for t, v in zip(TIME, ROWS, strict=True)))
+    refused = invoke(source, "--sensor", f"{CENTRE}=w", "--out", out)
+    assert refused.exit_code == 1
+    assert refused.output.count("\n") <= 2
+    assert "the clock has too few digits" in refused.output
+    found = invoke(source, "--sensor", f"{CENTRE}=w", "--rate", "200 kHz", "--out", out)
+    assert found.exit_code == 0, found.output
+    np.testing.assert_allclose(read_measured(out).time, 1e-3 * TIME, atol=1e-12)
+    wrong = invoke(source, "--sensor", f"{CENTRE}=w", "--rate", "100 kHz", "--out", out)
+    assert wrong.exit_code == 1
+    assert "correct the rate" in wrong.output
+
+
+def test_units_of_anything_text_and_a_summary_behind_the_table_are_read_past(tmp_path: Path) -> None:
+    source, out = tmp_path / "a.csv", tmp_path / "o.csv"
+    rows = "".join(
+        f"{t:.3f};{v};9.99;{'OK' if i % 9 else ''}\n" for i, (t, v) in enumerate(zip(TIME, ROWS, strict=True))
+    )
+    head = "Device;7;8;9\nRange;10;20;30\nZeit;Weg;Reserve;Zustand\n[ms];[mm];[V];[]\n"
+    source.write_text(f"{head}{rows}\nMaximum;4.4;9.99;\nEnd of data\n")
+    found = invoke(source, "--sensor", f"{CENTRE}=Weg", "--out", out)
+    assert found.exit_code == 0, found.output
+    assert "columns of text were left out: Zustand" in found.output
+    assert "2 lines behind the table" in found.output
+    record = read_measured(out)
+    assert len(record.time) == len(TIME)
+    assert record.channels[CENTRE].max() == pytest.approx(4.4e-3, rel=0.02)
+
+
+def test_a_second_record_behind_the_first_is_no_summary(tmp_path: Path) -> None:
+    rows = "".join(f"{t:.3f},{v}\n" for t, v in zip(TIME, ROWS, strict=True))
+    source = tmp_path / "a.csv"
+    source.write_text(f"t [ms],w [mm]\n{rows}{rows}")
+    found = invoke(source, "--sensor", f"{CENTRE}=w", "--out", tmp_path / "o.csv")
+    assert found.exit_code == 1
+    assert f"line {len(TIME) + 2}: the time -0.500 does not increase" in found.output
+
+
+def test_a_clock_that_counts_from_1970_keeps_its_steps(tmp_path: Path) -> None:
+    """Shifted before it is rounded: 1.7e9 s has no room for a microsecond beside it in a double's 16 digits."""
+    source, out = tmp_path / "a.csv", tmp_path / "o.csv"
+    source.write_text(
+        "t [s],w [mm]\n" + "".join(f"17000000{30 + 1e-3 * t:.8f},{v}\n" for t, v in zip(TIME, ROWS, strict=True))
+    )
+    found = invoke(source, "--sensor", f"{CENTRE}=w", "--shift", "-1700000030 s", "--out", out)
+    assert found.exit_code == 0, found.output
+    np.testing.assert_allclose(read_measured(out).time, 1e-3 * TIME, atol=1e-11)
+
+
+def test_a_channel_that_is_constant_is_said_at_import(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text("t [ms],w [mm]\n" + "".join(f"{t:.3f},9.998\n" for t in TIME))
+    found = invoke(source, "--sensor", f"{CENTRE}=w", "--out", tmp_path / "o.csv")
+    assert f'look at the record: {source}: "{CENTRE}" reads 9.998 mm everywhere' in found.output.replace("\n", " ")

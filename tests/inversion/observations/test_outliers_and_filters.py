@@ -11,7 +11,7 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.observations.filters import filtered_dataset, filtered_record, zero_phase
 from birdstrike.inversion.observations.observations import observe
-from birdstrike.inversion.observations.outliers import clipped, outliers
+from birdstrike.inversion.observations.outliers import clipped, dropouts, jumps, outliers, saturated
 from tests.inversion.stand_in import CHANNEL, TIME, record, truth
 
 STEP = 5e-6
@@ -41,6 +41,47 @@ def test_table_of_twelve_points_is_taken_as_it_is() -> None:
     values = np.array([0.0, 1.0, 5.0, 5.0, 5.0, 5.0, 3.0, 1.0, 9.0, 0.0, 0.0, 0.0])
     assert not clipped(values).any()
     assert not outliers(np.arange(12.0), values, np.full(12, 1e-3)).any()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_flat_top_under_noise_is_found_and_a_smooth_peak_is_not(seed: int) -> None:
+    clock = np.arange(0.3e-3, 2.6e-3, STEP)
+    clean = record(truth(0.5), clock).channels[CHANNEL]
+    noise = 2e-5 * np.random.default_rng(seed).normal(size=len(clock))
+    assert not saturated(clean + noise, 2e-5).any()
+    for share in (0.5, 0.75, 0.95):
+        end = share * clean.max()
+        found = saturated(np.minimum(clean, end) + noise, 2e-5)
+        assert found[clean > end].mean() > 0.95
+        assert not found[clean < 0.9 * end].any()
+
+
+def test_lost_samples_are_found_and_a_coarse_converter_has_none() -> None:
+    clock = np.arange(0.3e-3, 2.6e-3, STEP)
+    values = record(truth(0.5), clock, noise=2e-5).channels[CHANNEL]
+    assert not dropouts(values).any()
+    assert not dropouts(5e-4 * np.round(values / 5e-4)).any()
+    lost = np.array([100, 101, 180, 300])
+    values[lost] = 0.0
+    np.testing.assert_array_equal(np.flatnonzero(dropouts(values)), lost)
+
+
+def test_a_converter_that_overflows_jumps() -> None:
+    clock = np.arange(0.3e-3, 2.6e-3, STEP)
+    values = record(truth(0.5), clock, noise=2e-5).channels[CHANNEL]
+    assert not len(jumps(clock, values))
+    beyond = values > 4e-3
+    edges = np.flatnonzero(np.diff(beyond.astype(int)))
+    np.testing.assert_array_equal(jumps(clock, np.where(beyond, values - 8e-3, values)), edges)
+
+
+def test_rounding_that_exceeds_the_noise_takes_its_place(dataset: Dataset) -> None:
+    measured = record(truth(0.5), np.arange(0.0, 2.6e-3, STEP), noise=2e-5)
+    coarse = replace(measured, channels={CHANNEL: 5e-4 * np.round(measured.channels[CHANNEL] / 5e-4)})
+    found = observe(coarse, dataset, {CHANNEL: 2e-5})
+    assert found.channels[0].noise[0] == pytest.approx(5e-4 / np.sqrt(12.0), rel=0.02)
+    assert found.channels[0].noise_source == "digitiser's step"
+    assert any("multiples of 0.5 mm" in text for text in found.warnings)
 
 
 @pytest.mark.parametrize("name", ["CFC600", "CFC1000"])

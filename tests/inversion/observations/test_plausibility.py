@@ -74,3 +74,26 @@ def test_a_turned_record_is_named_by_the_inversion_which_identifies_nothing(
     found = invert(dataset, shot(-1.0), forward, options, emulator=emulator).inversion
     assert any(f"--scale {CHANNEL}=-1" in text for text in found.warnings)
     assert not any(one.identified for one in found.methods["emulator"].parameters.values())
+
+
+def test_channels_that_were_exchanged_are_named(dataset: Dataset) -> None:
+    """A second laser, which moves by 0.6 of the first, under the other's name."""
+    second = replace(
+        dataset,
+        curves={CHANNEL: dataset.curves[CHANNEL], "second": 0.6 * dataset.curves[CHANNEL]},
+        channel_units=dict.fromkeys((CHANNEL, "second"), "m"),
+    )
+    first = shot().channels[CHANNEL]
+    stated = dict.fromkeys(second.curves, SIGMA)
+    for own, words in (({CHANNEL: first, "second": 0.6 * first}, 0), ({CHANNEL: 0.6 * first, "second": first}, 1)):
+        measured = Measured(CLOCK, own, {}, dict.fromkeys(own, "m"), path="shot.csv")
+        found = implausible(second, observe(measured, second, stated), 0.0)
+        assert sum("change places" in text for text in found) == words
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "the record ends at 0.00299 ms"), (1e3, "and ends at 2990 ms")])
+def test_a_clock_in_another_unit_is_named(dataset: Dataset, factor: float, words: str) -> None:
+    measured = replace(shot(), time=factor * CLOCK)
+    (text,) = said(measured, dataset)
+    assert "is its clock in another unit" in text
+    assert words in text
