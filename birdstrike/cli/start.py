@@ -318,9 +318,10 @@ def command(
         asked = _resumed(record, out)
         begun = begin(asked, asked.path.parent if asked.path else out, say)
         _announce(begun, workers, say)
+        say(f"Look at {begun.picture} before you go on.")
         if not typer.confirm("Is that your set-up, and shall it be computed?", default=True):
             raise UserError(f"nothing was computed; change {begun.out / ANSWERS} and run birdstrike start again")
-    closed = finish(begun, workers, stage_display, lambda line: say(f"  {line}" if line[:3] != "The" else line))
+    closed = finish(begun, workers, stage_display, say)
     for line in last_screen(closed, begun.loop):
         say(line)
     return closed

@@ -134,10 +134,16 @@ def test_a_bad_answer_is_asked_again_with_its_range_and_what_was_answered_is_kep
     assert "Plate: width" in second.stdout
 
 
-def test_no_to_the_last_question_computes_nothing(export: Path) -> None:
+def test_answers_that_do_not_go_together_are_asked_again_and_no_at_the_end_computes_nothing(export: Path) -> None:
     begin(Answers(read_answers(answered(export))), None, print)
-    found = invoke(export, typed="no\n")
+    answers = Path("Shot_7/answers.toml")
+    answers.write_text(answers.read_text().replace('length = "262 mm"', 'length = "90 mm"'))
+    found = invoke(export, typed="120 mm\nno\n")
     assert found.exit_code == 1
+    assert "bird.length = 90 mm is less than the diameter" in found.stderr
+    assert found.stdout.count("Bird: length overall") == 1
+    assert "Bird: diameter" not in found.stdout
+    assert load_case("Shot_7/Shot_7.toml").bird.length == pytest.approx(0.12)
     assert "Is that your set-up" in found.stdout
     assert "What it will cost" in found.stdout
     assert "change Shot_7/answers.toml and run birdstrike start again" in found.stderr
