@@ -65,7 +65,9 @@ def invoke(*arguments: str | Path, typed: str | None = None) -> Result:
 
 
 def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
-    found = invoke("--answers", answered(export, '[plate]\nthickness = "9.5 mm"\n'), "--workers", "1")
+    found = invoke(
+        "--answers", answered(export, '[plate]\nthickness = "9.5 mm"\n[clock]\nuntil = "2.2 ms"\n'), "--workers", "1"
+    )
     assert found.exit_code == 0, found.output
     out, said = Path("Shot_7"), found.stdout
     case = load_case(out / "Shot_7.toml")
@@ -77,6 +79,7 @@ def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
     record = read_measured(out / "Shot_7.csv")
     assert record.channels["displacement_centre"].max() == pytest.approx(5.5e-3, rel=0.02), "turned round by itself"
     assert float(record.time[0]) == pytest.approx(-0.4e-3, abs=0.05e-3), "its clock laid over the simulation's"
+    assert float(record.time[-1]) <= case.time.end - 0.19e-3, "the simulation outlasts what is used of the record"
     assert said.index("What it will cost") < said.index("Campaign: 6 runs") < said.index("What was found")
     assert "   6 x " in said
     assert "viscosity MU" in said[said.index("What was found") :]
