@@ -59,6 +59,11 @@ def main(folder: Path) -> None:
     around = environment(bin_folder)
     for command in COMMANDS:
         subprocess.run(command, shell=True, cwd=folder, env=around, check=True)
+    draw(folder)
+
+
+def draw(folder: Path) -> None:
+    """The pictures of what the folder holds."""
     PICTURES.mkdir(exist_ok=True)
     record = read_measured(folder / "shot_12.csv")
     draw_record(record, read_raw(record), PICTURES / "record.png")

@@ -208,6 +208,25 @@ def _import(begun: Begun, say: Callable[[str], None]) -> None:
         shift = shift_to(_simulated(begun, say), read_measured(begun.record), until)
         say(f"The response begins as the simulation's does when {1e3 * shift:+.3f} ms are added to the record's clock.")
     _imported(begun, shift)
+    _cut(begun)
+
+
+def _cut(begun: Begun) -> None:
+    """Leave out of the record what comes after the time that is to be used: the simulation must outlast the record."""
+    from dataclasses import replace
+
+    from birdstrike.data.curves import read_measured, write_measured
+    from birdstrike.data.units import to_si
+
+    record = read_measured(begun.record)
+    used = record.time <= begun.case.first_contact + to_si(begun.shot.until, "s")
+    if used.all():
+        return
+    channels = {name: values[used] for name, values in record.channels.items()}
+    sigma = {name: values[used] for name, values in record.sigma.items()}
+    note = f"The {int((~used).sum())} points later than {begun.shot.until} after first contact were left out."
+    kept = replace(record, time=record.time[used], channels=channels, sigma=sigma)
+    write_measured(begun.record, replace(kept, provenance=(*record.provenance, note)))
 
 
 def _imported(begun: Begun, shift: float) -> None:
@@ -318,9 +337,10 @@ def command(
         asked = _resumed(record, out)
         begun = begin(asked, asked.path.parent if asked.path else out, say)
         _announce(begun, workers, say)
+        say(f"Look at {begun.picture} before you go on.")
         if not typer.confirm("Is that your set-up, and shall it be computed?", default=True):
             raise UserError(f"nothing was computed; change {begun.out / ANSWERS} and run birdstrike start again")
-    closed = finish(begun, workers, stage_display, lambda line: say(f"  {line}" if line[:3] != "The" else line))
+    closed = finish(begun, workers, stage_display, say)
     for line in last_screen(closed, begun.loop):
         say(line)
     return closed

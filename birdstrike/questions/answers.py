@@ -80,14 +80,13 @@ class Answers:
             self.given = {**self.given, table: {names.get(name, name): value for name, value in held.items()}}
 
     def forget(self, *keys: Key) -> None:
-        """Answers that turned out not to go together are asked again."""
-        for key in keys:
-            self.accepted.pop(key, None)
+        """Answers that turned out not to go together are asked again; the others, typed ones too, are at hand."""
+        held = dict(_leaves(self.given)) | {key: value for key, (value, _) in self.accepted.items()}
         table: dict[str, Any] = {}
-        for key, value in _leaves(self.given):
+        for key, value in held.items():
             if key not in keys:
                 _put(table, key, value)
-        self.given = table
+        self.given, self.accepted = table, {}
 
     def never_asked(self) -> list[str]:
         """A line for each answer that belongs to no question of this interview."""

@@ -14,8 +14,8 @@ from birdstrike.questions.shot import Shot
 STANDOFF = "10 mm"
 """Flown before the first touch: the record's clock is moved so that both agree."""
 
-LATER_CONTACT = 1e-4
-"""[s] Added to the simulated time: what is used of the record ends a little before the simulation."""
+LATER = 2e-4
+"""[s] By which the simulation outlasts what is used of the record, so that the record's clock may be estimated."""
 
 _TABLE = re.compile(r"\[(?P<name>[^\]]+)\]\s*(#.*)?")
 _ENTRY = re.compile(r"(?P<key>[A-Za-z_]+) = (?P<value>.*?)(?P<comment>\s+#.*)?")
@@ -41,7 +41,7 @@ def case_text(shot: Shot) -> str:
 def _end(shot: Shot) -> str:
     """Contact and what is used of the response."""
     contact = to_si(STANDOFF, "m") / to_si(str(shot.values["impact.speed"]), "m/s")
-    return f"{1e3 * (contact + to_si(shot.until, 's') + LATER_CONTACT):.2f} ms"
+    return f"{1e3 * (contact + to_si(shot.until, 's') + LATER):.2f} ms"
 
 
 def with_values(text: str, values: Mapping[str, Any]) -> str:

@@ -65,7 +65,9 @@ def invoke(*arguments: str | Path, typed: str | None = None) -> Result:
 
 
 def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
-    found = invoke("--answers", answered(export, '[plate]\nthickness = "9.5 mm"\n'), "--workers", "1")
+    found = invoke(
+        "--answers", answered(export, '[plate]\nthickness = "9.5 mm"\n[clock]\nuntil = "2.2 ms"\n'), "--workers", "1"
+    )
     assert found.exit_code == 0, found.output
     out, said = Path("Shot_7"), found.stdout
     case = load_case(out / "Shot_7.toml")
@@ -77,6 +79,7 @@ def test_answers_lead_from_the_export_to_the_report(export: Path) -> None:
     record = read_measured(out / "Shot_7.csv")
     assert record.channels["displacement_centre"].max() == pytest.approx(5.5e-3, rel=0.02), "turned round by itself"
     assert float(record.time[0]) == pytest.approx(-0.4e-3, abs=0.05e-3), "its clock laid over the simulation's"
+    assert float(record.time[-1]) <= case.time.end - 0.19e-3, "the simulation outlasts what is used of the record"
     assert said.index("What it will cost") < said.index("Campaign: 6 runs") < said.index("What was found")
     assert "   6 x " in said
     assert "viscosity MU" in said[said.index("What was found") :]
@@ -134,10 +137,16 @@ def test_a_bad_answer_is_asked_again_with_its_range_and_what_was_answered_is_kep
     assert "Plate: width" in second.stdout
 
 
-def test_no_to_the_last_question_computes_nothing(export: Path) -> None:
+def test_answers_that_do_not_go_together_are_asked_again_and_no_at_the_end_computes_nothing(export: Path) -> None:
     begin(Answers(read_answers(answered(export))), None, print)
-    found = invoke(export, typed="no\n")
+    answers = Path("Shot_7/answers.toml")
+    answers.write_text(answers.read_text().replace('length = "262 mm"', 'length = "90 mm"'))
+    found = invoke(export, typed="120 mm\nno\n")
     assert found.exit_code == 1
+    assert "bird.length = 90 mm is less than the diameter" in found.stderr
+    assert found.stdout.count("Bird: length overall") == 1
+    assert "Bird: diameter" not in found.stdout
+    assert load_case("Shot_7/Shot_7.toml").bird.length == pytest.approx(0.12)
     assert "Is that your set-up" in found.stdout
     assert "What it will cost" in found.stdout
     assert "change Shot_7/answers.toml and run birdstrike start again" in found.stderr
