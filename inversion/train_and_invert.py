@@ -42,6 +42,7 @@ from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.settings import NUISANCE
+from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
 from birdstrike.surrogate.inverse_network import HIDDEN
 
@@ -157,6 +158,8 @@ def train_and_invert(
     _refuse_twice(shots)
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, progress)
+    if shots[0].case is not None:
+        copy_case(shots[0].case, folder)
     write(folder, outcome, dataset, record)
     return outcome.inversion
 
@@ -300,7 +303,7 @@ def _shot(
         noise={name: sensor.noise for name, sensor in base.sensors.items() if sensor.noise},
         time_offset=base.inversion.nuisance.get("time_offset", 0.0),
     )
-    return Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign)
+    return Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign, base)
 
 
 def _campaign(folders: list[Path], case: One | Case | None) -> tuple[Dataset, Case, Path]:

@@ -26,6 +26,7 @@ COMMANDS = (
     "diagnose",
     "audit",
     "report",
+    "explore",
     "export",
     "close-the-loop",
     "verify",

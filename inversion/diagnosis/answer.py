@@ -39,7 +39,7 @@ HEADS = {
     AMBIGUOUS: "Ambiguous",
     UNEXPLAINED: "Unexplained",
 }
-OWN_FILES = ("curves", "case")
+OWN_FILES = ("curves", "case", "model")
 MOST_NAMED = 3
 
 
@@ -104,7 +104,8 @@ class Diagnosis:
     """Everything that a diagnosis found; `sentence` is the one for a test report.
 
     alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; tolerances and
-    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of.
+    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
+    model: the emulators and fits as arrays, of which model.npz is the file.
     """
 
     alpha: float
@@ -135,6 +136,7 @@ class Diagnosis:
     sentence: str
     curves: Mapping[str, Any] = field(default_factory=dict)
     case: Case | None = None
+    model: Mapping[str, Any] = field(default_factory=dict)
     tolerances: tuple[Mapping[str, Any], ...] = ()
     unnamed: str | None = None
 

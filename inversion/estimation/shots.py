@@ -25,6 +25,7 @@ from birdstrike.inversion.estimation.nuisances import Columns
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import ShotFigures
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import fit_emulator
 
 SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
@@ -35,7 +36,8 @@ class Shot:
     """One record with the campaign and forward model of its case.
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
-    known_errors: those in words; campaign: folder of the runs, if they come from one.
+    known_errors: those in words; campaign: folder of the runs, if they come from one; case: that
+    they were run for.
     """
 
     dataset: Dataset
@@ -45,6 +47,7 @@ class Shot:
     columns: Columns | None = None
     known_errors: tuple[str, ...] = ()
     campaign: Path | None = None
+    case: Case | None = None
 
 
 @dataclass(frozen=True)
