@@ -42,7 +42,7 @@ function* simplex(cost, start, size, most) {
   for (let turn = 0; turn < most; turn += 1) {
     points.sort((a, b) => a[1] - b[1]);
     const worst = points[n], middle = start.map((_, j) => points.slice(0, n).reduce((sum, [x]) => sum + x[j] / n, 0));
-    if (points.every(([x]) => x.every((v, j) => Math.abs(v - points[0][0][j]) < 1e-5))) break;
+    if (points.every(([x]) => x.every((v, j) => Math.abs(v - points[0][0][j]) < 1e-4))) break;
     const along = (factor) => { const x = inside(middle.map((m, j) => m + factor * (worst[0][j] - m))); return [x, value(x)]; };
     const reflected = along(-1);
     if (reflected[1] < points[0][1]) { const far = along(-2); points[n] = far[1] < reflected[1] ? far : reflected; }
@@ -70,7 +70,7 @@ function* best(view, point, axes, starts = 40) {
   ranked.sort((a, b) => (Number.isNaN(a[1]) ? Infinity : a[1]) - (Number.isNaN(b[1]) ? Infinity : b[1]));
   let winner = ranked[0];
   for (const [x] of ranked.slice(0, 2)) {
-    const end = yield* simplex(cost, x, 0.08, 120);
+    const end = yield* simplex(cost, x, 0.08, 30 * axes.length);
     if (!(end[1] >= winner[1])) winner = end;
   }
   return { point: asPoint(place(winner[0])), misfit: winner[1] };
