@@ -8,13 +8,14 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check docs session bench fuzz verify clean
+.PHONY: help install demo test check docs tour session bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the effect that the model lacks"
 	@echo "make test    install, then run the tests"
 	@echo "make check   style, types, import rules, and the documentation builds"
 	@echo "make docs    the documentation, into site/index.html"
+	@echo "make tour    run the notebook docs/tour.ipynb anew"
 	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 125)"
@@ -49,6 +50,12 @@ check: install
 
 docs: install
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -b html -d site/.doctrees docs site
+
+# In a folder of its own, because the notebook writes its results beside itself.
+tour: install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[notebook]"
+	mkdir -p $(OUT)/tour && cp docs/tour.ipynb $(OUT)/tour/ && \
+	  $(BIN)/jupyter-execute --inplace $(OUT)/tour/tour.ipynb && cp $(OUT)/tour/tour.ipynb docs/
 
 session: install
 	$(BIN)/python docs/make_session.py

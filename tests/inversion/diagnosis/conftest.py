@@ -13,7 +13,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.plan import make_plan
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.registry import effects
 from tests.inversion.diagnosis.rig import PARTICLES, SOUGHT, shot, tiny
@@ -27,10 +30,14 @@ def command(folder: Path, out: str, *words: str) -> Result:
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result."""
+    """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result.
+
+    answered: what the answer was made of, ranking and measured shots, for each diagnosis.
+    """
 
     folder: Path
     first: Result
+    answered: list[tuple[Ranking, tuple[Shot, ...]]]
 
     def diagnose(self, out: str, *words: str) -> Result:
         """`birdstrike diagnose` with the first call's simulations at hand."""
@@ -59,5 +66,12 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
         )
+        answered: list[Any] = []
+
+        def kept(ranking: Ranking, shots: tuple[Shot, ...], fits: dict[str, str]) -> dict[str, Any]:
+            answered.append((ranking, shots))
+            return model_table(ranking, shots, fits)
+
+        patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
         records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-        yield Laboratory(folder, command(folder, "out", *records))
+        yield Laboratory(folder, command(folder, "out", *records), answered)
