@@ -7,7 +7,7 @@ which the page writes it. A kind of folder makes one or several views (see `kind
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,7 +46,6 @@ class View:
     runs: Table | None = None
     clock: Table | None = None
     warnings: Sequence[str] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
 
     def table(self) -> Table:
         """As the page reads it."""

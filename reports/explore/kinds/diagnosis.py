@@ -19,6 +19,8 @@ from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import plain
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.sensors.instrument import Instrument
 
 LIKELY = 0.02  # probability from which on an effect's slider is shown at once
 
@@ -53,7 +55,7 @@ def read(folder: Path) -> tuple[View]:
             for file, shot, case in zip(curve_files(names), model["shots"], case_files(names), strict=True)
         ],
         answers=[answer(one["name"], one["unit"], told[one["name"]]) for one in parameters],
-        effects=_effects(model["effects"], content),
+        effects=_effects(model["effects"], content, load_case(folder / case_files(names)[0])),
         presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=content["warnings"],
@@ -73,15 +75,20 @@ def _shot(path: Path, shot: Mapping[str, Any], case: str) -> Table:
     return {"name": shot["name"], "system": shot["system"], "channels": channels, "case": str(path.parent / case)}
 
 
-def _effects(found: Sequence[Mapping[str, Any]], content: Mapping[str, Any]) -> list[Table]:
+def _effects(found: Sequence[Mapping[str, Any]], content: Mapping[str, Any], case: Case) -> list[Table]:
     """Sliders of the effects, the likeliest first; none and something else have none."""
     told = {one["name"]: one for one in content["effects"] if one["name"] not in (NONE, SOMETHING_ELSE)}
-    sliders = [_effect(one, told[one["label"]]) for one in found if one["label"] in told]
+    sliders = [_effect(one, told[one["label"]], case) for one in found if one["label"] in told]
     return sorted(sliders, key=lambda one: -one["probability"])
 
 
-def _effect(one: Mapping[str, Any], told: Mapping[str, Any]) -> Table:
-    """A slider over the magnitudes that were looked at; single: the one sensor that it acts on, where it has no other."""
+def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Table:
+    """A slider over the magnitudes that were looked at.
+
+    single: the one sensor that it acts on, where it has no other, and what the case states of its instrument.
+    """
+    single = one["sensors"][0] if one["sensors"] and "." in one["label"] else None
+    stated = case.instrument.get(single or "", Instrument())
     return {
         **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
         **unit_of(one["unit"]),
@@ -91,7 +98,8 @@ def _effect(one: Mapping[str, Any], told: Mapping[str, Any]) -> Table:
         "likely": told["probability"] >= LIKELY,
         "value": told["magnitude"],
         "interval": told["interval_95"],
-        "single": one["sensors"][0] if one["sensors"] and "." in one["label"] else None,
+        "single": single,
+        "stated": {"gain": stated.gain, "time_offset": stated.time_offset, "drift": stated.drift},
     }
 
 

@@ -7,9 +7,9 @@ const quotedShell = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.r
 
 // How a fault of one sensor stands in a case: key under instrument.<sensor>, and its value in TOML.
 const INSTRUMENT = {
-  sensor_gain: (x) => ["gain", String(Number((1 + x).toPrecision(10)))],
-  time_offset: (x) => ["time_offset", quotedToml(`${Number(x.toPrecision(10))} s`)],
-  sensor_drift: (x) => ["drift", quotedToml(`${Number(x.toPrecision(10))} m/s`)],
+  sensor_gain: (x, stated) => ["gain", String(Number((stated.gain * (1 + x)).toPrecision(10)))],
+  time_offset: (x, stated) => ["time_offset", quotedToml(`${Number((stated.time_offset + x).toPrecision(10))} s`)],
+  sensor_drift: (x, stated) => ["drift", quotedToml(`${Number((stated.drift + x).toPrecision(10))} m/s`)],
   sensor_bandwidth: (x) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * Math.max(x, 1e-9))).toPrecision(10))} 1/s`)],
 };
 
@@ -21,7 +21,7 @@ const keysOf = (view, point) => {
   });
   view.effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
     const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
-    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x); rows.push([`instrument.${effect.single}`, key, value, note]); return; }
+    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x, effect.stated); rows.push([`instrument.${effect.single}`, key, value, note]); return; }
     rows.push(["effects", effect.name, effect.unit ? quotedToml(written(x, effect)) : String(Number(x.toPrecision(10))), note]);
   });
   return rows;

@@ -13,6 +13,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.answer import Diagnosis
+from birdstrike.inversion.diagnosis.diagnose import write
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.ranking import Ranking
@@ -32,12 +34,13 @@ def command(folder: Path, out: str, *words: str) -> Result:
 class Laboratory:
     """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result.
 
-    answered: what the answer was made of, ranking and measured shots, for each diagnosis.
+    answered: what the answer was made of, ranking and measured shots, for each diagnosis; diagnoses: the answers.
     """
 
     folder: Path
     first: Result
     answered: list[tuple[Ranking, tuple[Shot, ...]]]
+    diagnoses: list[Diagnosis]
 
     def diagnose(self, out: str, *words: str) -> Result:
         """`birdstrike diagnose` with the first call's simulations at hand."""
@@ -66,12 +69,17 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
         )
-        answered: list[Any] = []
+        answered, diagnoses = list[Any](), list[Diagnosis]()
 
         def kept(ranking: Ranking, shots: tuple[Shot, ...], fits: dict[str, str]) -> dict[str, Any]:
             answered.append((ranking, shots))
             return model_table(ranking, shots, fits)
 
+        def written(found: Diagnosis, out: Path) -> Diagnosis:
+            diagnoses.append(write(found, out))
+            return diagnoses[-1]
+
         patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
+        patch.setattr("birdstrike.inversion.diagnosis.diagnose.write", written)
         records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-        yield Laboratory(folder, command(folder, "out", *records), answered)
+        yield Laboratory(folder, command(folder, "out", *records), answered, diagnoses)

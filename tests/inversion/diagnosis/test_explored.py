@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 from birdstrike.inversion.diagnosis.before_and_after import predicted
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
@@ -79,3 +80,19 @@ def test_a_point_with_effects_is_a_case(browser: Browser, laboratory: Laboratory
     case = load_case(tmp_path / "what_if.toml")
     assert case.effects["clamp_rotation"] == pytest.approx(2e-6)
     assert case.instrument["displacement_side"].gain == pytest.approx(1.02)
+
+
+def test_a_diagnosis_shows_itself(laboratory: Laboratory) -> None:
+    found, content = laboratory.diagnoses[0], laboratory.content()
+    assert repr(found).startswith("<Diagnosis: ")
+    assert content["sentence"] in repr(found)
+    table = found.to_dataframe().set_index("name")
+    assert table["probability"].to_dict() == pytest.approx(
+        {one["name"]: one["probability"] for one in content["effects"]}
+    )
+    bars, curves = found.plot(), found.plot("displacement_centre")
+    assert max(bar.get_width() for bar in bars.patches) == pytest.approx(table["probability"].max())
+    assert curves.get_ylabel() == "displacement centre [mm]"
+    assert {"measured", "before"} <= {line.get_label() for line in curves.lines}
+    assert "data:image/png;base64," in found._repr_html_()
+    pyplot.close("all")

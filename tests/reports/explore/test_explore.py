@@ -66,7 +66,7 @@ def test_curves_of_a_campaign_are_those_of_its_emulator(browser: Browser, campai
 def test_curves_of_an_inversion_are_those_of_its_emulator(browser: Browser, loop: Path, tmp_path: Path) -> None:
     browser.open(explore(loop / "inversion", tmp_path / "page.html"))
     emulator = load_emulator(loop / "inversion" / "emulator.npz")
-    held_against(browser, emulator, ["displacement_centre"])
+    held_against(browser, emulator, ["displacement_centre", "displacement_side"])
 
 
 def test_the_first_screen_says_what_fits_and_what_is_not_identifiable(browser: Browser, page: Path, loop: Path) -> None:
@@ -118,7 +118,7 @@ def test_a_name_with_a_tag_in_it_is_text(browser: Browser, loop: Path, tmp_path:
 
 GOOD = "# shot 8\ntime [us],displacement_centre [um],displacement_centre_sigma [mm]\n" + "".join(
     f"{t},{'' if t == 500 else 2000 * np.sin(t / 900) ** 2:.6},0.05\n" if t != 500 else "500,,\n"
-    for t in range(0, 2600, 100)
+    for t in range(0, 900, 50)
 )
 
 
@@ -131,13 +131,14 @@ def test_a_dropped_record_is_scored_as_python_scores_it(
     record, emulator = read_measured(tmp_path / "shot8.csv"), load_emulator(loop / "inversion" / "emulator.npz")
     theta = np.array(browser.run("[...window.explore.state.point.theta]"))
     times, values = record.points("displacement_centre")
-    curve = emulator.channels["displacement_centre"].curves(emulator.inputs(theta[None]), times)[0]
+    clock = browser.run("window.explore.state.point.clock")
+    curve = emulator.channels["displacement_centre"].curves(emulator.inputs(theta[None]), times - clock)[0]
     expected = np.sqrt(np.mean(((values - curve) / 5e-5) ** 2))
     browser.run("window.explore.draw()")
     assert browser.run("window.explore.state.panels[0].score") == pytest.approx(expected, rel=1e-4)
     browser.until("document.getElementById('dropped').textContent.includes('best fit')")
     assert "viscosity" in browser.run("document.getElementById('dropped').innerText")
-    assert browser.run("window.explore.state.best.misfit") <= 1.0001 * expected
+    assert browser.run("window.explore.state.best.misfit") < 1.0001 * expected
 
 
 @pytest.mark.parametrize(
@@ -161,34 +162,37 @@ def test_a_bad_record_is_refused_in_the_words_of_the_command(
     (tmp_path / "bad.csv").write_text(text)
     with pytest.raises(MeasuredError) as refused:
         read_measured(tmp_path / "bad.csv")
-    assert found["errors"] == [line.split(", ", 1)[1] for line in refused.value.errors]
+    told = [line for line in refused.value.errors if line.startswith(str(tmp_path))]
+    assert found["errors"] == [line.split(", ", 1)[1] for line in told]
 
 
 def test_a_sensor_that_the_page_has_not_is_named(browser: Browser, page: Path) -> None:
     browser.open(page)
     found = drop(browser, "time [ms],strain_9 [um/m]\n0,0\n1,1\n2,3\n", "other.csv")
-    assert found["errors"] == ['"strain_9" is no sensor of this page; its sensors: displacement_centre']
+    assert found["errors"] == [
+        '"strain_9" is no sensor of this page; its sensors: displacement_centre, displacement_side'
+    ]
 
 
 def test_mouse_finger_and_keys_move_a_slider(browser: Browser, page: Path) -> None:
     browser.open(page)
     place = browser.run(
-        "(() => { const box = document.querySelectorAll('#sliders input[type=range]')[1].getBoundingClientRect(); "
+        "(() => { const box = document.querySelectorAll('#sliders input[type=range]')[0].getBoundingClientRect(); "
         "return [box.left, box.top + box.height / 2, box.width]; })()"
     )
     left, middle, width = place
-    value = "window.explore.state.point.theta[1]"
+    value = "window.explore.state.point.theta[0]"
     browser.mouse("mousePressed", left + 0.5 * width, middle, pressed=True)
     browser.mouse("mouseMoved", left + 0.8 * width, middle, pressed=True)
     browser.mouse("mouseReleased", left + 0.8 * width, middle)
     by_mouse = browser.run(value)
-    low, high = browser.run("(({low, high}) => [low, high])(window.explore.state.view.parameters[1])")
+    low, high = browser.run("(({low, high}) => [low, high])(window.explore.state.view.parameters[0])")
     assert (by_mouse - low) / (high - low) == pytest.approx(0.8, abs=0.03)
     browser.press("ArrowLeft", 37)
     assert browser.run(value) == pytest.approx(by_mouse - 0.01 * (high - low), rel=1e-9)
     browser.resize(360, 740, touch=True)
     left, middle, width = browser.run(
-        "(() => { const slider = document.querySelectorAll('#sliders input[type=range]')[1]; "
+        "(() => { const slider = document.querySelectorAll('#sliders input[type=range]')[0]; "
         "slider.scrollIntoView({ block: 'end' }); const box = slider.getBoundingClientRect(); "
         "return [box.left, box.top + box.height / 2, box.width]; })()"
     )
@@ -206,7 +210,8 @@ def test_what_is_copied_makes_the_point_in_the_solver(browser: Browser, page: Pa
     (tmp_path / "what_if.toml").write_text(f'extends = "{loop / "doe" / "case.toml"}"\n\n{toml}')
     theta = browser.run("[...window.explore.state.point.theta]")
     material = load_case(tmp_path / "what_if.toml").bird.material
-    assert [material.pressure_cutoff, material.viscosity] == pytest.approx(theta[:2], rel=1e-9)
+    found = [material.viscosity, material.pressure_cutoff, material.tension_erosion]
+    assert found == pytest.approx(theta, rel=1e-9)
     browser.run("document.getElementById('copy-command').click()")
     words = shlex.split(browser.run("document.querySelector('#copied textarea').value"))
     assert words[:3] == ["birdstrike", "simulate", str(loop / "doe" / "case.toml")]
@@ -231,7 +236,7 @@ def test_a_screen_reader_is_told_of_every_part(browser: Browser, page: Path) -> 
     browser.until("document.querySelector('.panel canvas').getAttribute('aria-label')")
     parts = browser.tree()
     sliders = [part for part in parts if part["role"] == "slider"]
-    assert len(sliders) == browser.run("window.explore.state.view.parameters.length")
+    assert len(sliders) == browser.run("window.explore.state.view.parameters.length") + 1  # the time origin
     assert {"viscosity", "pressure cutoff"} <= {part["name"] for part in sliders}
     for role in ("slider", "button", "combobox", "spinbutton", "image"):
         unnamed = [part for part in parts if part["role"] == role and not part["name"]]
@@ -240,7 +245,7 @@ def test_a_screen_reader_is_told_of_every_part(browser: Browser, page: Path) -> 
 
 
 def test_the_map_shows_what_is_not_identifiable_as_a_valley(browser: Browser, page: Path) -> None:
-    """The formula's curve feels viscosity much more than erosion: along the latter the misfit is flat."""
+    """The formula feels viscosity, the cutoff hardly: along the latter the misfit is flat."""
     browser.open(page)
     browser.until("window.explore.state.profile.values && window.explore.state.map.rows")
     rows = "window.explore.state.map.rows.map((row) => [...row])"
@@ -250,10 +255,10 @@ def test_the_map_shows_what_is_not_identifiable_as_a_valley(browser: Browser, pa
     assert np.nanmax(found) > 5 * np.nanmin(found)
     browser.run(
         "(() => { const select = document.getElementById('profile-axis'); select.value = [...select.options].findIndex("
-        "(option) => option.textContent === 'tension erosion'); select.dispatchEvent(new Event('change')); })()"
+        "(option) => option.textContent === 'pressure cutoff'); select.dispatchEvent(new Event('change')); })()"
     )
     browser.until(
-        "window.explore.state.profile.axis.title === 'tension erosion' && window.explore.state.profile.values"
+        "window.explore.state.profile.axis.title === 'pressure cutoff' && window.explore.state.profile.values"
     )
     assert "hardly tells" in browser.run("document.getElementById('profile-words').textContent")
 
