@@ -58,7 +58,7 @@ class Dataset(Displayed):
         return f"Dataset: {len(self.runs)} runs{rough} over {keys}; channels {', '.join(self.curves)}"
 
     def to_dataframe(self) -> pd.DataFrame:
-        """A row a run: its number, its parameters and the signed peak of every channel, SI, and whether it is smooth."""
+        """A row a run: number, parameters, the signed peak of every channel (SI), and whether it is smooth."""
         import pandas as pd
 
         peaks = {

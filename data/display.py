@@ -75,9 +75,9 @@ def own_axes(axes: Axes | None) -> Axes:
     """The axes given, or new ones in a figure of pyplot."""
     if axes is not None:
         return axes
-    from matplotlib import pyplot
+    from matplotlib import pyplot as plt
 
-    return pyplot.subplots(layout="constrained")[1]
+    return plt.subplots(layout="constrained")[1]
 
 
 def draw_curves(axes: Axes, time: Array, curves: Array, channel: str, si: str, **look: Any) -> Axes:

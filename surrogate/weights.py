@@ -38,7 +38,7 @@ def process_table(process: GaussianProcess) -> dict[str, Any]:
 
 
 def channel_table(channel: CurveEmulator) -> dict[str, Any]:
-    """mean (m,), basis (p, m), processes of the p scores, correlation (p, p) of their errors, rest (m,) variance, SI."""
+    """mean (m,), basis (p, m), processes of p scores, correlation (p, p) of their errors, rest (m,) variance, SI."""
     kept = len(channel.processes)
     return {
         "mean": channel.mean,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
+from matplotlib import pyplot as plt
 
 from birdstrike.inversion.diagnosis.before_and_after import predicted
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
@@ -95,4 +95,4 @@ def test_a_diagnosis_shows_itself(laboratory: Laboratory) -> None:
     assert curves.get_ylabel() == "displacement centre [mm]"
     assert {"measured", "before"} <= {line.get_label() for line in curves.lines}
     assert "data:image/png;base64," in found._repr_html_()
-    pyplot.close("all")
+    plt.close("all")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib import pyplot
+from matplotlib import pyplot as plt
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
@@ -35,11 +35,11 @@ def test_histories_show_channels_and_peaks() -> None:
 
 
 def test_a_plot_is_in_engineers_units_on_the_axes_given() -> None:
-    axes = pyplot.subplots()[1]
+    axes = plt.subplots()[1]
     assert HISTORIES.plot("displacement_centre", axes) is axes
     assert axes.lines[0].get_ydata() == pytest.approx(1e3 * HISTORIES.channels["displacement_centre"])
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time [ms]", "displacement centre [mm]")
-    pyplot.close("all")
+    plt.close("all")
 
 
 def test_a_campaign_shows_its_runs(loop: Path) -> None:
@@ -51,7 +51,7 @@ def test_a_campaign_shows_its_runs(loop: Path) -> None:
     )
     assert len(dataset.plot("displacement_centre").lines) == 16
     assert "4 more rows" in dataset._repr_html_()
-    pyplot.close("all")
+    plt.close("all")
 
 
 def test_an_inversion_shows_what_is_identified(loop: Path) -> None:
@@ -65,7 +65,7 @@ def test_an_inversion_shows_what_is_identified(loop: Path) -> None:
     assert "<table" in found._repr_html_()
     with pytest.raises(UserError, match="no draws of a posterior"):
         found.to_inference_data(loop / "inversion")
-    pyplot.close("all")
+    plt.close("all")
 
 
 def test_the_report_links_to_the_page_beside_it(
