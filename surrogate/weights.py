@@ -14,7 +14,7 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
 from birdstrike.surrogate.features import FEATURES
-from birdstrike.surrogate.gaussian_process import NORMAL_95, GaussianProcess, student_inflation
+from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
 
 FREEDOMS = 1.0 / np.linspace(1e-3, 0.5, 512)
 """Degrees of freedom at which Student's t is tabulated, equally spaced in their inverse."""
@@ -64,6 +64,3 @@ def emulator_table(emulator: Emulator) -> dict[str, Any]:
         "regions": [[box.lows, box.highs] for box in emulator.regions],
         "channels": {name: channel_table(channel) for name, channel in emulator.channels.items()},
     }
-
-
-__all__ = ["NORMAL_95", "emulator_table", "process_table", "student_table"]

@@ -46,10 +46,10 @@ class Browser:
         self._session: str | None = None
         self.requests: list[str] = []
         self.messages: list[str] = []
-        target = self._ask("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
-            self._ask(f"{domain}.enable")
+            self.ask(f"{domain}.enable")
 
     def __enter__(self) -> Browser:
         return self
@@ -64,20 +64,20 @@ class Browser:
         """Load a file in a window of that size and wait until its script has run."""
         self.resize(width, height, touch)
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-        self._ask("Emulation.setEmulatedMedia", features=scheme)
+        self.ask("Emulation.setEmulatedMedia", features=scheme)
         self.requests.clear()
         self.messages.clear()
-        self._ask("Page.navigate", url=page.as_uri())
+        self.ask("Page.navigate", url=page.as_uri())
         self.until("document.readyState === 'complete' && document.documentElement.classList.contains('ready')")
 
     def resize(self, width: int, height: int, touch: bool = False) -> None:
         """Another window."""
-        self._ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=touch)
-        self._ask("Emulation.setTouchEmulationEnabled", enabled=touch)
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=touch)
+        self.ask("Emulation.setTouchEmulationEnabled", enabled=touch)
 
     def run(self, script: str) -> Any:
         """Value of an expression in the page; promises are awaited. Raises AssertionError with the page's error."""
-        found = self._ask("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        found = self.ask("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 
@@ -91,35 +91,40 @@ class Browser:
     def press(self, key: str, code: int) -> None:
         """A key for the element that has the focus."""
         for kind in ("keyDown", "keyUp"):
-            self._ask("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
 
     def mouse(self, kind: str, x: float, y: float, pressed: bool = False) -> None:
         """mousePressed, mouseMoved or mouseReleased at a place of the window."""
         button = "none" if kind == "mouseMoved" and not pressed else "left"
-        self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=int(pressed), clickCount=1)
+        self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=int(pressed), clickCount=1)
 
     def touch(self, kind: str, *places: tuple[float, float]) -> None:
         """touchStart, touchMove or touchEnd of one finger."""
-        self._ask("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y} for x, y in places])
+        self.ask("Input.dispatchTouchEvent", type=kind, touchPoints=[{"x": x, "y": y} for x, y in places])
 
     def picture(self, path: Path, whole: bool = False) -> Path:
         """A PNG of the window, or of the whole page."""
-        found = self._ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        found = self.ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(found["data"]))
         return path
 
     def print(self, path: Path) -> Path:
         """The page as PDF."""
-        path.write_bytes(base64.b64decode(self._ask("Page.printToPDF", printBackground=True)["data"]))
+        path.write_bytes(base64.b64decode(self.ask("Page.printToPDF", printBackground=True)["data"]))
         return path
 
     def tree(self) -> list[dict[str, Any]]:
         """What a screen reader is told: role, name and value of every part."""
-        nodes = self._ask("Accessibility.getFullAXTree")["nodes"]
+        nodes = self.ask("Accessibility.getFullAXTree")["nodes"]
         kept: Callable[[dict[str, Any], str], Any] = lambda node, key: node.get(key, {}).get("value", "")  # noqa: E731
         return [{key: kept(one, key) for key in ("role", "name", "value")} for one in nodes if not one["ignored"]]
 
-    def _ask(self, method: str, **parameters: Any) -> dict[str, Any]:
+    def processor(self, name: str) -> float:
+        """A figure of the browser's performance domain, such as ScriptDuration [s]."""
+        return next(one["value"] for one in self.ask("Performance.getMetrics")["metrics"] if one["name"] == name)
+
+    def ask(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """A command of the DevTools protocol, and its answer."""
         number = next(self._numbers)
         message = {"id": number, "method": method, "params": parameters}
         if self._session:
