@@ -85,10 +85,12 @@ def _loaded(folder: Path) -> Inversion:
 
 
 def _headline(inversion: Inversion, best: Answer) -> str:
+    """How well the solver confirms the answer, and which combination a deficient design carries."""
+    carried = f" {best.combination.sentence}." if best.combination else ""
     if best.verified_relative is None:
-        return "No verification run finished."
+        return f"No verification run finished.{carried}"
     said = f"By the {inversion.best}: the solver at this answer differs from the record by "
-    return f"{said}{100 * best.verified_relative:.2g} % of the peaks (RMS)."
+    return f"{said}{100 * best.verified_relative:.2g} % of the peaks (RMS).{carried}"
 
 
 def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Array) -> Table:

@@ -152,13 +152,17 @@ const start = () => {
     const guessed = channels.filter((channel) => channel.record && channel.record.guessed).map((channel) => channel.label);
     id("dropped").textContent = `${name} is drawn and scored.`;
     id("errors").replaceChildren(...(guessed.length ? [element("li", {}, `No noise is known of ${guessed.join(", ")}: 1 % of the peak is taken, so that a misfit of 1 is no measure; add a column of sigma.`)] : []));
-    showMaps(); changed(); fit();
+    showPresets(); showMaps(); changed(); fit();
+  };
+  const textOf = (bytes) => {
+    try { return new TextDecoder("utf-8", { fatal: true }).decode(bytes); } catch { throw new RecordError(["it is no UTF-8 text"]); }
   };
   const readFile = async (file) => {
     try {
-      takeRecord(new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer()), file.name);
+      takeRecord(textOf(await file.arrayBuffer()), file.name);
     } catch (error) {
-      const lines = error instanceof RecordError ? error.lines : [error instanceof TypeError ? "it is no UTF-8 text" : String(error.message)];
+      if (!(error instanceof RecordError)) throw error;
+      const { lines } = error;
       id("dropped").textContent = `${file.name} cannot be used:`;
       id("errors").replaceChildren(...lines.slice(0, 8).map((line) => element("li", {}, line)),
         ...(lines.length > 8 ? [element("li", {}, `and ${lines.length - 8} more`)] : []));
