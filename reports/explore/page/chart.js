@@ -5,6 +5,7 @@ const theme = {};
 const readTheme = () => {
   const style = getComputedStyle(document.documentElement);
   INKS.forEach((name) => { theme[name] = style.getPropertyValue(`--${name}`).trim(); });
+  theme.scale = parseFloat(getComputedStyle(document.body).fontSize) / 15;
 };
 
 // The canvas in the size that it has on the page; its pen in CSS pixels.
@@ -15,7 +16,7 @@ const penOf = (canvas) => {
   }
   const pen = canvas.getContext("2d");
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-  pen.font = `11px system-ui, "Liberation Sans", Arial, sans-serif`;
+  pen.font = `${11 * theme.scale}px system-ui, "Liberation Sans", Arial, sans-serif`;
   return { pen, width, height };
 };
 
@@ -45,7 +46,7 @@ const drawAxes = (pen, frame, { below = true, rows = 4 } = {}) => {
     pen.fillText(shownNumber(v, 3), left - 5, y);
   });
   pen.textBaseline = "top"; pen.textAlign = "center";
-  ticksOf(frame.x, width / 70).forEach((v) => {
+  ticksOf(frame.x, width / (70 * theme.scale)).forEach((v) => {
     const x = Math.round(frame.px(v)) + 0.5;
     pen.beginPath(); pen.moveTo(x, top + height); pen.lineTo(x, top + height + 4); pen.stroke();
     if (below) pen.fillText(shownNumber(v, 3), x, top + height + 6);

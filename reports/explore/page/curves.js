@@ -44,10 +44,11 @@ const largestResidual = (panel, time, curve) => {
 };
 
 const framesOf = (width, height, scales) => {
-  const inner = width - LEFT - RIGHT, low = Math.round(0.26 * (height - FOOT)), high = height - FOOT - GAP - TOP - low;
+  const [left, foot, gap] = [LEFT, FOOT, GAP].map((size) => size * theme.scale), inner = width - left - RIGHT;
+  const low = Math.round(0.26 * (height - foot)), high = height - foot - gap - TOP - low;
   return {
-    upper: frameOf(LEFT, TOP, inner, high, scales.x, scales.y),
-    lower: frameOf(LEFT, TOP + high + GAP, inner, low, scales.x, [-scales.reach, scales.reach]),
+    upper: frameOf(left, TOP, inner, high, scales.x, scales.y),
+    lower: frameOf(left, TOP + high + gap, inner, low, scales.x, [-scales.reach, scales.reach]),
   };
 };
 

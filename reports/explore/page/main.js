@@ -83,10 +83,15 @@ const start = () => {
     profile.key = key;
     inSlices("profile", profileOver(state.view, asPoint(state.point), profile.axis, PLACES), (values) => {
       profile.values = values;
-      id("profile-words").textContent = profileWords(profile);
-      id("profile").setAttribute("aria-label", profileWords(profile));
+      sayProfile();
       redraw();
     });
+  };
+  const sayProfile = () => {
+    if (!state.profile || !state.profile.values) return;
+    const words = profileWords(state.profile, state.best);
+    id("profile-words").textContent = words;
+    id("profile").setAttribute("aria-label", words);
   };
   const choose = (select, axes, chosen, then) => {
     select.replaceChildren(...axes.map((axis, i) => element("option", { value: i, selected: axis.id === chosen }, axis.title)));
@@ -117,7 +122,7 @@ const start = () => {
       if (view !== state.view || !Number.isFinite(found.misfit)) return;
       state.best = found;
       if (state.map) state.map.best = found;
-      showPresets(); redraw();
+      showPresets(); sayProfile(); redraw();
       if (state.dropped) sayBest(found);
     });
   };

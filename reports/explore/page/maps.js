@@ -1,6 +1,6 @@
 // The map of the misfit over two axes and the profile over one, with the campaign's runs and the best point.
 
-const CELLS = 44, PLACES = 41, MAP_LEFT = 52, MAP_FOOT = 34, NEAR = 9;
+const CELLS = 44, PLACES = 41, MAP_LEFT = 52, MAP_FOOT = 34, MAP_RIGHT = 22, NEAR = 9;
 const COLOURS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]]; // viridis, dark is small
 
 const colourAt = (share) => {
@@ -25,8 +25,11 @@ const pictureOf = (rows) => {
   return canvas;
 };
 
-const axisFrame = (width, height, across, up) => frameOf(MAP_LEFT, 10, width - MAP_LEFT - 12, height - 10 - MAP_FOOT,
-  [across.low * across.factor, across.high * across.factor], [up.low * up.factor, up.high * up.factor]);
+const mapFrame = (width, height, x, y) => {
+  const [left, foot, right] = [MAP_LEFT, MAP_FOOT, MAP_RIGHT].map((size) => size * theme.scale);
+  return frameOf(left, 10, width - left - right, height - 10 - foot, x, y);
+};
+const endsOf = (axis) => [axis.low * axis.factor, axis.high * axis.factor];
 // Places of an axis are shares of its slider, so that a logarithmic axis is one on the map as well.
 const placeOf = (frame, across, up, point) => [
   frame.left + clamp(shareOf(across, across.get(point)), 0, 1) * frame.width,
@@ -47,8 +50,8 @@ const ring = (pen, [x, y], colour, radius, filled) => {
 
 const labelAxes = (pen, frame, across, up, width, height) => {
   pen.fillStyle = theme.soft; pen.textAlign = "right"; pen.textBaseline = "bottom";
-  pen.fillText(`${across.title} [${across.unit || "–"}]`, width - 10, height - 1);
-  pen.save(); pen.translate(10, frame.top); pen.rotate(-Math.PI / 2); pen.textBaseline = "middle";
+  pen.fillText(`${across.title} [${across.unit || "–"}]`, frame.left + frame.width, height - 1);
+  pen.save(); pen.translate(10 * theme.scale, frame.top); pen.rotate(-Math.PI / 2); pen.textBaseline = "middle";
   pen.fillText(`${up.title} [${up.unit || "–"}]`, 0, 0);
   pen.restore();
 };
@@ -58,10 +61,10 @@ const mapTicks = (pen, frame, across, up) => {
   pen.fillStyle = theme.soft; pen.strokeStyle = theme.soft; pen.lineWidth = 1;
   pen.strokeRect(frame.left + 0.5, frame.top + 0.5, frame.width - 1, frame.height - 1);
   pen.textAlign = "center"; pen.textBaseline = "top";
-  ticksOf(frame.x, frame.width / 80).forEach((v) => pen.fillText(
+  ticksOf(frame.x, frame.width / (80 * theme.scale)).forEach((v) => pen.fillText(
     shownNumber(v, 3), frame.left + shareOf(across, v / across.factor) * frame.width, frame.top + frame.height + 5));
   pen.textAlign = "right"; pen.textBaseline = "middle";
-  ticksOf(frame.y, frame.height / 50).forEach((v) => pen.fillText(
+  ticksOf(frame.y, frame.height / (50 * theme.scale)).forEach((v) => pen.fillText(
     shownNumber(v, 3), frame.left - 5, frame.top + (1 - shareOf(up, v / up.factor)) * frame.height));
 };
 
@@ -69,7 +72,7 @@ const runPoint = (view, i) => ({ theta: view.runs.parameters[i], effects: {}, cl
 const runsShown = (view) => (view.runs ? view.runs.parameters.length : 0);
 
 const drawMap = (canvas, view, state, map) => {
-  const { pen, width, height } = penOf(canvas), { across, up, rows, best: found } = map, frame = axisFrame(width, height, across, up);
+  const { pen, width, height } = penOf(canvas), { across, up, rows, best: found } = map, frame = mapFrame(width, height, endsOf(across), endsOf(up));
   map.frame = frame;
   pen.clearRect(0, 0, width, height);
   if (rows && finite(rows).length) {
@@ -116,7 +119,7 @@ const drawProfile = (canvas, state, profile) => {
   const { pen, width, height } = penOf(canvas), { axis, values } = profile;
   pen.clearRect(0, 0, width, height);
   const known = values ? [...values].filter(Number.isFinite) : [], y = known.length ? padded([Math.min(...known, 1), Math.max(...known)], 0.08) : [0, 1];
-  const frame = frameOf(MAP_LEFT, 10, width - MAP_LEFT - 12, height - 10 - MAP_FOOT, [axis.low * axis.factor, axis.high * axis.factor], y);
+  const frame = mapFrame(width, height, endsOf(axis), y);
   const x = (share) => frame.left + share * frame.width;
   if (axis.interval && axis.identified !== false) {
     const [low, high] = axis.interval.map((v) => clamp(shareOf(axis, v), 0, 1));
@@ -134,11 +137,13 @@ const drawProfile = (canvas, state, profile) => {
 };
 
 // What a profile says, in words.
-const profileWords = ({ axis, values }) => {
+const profileWords = ({ axis, values }, found) => {
   const known = [...values].filter(Number.isFinite);
   if (!known.length) return "No record, hence no misfit.";
-  const low = Math.min(...known), high = Math.max(...known), at = values.indexOf(low) / (values.length - 1);
-  const best = `smallest misfit ${shownNumber(low, 3)} at ${withUnit(valueAt(axis, at), axis, 3)}`;
+  const least = Math.min(...known), high = Math.max(...known), better = found && found.misfit <= least;
+  const low = better ? found.misfit : least;
+  const at = better ? axis.get(found.point) : valueAt(axis, values.indexOf(least) / (values.length - 1));
+  const best = `smallest misfit ${shownNumber(low, 3)} at ${withUnit(at, axis, 3)}`;
   if (high < 1.05 * low) return `${axis.title}: ${best}, but it rises by less than 5 % over the whole range: the record hardly tells this value.`;
   return `${axis.title}: ${best}; it rises to ${shownNumber(high, 3)} within the range.`;
 };

@@ -60,7 +60,7 @@ const sliderFor = (axis, presets, changed) => {
     const value = axis.get(point), text = withUnit(value, axis);
     range.value = shareOf(axis, value);
     range.setAttribute("aria-valuetext", text);
-    if (document.activeElement !== number) number.value = plainNumber(value * axis.factor, 5);
+    if (document.activeElement !== number) number.value = plainNumber(value * axis.factor);
     if (axis.effect) box.classList.toggle("off", !value);
   };
   return { box, show, axis };
