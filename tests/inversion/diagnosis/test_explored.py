@@ -65,7 +65,7 @@ def test_effects_are_sliders_the_likeliest_first(browser: Browser, laboratory: L
     assert set(labels) == set(told) - {"none", "something_else"}
     shares = [told[label] for label in labels]
     assert shares == sorted(shares, reverse=True)
-    assert "clamp rotation" in browser.run("document.getElementById('sliders').innerText")
+    assert "clamp rotation" in browser.run("document.getElementById('sliders').innerText").lower()
     assert laboratory.content()["sentence"] in browser.run("document.querySelector('.answer').innerText")
 
 

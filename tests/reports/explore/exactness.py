@@ -16,7 +16,7 @@ MOVE = """(shares) => shares.map((row) => {
   window.explore.draw();
   const { point, panels } = window.explore.state;
   return {
-    theta: [...point.theta], effects: point.effects, clock: point.clock,
+    theta: [...point.theta], effects: { ...point.effects }, clock: point.clock,
     curves: panels.map((panel) => [...panel.curve]), errors: panels.map((panel) => [...panel.error]),
   };
 })"""
