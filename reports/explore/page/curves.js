@@ -90,12 +90,10 @@ const drawMoving = (pen, panel, frames, view, state, { time, curve, error }) => 
   inside(pen, frames.lower, () => drawLine(pen, frames.lower, known.map((i) => record.time[i]), known.map((i) => off[i]), MS, factor, { colour: theme.model, width: 1.3 }));
 };
 
-// Draw one panel at the point of the state; returns its sum of squares and its number of points.
-const drawPanel = (panel, view, state, student) => {
-  const { channel, shot, canvas } = panel, { time } = view.systems[shot.system];
-  const curve = curveOf(view, shot, channel.name, state.point), error = errorOf(view, shot, channel.name, state.point, student);
-  panel.clock = state.point.clock; panel.curve = curve; panel.error = error;
-  const { pen, width, height } = penOf(canvas), scales = scalesOf(panel, view, time, curve, error);
+const paintPanel = (panel, view, state, { time, curve, error }) => {
+  const { canvas } = panel, { pen, width, height } = penOf(canvas);
+  if (!canvas.width || !canvas.height) return;
+  const scales = scalesOf(panel, view, time, curve, error);
   const key = JSON.stringify([scales, canvas.width, canvas.height, theme.ink, theme.paper]);
   const frames = framesOf(width, height, scales);
   if (key !== panel.key) { drawStill(panel, frames, { width, height, font: pen.font }); panel.key = key; }
@@ -104,6 +102,14 @@ const drawPanel = (panel, view, state, student) => {
   pen.clearRect(0, 0, canvas.width, canvas.height); pen.drawImage(panel.still, 0, 0);
   pen.restore();
   drawMoving(pen, panel, frames, view, state, { time, curve, error });
+};
+
+// Draw one panel at the point of the state; returns its sum of squares and its number of points.
+const drawPanel = (panel, view, state, student) => {
+  const { channel, shot } = panel, { time } = view.systems[shot.system];
+  const curve = curveOf(view, shot, channel.name, state.point), error = errorOf(view, shot, channel.name, state.point, student);
+  Object.assign(panel, { clock: state.point.clock, curve, error });
+  paintPanel(panel, view, state, { time, curve, error });
   const [sum, count] = channel.record ? sumOfSquares(time, curve, channel.record, state.point.clock) : [0, 0];
   panel.score = count ? Math.sqrt(sum / count) : NaN;
   panel.misfit.textContent = count ? `misfit ${shownNumber(panel.score, 3)}` : "";
