@@ -72,7 +72,7 @@ def page(views: Sequence[View], name: str) -> str:
     text, numbers = packed(content(views))
     own = files("birdstrike.reports.explore") / "page"
     return environment.get_template("page.html.j2").render(
-        title=f"Explore {name}",
+        title=f"Explore {name}: {', '.join(shot['name'] for shot in views[0].shots)}",
         views=views,
         view=views[0],
         version=installed("birdstrike"),

@@ -17,12 +17,15 @@ const start = () => {
     });
     id("misfit").textContent = count ? shownNumber(Math.sqrt(sum / count), 3) : "–";
     id("outside").hidden = state.view.systems.every((system) => covered(system, state.point.theta));
-    if (state.map) drawMap(id("map"), state.view, state, state.map);
-    if (state.profile) drawProfile(id("profile"), state, state.profile);
+    if (state.map && !id("map-box").hidden) drawMap(id("map"), state.view, state, state.map);
+    if (state.profile && !id("profile-box").hidden) drawProfile(id("profile"), state, state.profile);
   };
 
   let due = 0;
   const redraw = () => { if (!due) due = requestAnimationFrame(() => { due = 0; draw(); }); };
+
+  // Effects that are there: a best fit and a profile hold for these.
+  const effectsKey = () => JSON.stringify(Object.entries(state.point.effects).filter(([, value]) => value).sort());
 
   // What may wait until the slider rests: words for a screen reader, the map, the profile.
   const settle = () => {
@@ -31,6 +34,7 @@ const start = () => {
       state.panels.forEach((panel) => describePanel(panel, state.view));
       id("said").textContent = record() ? `Misfit in all ${id("misfit").textContent}; 1 is noise.` : "";
       renewMap(); renewProfile();
+      if (effectsKey() !== state.fitted) fit();
     }, 250);
   };
   const changed = () => { state.sliders.show(state.point); pressPreset(); redraw(); settle(); };
@@ -63,7 +67,7 @@ const start = () => {
     map.key = key;
     id("map").setAttribute("aria-busy", "true");
     inSlices("map", mapOver(state.view, state.point, map.across, map.up, CELLS), (rows) => {
-      map.rows = rows; map.best = state.best;
+      map.rows = rows;
       id("map").removeAttribute("aria-busy");
       describeMap();
       redraw();
@@ -78,7 +82,7 @@ const start = () => {
   const renewProfile = () => {
     const { profile } = state;
     if (!profile || !record()) return;
-    const effects = JSON.stringify(state.point.effects), key = `${profile.axis.id} ${effects} ${state.recordNumber}`;
+    const key = `${profile.axis.id} ${effectsKey()} ${state.recordNumber}`;
     if (key === profile.key) return;
     profile.key = key;
     inSlices("profile", profileOver(state.view, asPoint(state.point), profile.axis, PLACES), (values) => {
@@ -118,10 +122,10 @@ const start = () => {
     if (!record()) return;
     const axes = axesOf(state.view).filter((axis) => !axis.effect);
     const { view } = state;
+    state.fitted = effectsKey();
     inSlices("fit", best(view, asPoint(state.point), axes, 60), (found) => {
       if (view !== state.view || !Number.isFinite(found.misfit)) return;
       state.best = found;
-      if (state.map) state.map.best = found;
       showPresets(); sayProfile(); redraw();
       if (state.dropped) sayBest(found);
     });
@@ -133,12 +137,13 @@ const start = () => {
   };
 
   const showView = (number) => {
-    Object.assign(state, { view: views[number], number, run: null, best: null, dropped: null, recordNumber: 0 });
+    Object.assign(state, { view: views[number], number, run: null, best: null, dropped: null, fitted: null, recordNumber: 0 });
     document.querySelectorAll(".answer").forEach((part, i) => { part.hidden = i !== number; });
     const { view } = state, many = view.shots.length > 1;
     state.panels = channelsOf(view).map(({ shot, channel }) => panelOf(shot, channel, many, (panel, x) => readPanel(panel, view, x)));
     id("charts").replaceChildren(...state.panels.map((panel) => panel.box));
     id("charts").classList.toggle("single", state.panels.length === 1);
+    id("charts").classList.toggle("few", state.panels.length < 3);
     state.sliders = slidersOf(view, view.presets, setAxis);
     id("sliders").replaceChildren(...state.sliders.groups);
     id("legend-run").hidden = !view.runs;

@@ -72,7 +72,7 @@ const runPoint = (view, i) => ({ theta: view.runs.parameters[i], effects: {}, cl
 const runsShown = (view) => (view.runs ? view.runs.parameters.length : 0);
 
 const drawMap = (canvas, view, state, map) => {
-  const { pen, width, height } = penOf(canvas), { across, up, rows, best: found } = map, frame = mapFrame(width, height, endsOf(across), endsOf(up));
+  const { pen, width, height } = penOf(canvas), { across, up, rows } = map, found = state.best, frame = mapFrame(width, height, endsOf(across), endsOf(up));
   map.frame = frame;
   pen.clearRect(0, 0, width, height);
   if (rows && finite(rows).length) {
