@@ -18,7 +18,7 @@ def rendered(
     switches: Sequence[Mapping[str, str]] = (),
     beside: str = "",
 ) -> str:
-    """HTML text of a page; switches: of the curves that its figures can hide; beside: file name of the page of `explore`."""
+    """HTML text of a page; switches: of the curves that its figures can hide; beside: the file of `explore`."""
     environment = Environment(
         loader=PackageLoader("birdstrike.reports.page", "."),
         autoescape=True,
