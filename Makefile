@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check docs docs-run session bench fuzz verify clean
+.PHONY: help install demo test check docs docs-run tour session bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the effect that the model lacks"
@@ -16,6 +16,7 @@ help:
 	@echo "make check   style, types, import rules, and the documentation builds"
 	@echo "make docs    the documentation, into site/index.html"
 	@echo "make docs-run  every command of README.md and docs/ as it stands there (make test runs those that cost little)"
+	@echo "make tour    run the notebook docs/tour.ipynb anew"
 	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 125)"
@@ -53,6 +54,12 @@ docs: install
 
 docs-run: install
 	$(BIN)/python docs/run_commands.py
+
+# In a folder of its own, because the notebook writes its results beside itself.
+tour: install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[notebook]"
+	mkdir -p $(OUT)/tour && cp docs/tour.ipynb $(OUT)/tour/ && \
+	  $(BIN)/jupyter-execute --inplace $(OUT)/tour/tour.ipynb && cp $(OUT)/tour/tour.ipynb docs/
 
 session: install
 	$(BIN)/python docs/make_session.py

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
     from birdstrike.loop import close_the_loop
+    from birdstrike.reports.explore.explore import explore
     from birdstrike.reports.page.page import report
     from birdstrike.reports.verification.verify import Verification, verify
     from birdstrike.solver.case.case import Case, load_case
@@ -63,6 +64,7 @@ _VERBS = {
     "diagnose": "birdstrike.inversion.diagnosis.diagnose",
     "audit": "birdstrike.inversion.audit.audit",
     "report": "birdstrike.reports.page.page",
+    "explore": "birdstrike.reports.explore.explore",
     "close_the_loop": "birdstrike.loop",
     "verify": "birdstrike.reports.verification.verify",
 }
@@ -125,6 +127,7 @@ __all__ = [
     "compare_methods",
     "converge",
     "diagnose",
+    "explore",
     "export",
     "import_curve",
     "load_case",

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.histories import Array
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
-@dataclass(frozen=True)
-class Dataset:
+
+@dataclass(frozen=True, repr=False)
+class Dataset(Displayed):
     """Finished runs of a campaign.
 
     names: dotted case keys of the k parameters; units: SI unit of each; lows, highs: (k,) the case's ranges;
@@ -41,3 +48,38 @@ class Dataset:
     def sampled(self, channel: str, times: Array) -> Array:
         """One channel of every run at `times` [s], (n, len(times)); NaN outside the record."""
         return np.stack([np.interp(times, self.time, y, left=np.nan, right=np.nan) for y in self.curves[channel]])
+
+    @property
+    def headline(self) -> str:
+        """Runs, parameters, channels."""
+        left = len(self.runs) - int(self.smooth.sum())
+        rough = f" ({left} outside the smooth regime)" if left else ""
+        keys = ", ".join(name.rsplit(".", 1)[-1] for name in self.names)
+        return f"Dataset: {len(self.runs)} runs{rough} over {keys}; channels {', '.join(self.curves)}"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a run: number, parameters, the signed peak of every channel (SI), and whether it is smooth."""
+        import pandas as pd
+
+        peaks = {
+            f"peak_{name}_{self.channel_units[name]}".rstrip("_"): rows[
+                np.arange(len(rows)), np.abs(rows).argmax(axis=1)
+            ]
+            for name, rows in self.curves.items()
+        }
+        columns = {name: self.parameters[:, i] for i, name in enumerate(self.names)}
+        return pd.DataFrame({"run": self.runs, **columns, **peaks, "smooth": self.smooth})
+
+    def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
+        """All runs of one channel (default: the first) over time; `look` goes to matplotlib's plot."""
+        name = channel or next(iter(self.curves))
+        given: dict[str, Any] = {"color": "tab:blue", "alpha": 0.4, "linewidth": 0.8, **look}
+        return draw_curves(own_axes(axes), self.time, self.curves[name], name, self.channel_units[name], **given)
+
+    def draw(self) -> tuple[partial[Axes], ...]:
+        """The first channels."""
+        return tuple(partial(_plotted, self.plot, name) for name in list(self.curves)[:3])
+
+
+def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
+    return plot(name, axes)

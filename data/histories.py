@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from birdstrike.data.display import Displayed, draw_curves, own_axes
+from birdstrike.data.units import display
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.floating[Any]]
 
@@ -35,8 +43,8 @@ class Snapshot:
     plate_stress: Array
 
 
-@dataclass(frozen=True)
-class Histories:
+@dataclass(frozen=True, repr=False)
+class Histories(Displayed):
     """Histories of one simulation.
 
     time: (n,) [s], uniform; channels: sensor name -> (n,) in SI; units: sensor name -> SI unit ("m", "N", "");
@@ -52,3 +60,51 @@ class Histories:
     def at(self, channel: str, times: Array) -> Array:
         """Linear interpolation of one channel at `times` [s]; before the first and after the last sample: NaN."""
         return np.interp(times, self.time, self.channels[channel], left=np.nan, right=np.nan)
+
+    @property
+    def headline(self) -> str:
+        """Channels, length, and the first channel's peak."""
+        count, end = len(self.channels), display(float(self.time[-1]), "s")
+        first = next(iter(self.channels), None)
+        if first is None:
+            return f"Histories: no channel, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
+        peak, unit = display(self.peak(first)[1], self.units[first])
+        many = f"{count} channel{'s' if count > 1 else ''}"
+        size = f"{many}, {len(self.time)} instants to {end[0]:.3g} {end[1]}"
+        return f"Histories: {size}, peak of {first} {peak:.3g} {unit}".rstrip()
+
+    def peak(self, channel: str) -> tuple[float, float]:
+        """Time [s] and value, SI, of a channel's largest magnitude."""
+        values = self.channels[channel]
+        top = int(np.nanargmax(np.abs(values)))
+        return float(self.time[top]), float(values[top])
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row an instant: time_s, then a column a channel with its SI unit in the name, as in histories.csv."""
+        import pandas as pd
+
+        columns = {f"{name}_{self.units[name]}".rstrip("_"): values for name, values in self.channels.items()}
+        return pd.DataFrame({"time_s": self.time, **columns})
+
+    def brief(self) -> pd.DataFrame:
+        """A row a channel: its peak, and when."""
+        import pandas as pd
+
+        rows = []
+        for name, unit in self.units.items():
+            (at, value), (_, shown) = self.peak(name), display(1.0, unit)
+            rows.append({"channel": name, "peak": display(value, unit)[0], "unit": shown, "at [ms]": 1e3 * at})
+        return pd.DataFrame(rows)
+
+    def plot(self, channel: str | None = None, axes: Axes | None = None, **look: Any) -> Axes:
+        """One channel (default: the first) over time, in engineers' units; `look` goes to matplotlib's plot."""
+        name = channel or next(iter(self.channels))
+        return draw_curves(own_axes(axes), self.time, self.channels[name], name, self.units[name], **look)
+
+    def draw(self) -> tuple[partial[Axes], ...]:
+        """The first channels."""
+        return tuple(partial(_plotted, self.plot, name) for name in list(self.channels)[:3])
+
+
+def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
+    return plot(name, axes)

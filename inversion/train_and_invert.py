@@ -43,6 +43,7 @@ from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.case.settings import NUISANCE
+from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
 from birdstrike.surrogate.inverse_network import HIDDEN
 
@@ -164,6 +165,8 @@ def train_and_invert(
     _refuse_twice(shots)
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
+    if shots[0].case is not None:
+        copy_case(shots[0].case, folder)
     write(folder, outcome, dataset, record)
     return outcome.inversion
 
@@ -338,7 +341,7 @@ def _shot(
         parts += [corrected.columns(observations, mode)] if corrected else []
         return np.hstack(parts)
 
-    shot = Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign)
+    shot = Shot(dataset, read, solver, own, columns if said else None, tuple(said), campaign, case=base)
     if corrected is None:
         return shot
     run = corrected.forward(solver)

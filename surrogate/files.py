@@ -9,6 +9,7 @@ import numpy as np
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.files import whole_file
+from birdstrike.data.histories import Array
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, jointly
 from birdstrike.surrogate.features import Region
 from birdstrike.surrogate.gaussian_process import kernel_of
@@ -55,6 +56,7 @@ def save_emulator(path: Path, emulator: Emulator, dataset: Dataset) -> None:
         "names": np.array(emulator.names),
         "runs": np.array(emulator.runs),
         "u": emulator.inputs(dataset.parameters[used]),
+        "parameters": dataset.parameters[used],
         "scaling": np.stack([emulator.scaling.low, emulator.scaling.high]),
         "lows": np.stack([r.lows for r in emulator.regions]),
         "highs": np.stack([r.highs for r in emulator.regions]),
@@ -78,3 +80,14 @@ def load_emulator(path: Path) -> Emulator:
         boxes = tuple(Region(*box) for box in zip(file["lows"], file["highs"], file["flat"], strict=True))
         names, runs = tuple(map(str, file["names"])), tuple(map(int, file["runs"]))
         return Emulator(names, runs, boxes, Scaling(*file["scaling"]), jointly(channels))
+
+
+def read_runs(path: Path) -> tuple[Array, dict[str, Array]]:
+    """Parameters (n, k) SI and curves {channel: (n, m)} SI of the runs that a saved emulator learnt from.
+
+    Older files hold no parameters: (0, k) then.
+    """
+    with np.load(path) as file:
+        curves = {str(channel): file[f"curves_{i}"] for i, channel in enumerate(file["channels"])}
+        theta = file["parameters"] if "parameters" in file else np.zeros((0, len(file["names"])))
+        return theta, curves

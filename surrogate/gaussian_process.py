@@ -85,7 +85,7 @@ class GaussianProcess:
     @cached_property
     def standardised(self) -> Array:
         """(n,) leave-one-out errors over the standard deviations that the other runs' errors give there."""
-        runs = self._plain[2]
+        runs = self.plain[2]
         weights = _matern(cdist(runs, runs)) ** self.locality
         np.fill_diagonal(weights, 0.0)
         mean, _ = _local(weights, self.errors**2)
@@ -103,23 +103,23 @@ class GaussianProcess:
 
     def distance_variance(self, u: Array) -> Array:
         """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
-        size = self._plain[0]
+        size = self.plain[0]
         white = self._correlations(u) @ self._inverse.T * size
         return np.maximum(size - (white**2).sum(axis=1), 0.0) * self.scale**2
 
     def quick(self, u: Array) -> tuple[Array, Array]:
         """What `predict` gives, the correlations computed once: for the many small batches of a sampler."""
-        size = self._plain[0]
+        size = self.plain[0]
         correlation = self._correlations(u)
         mean, effective = _local(correlation**self.locality, self.errors**2)
         return size * correlation @ self.model.alpha_ * self.scale, mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
 
     def mean(self, u: Array) -> Array:
         """Mean (q,) at u (q, d): k(u, runs) alpha, without scikit-learn's checks, which cost more than the product."""
-        return self._plain[0] * self._correlations(u) @ self.model.alpha_ * self.scale
+        return self.plain[0] * self._correlations(u) @ self.model.alpha_ * self.scale
 
     @cached_property
-    def _plain(self) -> tuple[float, Array, Array]:
+    def plain(self) -> tuple[float, Array, Array]:
         """Of the kernel: size, lengths (d,); the runs over the lengths."""
         kernel: Any = self.kernel
         lengths = np.asarray(kernel.k1.k2.length_scale)
@@ -132,7 +132,7 @@ class GaussianProcess:
 
     def _correlations(self, u: Array) -> Array:
         """(q, n) Matern correlation of u (q, d) with the runs."""
-        _, lengths, runs = self._plain
+        _, lengths, runs = self.plain
         return _matern(cdist(u / lengths, runs))
 
 

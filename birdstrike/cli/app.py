@@ -27,6 +27,7 @@ COMMANDS = (
     "diagnose",
     "audit",
     "report",
+    "explore",
     "export",
     "close-the-loop",
     "verify",

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import norm
 
+from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
 from birdstrike.data.units import display
@@ -31,6 +33,10 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.effects.registry import effects
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
 ATTRIBUTED, AMBIGUOUS, UNEXPLAINED, NO_RESIDUAL = "attributed", "ambiguous", "unexplained", "no_significant_residual"
 LEVEL = 0.95
 HEADS = {
@@ -39,8 +45,9 @@ HEADS = {
     AMBIGUOUS: "Ambiguous",
     UNEXPLAINED: "Unexplained",
 }
-OWN_FILES = ("curves", "case")
+OWN_FILES = ("curves", "case", "model")
 MOST_NAMED = 3
+LISTED = 8  # models in the picture of the probabilities
 
 
 @dataclass(frozen=True)
@@ -99,12 +106,13 @@ class State:
         return {**vars(self), **(self.solver or {})}
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Displayed):
     """Everything that a diagnosis found; `sentence` is the one for a test report.
 
     alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; tolerances and
-    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of.
+    unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
+    model: the emulators and fits as arrays, of which model.npz is the file.
     """
 
     alpha: float
@@ -135,6 +143,7 @@ class Diagnosis:
     sentence: str
     curves: Mapping[str, Any] = field(default_factory=dict)
     case: Case | None = None
+    model: Mapping[str, Any] = field(default_factory=dict)
     tolerances: tuple[Mapping[str, Any], ...] = ()
     unnamed: str | None = None
 
@@ -155,6 +164,57 @@ class Diagnosis:
     def save(self, path: Path) -> None:
         """Write diagnosis.json, whole or not at all."""
         write_json(path, self.figures())
+
+    @property
+    def headline(self) -> str:
+        """The verdict with the sentence for a report."""
+        return f"Diagnosis: {HEADS[self.verdict].lower()}. {self.sentence}"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a model, the likeliest first: probability, magnitude with the ends of its 95 % interval, SI."""
+        import pandas as pd
+
+        rows = [
+            {
+                "name": one.name,
+                "probability": one.probability,
+                "magnitude": np.nan if one.magnitude is None else one.magnitude,
+                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
+                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
+                "unit": one.unit,
+                "p_consistent": one.p_consistent,
+                "meaning": one.meaning,
+            }
+            for one in self.effects
+        ]
+        return pd.DataFrame(rows)
+
+    def plot(self, channel: str | None = None, axes: Axes | None = None, shot: str | None = None) -> Axes:
+        """The likeliest models' probabilities; with a channel, its record with the curves before and after."""
+        on = own_axes(axes)
+        if channel is None:
+            first = self.effects[:LISTED][::-1]
+            on.barh([one.name for one in first], [one.probability for one in first])
+            on.set_xlim(0.0, 1.0)
+            on.set_xlabel("probability")
+            return on
+        one = self.curves[shot or next(iter(self.curves))][channel]
+        looks = {"measured": {"marker": ".", "linestyle": "none", "color": "black"}, "before": {}, "after": {}}
+        for key, look in looks.items():
+            if np.isfinite(one[key]).any():
+                draw_curves(on, one["time"], one[key], channel, one["unit"], label=key, **look)
+        on.legend(fontsize="small")
+        return on
+
+    def draw(self) -> tuple[Any, ...]:
+        """The probabilities, and the first channel where the curves are at hand."""
+        curves = next(iter(self.curves.values()), {})
+        channels = [partial(_plotted, self.plot, name) for name in list(curves)[:1]]
+        return (lambda axes: self.plot(axes=axes), *channels)
+
+
+def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
+    return plot(name, axes)
 
 
 def verdict_of(presence: Mapping[str, float], alarm: float, alpha: float, credible: tuple[str, ...]) -> str:

@@ -12,16 +12,18 @@ from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
+from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
+from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
 from birdstrike.inversion.diagnosis.shots import read_shot
 from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.solver.case.case import Case, as_case, case_hash
-from birdstrike.solver.case.write import case_toml
+from birdstrike.solver.case.write import case_toml, copy_case
 
 CaseLike = str | Path | Case
 RecordLike = str | Path | Measured
@@ -97,6 +99,8 @@ def diagnose(
         baselines = read_baselines(records, channels_of(shots))
         held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
         found = Pipeline(read_shots, baselines, choice, strikes, warnings).diagnosis(held)
+    for one, name in zip(shots, case_files([one.name for one in shots]), strict=True):
+        copy_case(one.case, folder, name)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
@@ -218,6 +222,8 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
         found = replace(found, case_after=path.name)
     for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):
         write_curves(folder / name, channels)
+    if found.model:
+        save_tree(folder / FILE, found.model)
     found.save(folder / "diagnosis.json")
     return found
 
@@ -225,6 +231,11 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
 def curve_files(shots: Sequence[str]) -> list[str]:
     """Names of the files of curves: of the first shot diagnosis.csv."""
     return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def case_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of the cases as declared: of the first shot case.toml."""
+    return [f"case_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
 
 
 def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:

@@ -37,6 +37,7 @@ from birdstrike.inversion.diagnosis.baseline import (
 from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.hypotheses import NONE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
@@ -185,6 +186,7 @@ class Pipeline:
             sentence="",
             curves={one.name: curves(ranking, one, chosen, _of_shot(runs, one.name)) for one in self.shots},
             case=best.case if best else None,
+            model=model_table(ranking, self.shots, {"before": NONE, **({"after": chosen} if chosen else {})}),
         )
         return replace(found, sentence=sentence_of(found))
 

@@ -25,6 +25,7 @@ from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
+from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import fit_emulator
 
 SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
@@ -36,7 +37,7 @@ class Shot:
 
     options: its noise and time origin; columns: errors of its own (nuisances, mesh), None where it has none;
     known_errors: those in words; campaign: folder of the runs, if they come from one; verifier: the forward model on
-    the fine mesh, where the campaign is corrected for it.
+    the fine mesh, where the campaign is corrected for it; case: that the runs are of.
     """
 
     dataset: Dataset
@@ -48,6 +49,7 @@ class Shot:
     campaign: Path | None = None
     verifier: Forward | None = None
     mesh_correction: MeshCorrectionFigures | None = None
+    case: Case | None = None
 
 
 @dataclass(frozen=True)

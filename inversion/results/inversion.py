@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import Field, TypeAdapter
 
+from birdstrike.data.display import Displayed, own_axes
 from birdstrike.data.files import write_atomically
+from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.results.estimates import Answer
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.identifiability import IdentifiabilityFigures, PosteriorFigures
+from birdstrike.inversion.results.inference_data import inference_data
 from birdstrike.inversion.results.ingredients import (
     DesignFigures,
     EmulatorFigures,
@@ -23,11 +27,16 @@ from birdstrike.inversion.results.ingredients import (
     TrainingFigures,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from arviz import InferenceData
+    from matplotlib.axes import Axes
+
 SCHEMA_VERSION = 1
 
 
-@dataclass(frozen=True)
-class Inversion:
+@dataclass(frozen=True, repr=False)
+class Inversion(Displayed):
     """The whole result of `train_and_invert`.
 
     methods: those that were run; best: the one with the smallest verified error; ranges: name -> limits of the search,
@@ -72,6 +81,66 @@ class Inversion:
     def load(cls, path: Path) -> Inversion:
         """Read what `save` wrote."""
         return _ADAPTER.validate_json(path.read_bytes())
+
+    @property
+    def headline(self) -> str:
+        """The best method's answer: each parameter with its interval, or that it is not identifiable."""
+        answer = self.methods[self.best or next(iter(self.methods))]
+        said = []
+        for name, one in answer.parameters.items():
+            if not one.identified or one.value is None:
+                said.append(f"{plain(name)} not identifiable")
+            else:
+                ends = f" (95 %: {span(*one.interval_95, one.unit)})" if one.interval_95 else ""
+                said.append(f"{plain(name)} {quantity(one.value, one.unit)}{ends}")
+        return f"Inversion by the {self.best or 'methods, none verified'}: {'; '.join(said)}"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row for each method and parameter: value, ends of the 95 % interval (SI), whether identified, and why."""
+        import pandas as pd
+
+        rows = [
+            {
+                "method": method,
+                "parameter": name,
+                "value": np.nan if one.value is None else one.value,
+                "low_95": (one.interval_95 or (np.nan, np.nan))[0],
+                "high_95": (one.interval_95 or (np.nan, np.nan))[1],
+                "unit": one.unit,
+                "identified": one.identified,
+                "reason": one.reason,
+            }
+            for method, answer in self.methods.items()
+            for name, one in answer.parameters.items()
+        ]
+        return pd.DataFrame(rows)
+
+    def to_inference_data(self, folder: str | Path) -> InferenceData:
+        """The posterior's draws in `folder`, where train_and_invert wrote them, for arviz."""
+        return inference_data(self.posterior, Path(folder))
+
+    def plot(self, axes: Axes | None = None, **look: Any) -> Axes:
+        """Each method's 95 % intervals as shares of the ranges that were searched; hollow: not identifiable."""
+        on, names = own_axes(axes), list(self.ranges)
+        for number, (method, answer) in enumerate(self.methods.items()):
+            for row, name in enumerate(names):
+                one, (low, high) = answer.parameters[name], self.ranges[name]
+                place, colour = row + 0.2 * number, f"C{number}"
+                ends = [(end - low) / (high - low) for end in one.interval_95 or (low, high)]
+                on.plot(ends, [place, place], color=colour, alpha=1.0 if one.identified else 0.3, **look)
+                if one.value is not None:
+                    face = colour if one.identified else "none"
+                    on.plot((one.value - low) / (high - low), place, "o", color=colour, markerfacecolor=face)
+            on.plot([], [], color=f"C{number}", label=method)
+        on.set_yticks(range(len(names)), [plain(name) for name in names])
+        on.set_xlim(-0.03, 1.03)
+        on.set_xlabel("share of the range")
+        on.legend(fontsize="small")
+        return on
+
+    def draw(self) -> tuple[Any, ...]:
+        """The intervals."""
+        return (self.plot,)
 
 
 _ADAPTER = TypeAdapter(Inversion)

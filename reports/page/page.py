@@ -8,6 +8,7 @@ from pathlib import Path
 from birdstrike.data.files import write_atomically
 from birdstrike.reports.blocks import Picture, Section
 from birdstrike.reports.comparison.models import run_models
+from birdstrike.reports.explore.explore import PAGE as EXPLORE
 from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
 from birdstrike.reports.page.diagnosis import in_report, read_diagnosis
@@ -149,18 +150,28 @@ def write_page(
     models: bool = True,
     diagnosed: bool = True,
 ) -> Path:
-    """Write the page about results at hand, the bird models' simulations added where asked for; its path."""
+    """Write the page about results at hand, the bird models' simulations added where asked for; its path.
+
+    It links to the page of `explore` where that lies beside it.
+    """
     report_share = progress or (lambda _: None)
     if models:
         results = run_models(results, lambda share: report_share(SIMULATIONS * share))
     begun = SIMULATIONS if models else 0.0
     made = SECTIONS if diagnosed else tuple(make for make in SECTIONS if make not in DIAGNOSIS)
-    write_atomically(path, page(results, lambda share: report_share(begun + (1.0 - begun) * share), made))
+    beside = EXPLORE if (path.parent / EXPLORE).is_file() else ""
+    text = page(results, lambda share: report_share(begun + (1.0 - begun) * share), made, beside)
+    write_atomically(path, text)
     return path
 
 
-def page(results: Results, progress: Callable[[float], None] | None = None, makers: Sequence[Maker] = SECTIONS) -> str:
-    """The page as HTML text; nothing in it points outside."""
+def page(
+    results: Results,
+    progress: Callable[[float], None] | None = None,
+    makers: Sequence[Maker] = SECTIONS,
+    beside: str = "",
+) -> str:
+    """The page as HTML text; nothing in it points outside. beside: name of the page of `explore`, to link to."""
     sections: list[Section] = []
     for done, make in enumerate(makers, 1):
         if (section := make(results)) is not None:
@@ -172,6 +183,7 @@ def page(results: Results, progress: Callable[[float], None] | None = None, make
         subtitle=f"The record is {origin(results.record)}; every model curve is simulated by birdstrike.",
         sections=sections,
         switches=switches(results, sections),
+        beside=beside,
     )
 
 

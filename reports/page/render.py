@@ -11,8 +11,14 @@ from birdstrike.reports.blocks import Section
 from birdstrike.reports.sections.reproducibility import installed
 
 
-def rendered(title: str, subtitle: str, sections: Sequence[Section], switches: Sequence[Mapping[str, str]] = ()) -> str:
-    """HTML text of a page; switches: of the curves that its figures can hide."""
+def rendered(
+    title: str,
+    subtitle: str,
+    sections: Sequence[Section],
+    switches: Sequence[Mapping[str, str]] = (),
+    beside: str = "",
+) -> str:
+    """HTML text of a page; switches: of the curves that its figures can hide; beside: the file of `explore`."""
     environment = Environment(
         loader=PackageLoader("birdstrike.reports.page", "."),
         autoescape=True,
@@ -26,6 +32,7 @@ def rendered(title: str, subtitle: str, sections: Sequence[Section], switches: S
         subtitle=subtitle,
         sections=sections,
         switches=switches,
+        beside=beside,
         version=version,
         footer=f"Written by birdstrike {version} on {datetime.now(UTC):%Y-%m-%d %H:%M} UTC.",
     )

@@ -21,7 +21,7 @@ import birdstrike
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("data", "solver", "doe", "surrogate", "inversion", "reports")
-CARRIED = (".py", ".toml", ".csv", ".j2")
+CARRIED = (".py", ".toml", ".csv", ".j2", ".js", ".css")
 """Endings of the files that a program reads at run time."""
 
 

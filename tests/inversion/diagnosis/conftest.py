@@ -11,30 +11,53 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.inversion.diagnosis.answer import Diagnosis
+from birdstrike.inversion.diagnosis.diagnose import write
+from birdstrike.inversion.diagnosis.model_file import model_table
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.diagnosis.rig import few_simulations, shot, tiny
 
+Answered = tuple[Ranking, tuple[Shot, ...]]
 
-def command(folder: Path, out: str, *words: str) -> Result:
-    """`birdstrike diagnose` of the folder's case, with simulations that lie in `out/`."""
+
+def command(folder: Path, answered: list[Answered], diagnoses: list[Diagnosis], out: str, *words: str) -> Result:
+    """`birdstrike diagnose` of the folder's case, with simulations in `out/`; adds what it made to the lists."""
+
+    def kept(ranking: Ranking, shots: tuple[Shot, ...], fits: dict[str, str]) -> dict[str, Any]:
+        answered.append((ranking, shots))
+        return model_table(ranking, shots, fits)
+
+    def written(found: Diagnosis, place: Path) -> Diagnosis:
+        diagnoses.append(write(found, place))
+        return diagnoses[-1]
+
     given = ["--out", str(folder / out), "--doe", str(folder / "out"), "--workers", "1", *words]
     with few_simulations() as patch:
         patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
         patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
         patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
+        patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
+        patch.setattr("birdstrike.inversion.diagnosis.diagnose.write", written)
         return CliRunner().invoke(app, ["diagnose", str(folder / "case.toml"), *given], env={"COLUMNS": "200"})
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result."""
+    """Folder with case.toml, clean.csv and loose.csv (edges that let go), and the command's first result.
+
+    answered: what the answer was made of, ranking and measured shots, for each diagnosis; diagnoses: the answers.
+    """
 
     folder: Path
     first: Result
+    answered: list[Answered]
+    diagnoses: list[Diagnosis]
 
     def diagnose(self, out: str, *words: str) -> Result:
         """`birdstrike diagnose` with the first call's simulations at hand."""
-        return command(self.folder, out, *words)
+        return command(self.folder, self.answered, self.diagnoses, out, *words)
 
     def content(self, out: str = "out") -> dict[str, Any]:
         """diagnosis.json."""
@@ -49,4 +72,5 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Laboratory:
     shot(folder, "clean", 1)
     shot(folder, "loose", 2, plate={"edges": "pinned"})
     records = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-    return Laboratory(folder, command(folder, "out", *records))
+    answered, diagnoses = list[Answered](), list[Diagnosis]()
+    return Laboratory(folder, command(folder, answered, diagnoses, "out", *records), answered, diagnoses)

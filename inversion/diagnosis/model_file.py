@@ -1,0 +1,112 @@
+"""The model of a diagnosis as one file: emulators with their mesh corrections, responses to effects, the fits.
+
+What `explore` draws: curve = emulator + mesh correction + sum of the effects' responses, as the diagnosis computes it
+(before_and_after.predicted), in plain arrays (see surrogate.weights).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.hypotheses import Suspect
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
+from birdstrike.inversion.diagnosis.responses import Response
+from birdstrike.inversion.diagnosis.setup import Setup
+from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.surrogate.weights import emulator_table, process_table
+
+FILE = "model.npz"
+Table = dict[str, Any]
+
+
+def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]) -> Table:
+    """Of the measured shots; fits: `before`, `after` -> label of the model.
+
+    parameters: the sought ones; systems: one a case; shots: name and system; effects: with the limits, SI, of what was
+    looked at; fits: parameters and effects, SI, by shot's group.
+    """
+    setups = list({id(shot.setup): shot.setup for shot in shots}.values())
+    space = shots[0].setup.plan.space
+    return {
+        "parameters": [
+            {"name": name, "unit": unit, "low": float(low), "high": float(high), "log": bool(log)}
+            for name, unit, low, high, log in zip(
+                space.names, space.units, space.lows, space.highs, space.logarithmic, strict=True
+            )
+        ],
+        "systems": [_system(setup) for setup in setups],
+        "shots": [
+            {
+                "name": shot.name,
+                "system": next(i for i, setup in enumerate(setups) if setup is shot.setup),
+                "case": shot.setup.plan.case.name,
+                "channels": [{"name": trace.name, "unit": trace.unit} for trace in shot.record.traces],
+            }
+            for shot in shots
+        ],
+        "effects": [_effect(one) for one in ranking.problem.found],
+        "fits": {name: _point(ranking, ranking.fits[label], label, shots[0]) for name, label in fits.items()},
+    }
+
+
+def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
+    """Parameters (k,) SI of the shots' group, and magnitudes SI by the effect's label."""
+    values = shot.setup.plan.values(fit.places.z[shot.group])
+    sizes = {one.label: one.magnitude(fit.places.h.get(one.label, 0.0)) for one in ranking.models[label].members}
+    return {"model": label, "theta": list(values.values()), "effects": sizes}
+
+
+def _effect(one: Suspect) -> Table:
+    """An effect where it acts; low, high: SI magnitudes that were looked at."""
+    low, high = (one.magnitude(h) for h in one.limits)
+    fault = one.fault
+    return {
+        "label": one.label,
+        "name": one.name,
+        "family": one.family,
+        "unit": one.unit,
+        "size": one.size,
+        "low": low,
+        "high": high,
+        "shots": list(one.shots),
+        "sensors": None if fault is None else list(fault.sensors),
+    }
+
+
+def _system(setup: Setup) -> Table:
+    """The emulator of a case, its mesh correction over fractions of the ranges, the responses, the runs."""
+    campaign = {label: run for label, run in setup.runs.items() if label.startswith("coarse ")}
+    points = setup.plan.unit[[int(label.split()[1]) for label in campaign]]
+    curves = {
+        name: np.array([np.interp(setup.time, run.time, run.channels[name]) for run in campaign.values()])
+        for name in setup.channels
+    }
+    return {
+        **emulator_table(setup.emulator),
+        "mesh": {
+            "mean": _split(setup, setup.mesh.mean),
+            "directions": _split(setup, setup.mesh.directions),
+            "processes": [process_table(process) for process in setup.mesh.processes],
+        },
+        "responses": {name: _response(setup, one) for name, one in setup.responses.items()},
+        "runs": {"parameters": setup.plan.space.to_physical(points), "curves": curves},
+    }
+
+
+def _response(setup: Setup, one: Response) -> Table:
+    """signature and slopes (k, m) by channel, centre (k,), knots: magnitude in plausible sizes -> size of response."""
+    return {
+        "signature": _split(setup, one.signature),
+        "slopes": _split(setup, one.slopes),
+        "centre": one.centre,
+        "knots": np.array(one.knots),
+    }
+
+
+def _split(setup: Setup, grid: Array) -> dict[str, Array]:
+    """channel -> (..., m) of stacked curves (..., channels * m)."""
+    return dict(zip(setup.channels, np.split(grid, len(setup.channels), axis=-1), strict=True))

@@ -1,0 +1,45 @@
+"""A folder of run-doe: the emulator of its runs, and no record yet; one can be dropped on the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.reports.explore.kinds.kind import Kind
+from birdstrike.reports.explore.view import View, channel, parameter, preset, runs
+from birdstrike.solver.case.case import load_case
+from birdstrike.surrogate.emulator import fit_emulator
+from birdstrike.surrogate.weights import emulator_table
+
+
+def holds(folder: Path) -> bool:
+    """Whether run-doe has finished here."""
+    return (folder / "curves.csv").is_file() and (folder / "design.csv").is_file()
+
+
+def read(folder: Path) -> tuple[View]:
+    """Fit the emulator of the finished runs; raises UserError where they are too few."""
+    dataset, case = load_dataset(folder), load_case(folder / "case.toml")
+    names = tuple(dataset.curves)
+    emulator = fit_emulator(dataset, names)
+    scales = ParameterSpace.of_case(case).logarithmic
+    ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, scales, strict=True)
+    parameters = [parameter(n, si, float(a), float(b), None, bool(log)) for n, si, a, b, log in ranges]
+    sensors = [channel(n, dataset.channel_units[n], case.sensors[n].noise or None) for n in names]
+    middle = 0.5 * (dataset.lows + dataset.highs)
+    view = View(
+        title=f"Campaign of {len(dataset.runs)} runs",
+        headline="No record has been compared yet.",
+        parameters=parameters,
+        systems=[emulator_table(emulator)],
+        shots=[{"name": case.name, "system": 0, "channels": sensors}],
+        answers=[],
+        presets=[preset("middle of the ranges", middle)],
+        runs=runs(dataset.parameters, dataset.time, dataset.curves),
+        case=str(folder / "case.toml"),
+    )
+    return (view,)
+
+
+KIND = Kind("run-doe", holds, read)

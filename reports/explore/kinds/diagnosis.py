@@ -1,0 +1,114 @@
+"""A folder of diagnose: emulators with mesh correction, the effects that were looked at, before and after."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.tree import load_tree
+from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.diagnosis.diagnose import case_files, curve_files
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.model_file import FILE
+from birdstrike.inversion.formatting import plain
+from birdstrike.reports.explore.kinds.kind import Kind
+from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.sensors.instrument import Instrument
+
+LIKELY = 0.02  # probability from which on an effect's slider is shown at once
+
+
+def holds(folder: Path) -> bool:
+    """Whether diagnose has finished here."""
+    return (folder / "diagnosis.json").is_file()
+
+
+def read(folder: Path) -> tuple[View]:
+    """The model that was diagnosed; raises UserError for a folder of an earlier version."""
+    if not (folder / FILE).is_file():
+        raise UserError(
+            f"no {FILE} in {folder}: its diagnosis was made by an earlier version; repeat birdstrike diagnose with the "
+            "same --out, which finds its simulations there"
+        )
+    content, model = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8")), load_tree(folder / FILE)
+    fits, parameters = model["fits"], model["parameters"]
+    names = [one["name"] for one in model["shots"]]
+    told = (content["after"] if "after" in fits else content["before"])["parameters"]
+    first = model["systems"][model["shots"][0]["system"]]
+    view = View(
+        title="Diagnosis",
+        headline=f"{HEADS[content['verdict']]}. {content['sentence']}.",
+        parameters=[
+            parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"])
+            for one in parameters
+        ],
+        systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
+        shots=[
+            _shot(folder / file, shot, case)
+            for file, shot, case in zip(curve_files(names), model["shots"], case_files(names), strict=True)
+        ],
+        answers=[answer(one["name"], one["unit"], told[one["name"]]) for one in parameters],
+        effects=_effects(model["effects"], content, load_case(folder / case_files(names)[0])),
+        presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
+        runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
+        warnings=content["warnings"],
+        case=str(folder / case_files(names)[0]),
+    )
+    return (view,)
+
+
+def _shot(path: Path, shot: Mapping[str, Any], case: str) -> Table:
+    """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many."""
+    table, channels = pd.read_csv(path), []
+    for one in shot["channels"]:
+        own = table[table["channel"] == one["name"]]
+        time, values, sigma = (own[key].to_numpy(float) for key in ("time_s", "measured", "sigma"))
+        noise = float(np.sqrt(np.mean(sigma**2)))
+        channels.append(channel(one["name"], one["unit"], noise, record(time, values, sigma, shot["name"])))
+    return {"name": shot["name"], "system": shot["system"], "channels": channels, "case": str(path.parent / case)}
+
+
+def _effects(found: Sequence[Mapping[str, Any]], content: Mapping[str, Any], case: Case) -> list[Table]:
+    """Sliders of the effects, the likeliest first; none and something else have none."""
+    told = {one["name"]: one for one in content["effects"] if one["name"] not in (NONE, SOMETHING_ELSE)}
+    sliders = [_effect(one, told[one["label"]], case) for one in found if one["label"] in told]
+    return sorted(sliders, key=lambda one: -one["probability"])
+
+
+def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Table:
+    """A slider over the magnitudes that were looked at.
+
+    single: the one sensor that it acts on, where it has no other, and what the case states of its instrument.
+    """
+    single = one["sensors"][0] if one["sensors"] and "." in one["label"] else None
+    stated = case.instrument.get(single or "", Instrument())
+    return {
+        **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
+        **unit_of(one["unit"]),
+        "meaning": told["meaning"],
+        "title": _title(one),
+        "probability": told["probability"],
+        "likely": told["probability"] >= LIKELY,
+        "value": told["magnitude"],
+        "interval": told["interval_95"],
+        "single": single,
+        "stated": {"gain": stated.gain, "time_offset": stated.time_offset, "drift": stated.drift},
+    }
+
+
+def _title(one: Mapping[str, Any]) -> str:
+    """`clamp rotation`, `sensor gain, displacement centre`, `impact speed, shot 2 alone`."""
+    name, _, sensor = one["label"].split("@")[0].partition(".")
+    shot = one["label"].split("@")[1:]
+    parts = [plain(name), *([plain(sensor)] if sensor else []), *(f"shot {s} alone" for s in shot)]
+    return ", ".join(parts)
+
+
+KIND = Kind("diagnose", holds, read)

@@ -1,0 +1,121 @@
+"""A folder of train-and-invert: its emulator, the record, the answer with its intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.results.estimates import Answer, Estimate
+from birdstrike.inversion.results.fit import TimeOrigin
+from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.reports.explore.kinds.kind import Kind
+from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
+from birdstrike.surrogate.files import load_emulator, read_runs
+from birdstrike.surrogate.weights import emulator_table
+
+FARTHEST_CLOCK = 3.0  # standard deviations of the time origin that its slider reaches beyond the answer
+
+
+def holds(folder: Path) -> bool:
+    """Whether train-and-invert has finished here."""
+    return (folder / "inversion.json").is_file()
+
+
+def read(folder: Path) -> tuple[View]:
+    """The emulator that the answer rests on; raises UserError for a folder that is not whole."""
+    return (view_of(folder, folder / "case.toml"),)
+
+
+def view_of(folder: Path, case: Path) -> View:
+    """The view of an inversion whose case lies at `case`."""
+    inversion = _loaded(folder)
+    emulator = load_emulator(folder / "emulator.npz")
+    theta, curves = read_runs(folder / "emulator.npz")
+    best = inversion.methods[inversion.best or next(iter(inversion.methods))]
+    estimates = best.parameters
+    table = pd.read_csv(folder / "verification.csv")
+    time = table["time_s"].to_numpy(float)
+    measured = {
+        name: table[f"measured_{name}_{score.unit}".rstrip("_")].to_numpy(float)
+        for name, score in best.channels.items()
+    }
+    return View(
+        title="Calibration",
+        headline=_headline(inversion, best),
+        parameters=[
+            parameter(name, estimates[name].unit, *inversion.ranges[name], vars(estimates[name]))
+            for name in emulator.names
+        ],
+        systems=[emulator_table(emulator)],
+        shots=[
+            {
+                "name": Path(inversion.measured.path).name,
+                "system": 0,
+                "channels": [
+                    _sensor(inversion, name, best.channels[name].unit, time, values)
+                    for name, values in measured.items()
+                ],
+            }
+        ],
+        answers=[answer(name, estimates[name].unit, vars(estimates[name])) for name in emulator.names],
+        presets=[preset("calibrated", _point(inversion, estimates), {}, inversion.time_offset.value)],
+        runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
+        clock=_clock(inversion.time_offset),
+        warnings=inversion.warnings,
+        case=str(case),
+    )
+
+
+def _loaded(folder: Path) -> Inversion:
+    missing = [name for name in ("emulator.npz", "verification.csv") if not (folder / name).is_file()]
+    if missing:
+        raise UserError(f"no {' and no '.join(missing)} in {folder}; repeat birdstrike train-and-invert")
+    try:
+        return Inversion.load(folder / "inversion.json")
+    except ValidationError as error:
+        raise UserError(f"{folder / 'inversion.json'} is of another version; repeat train-and-invert") from error
+
+
+def _headline(inversion: Inversion, best: Answer) -> str:
+    """How well the solver confirms the answer, and which combination a deficient design carries."""
+    carried = f" {best.combination.sentence}." if best.combination else ""
+    if best.verified_relative is None:
+        return f"No verification run finished.{carried}"
+    said = f"By the {inversion.best}: the solver at this answer differs from the record by "
+    return f"{said}{100 * best.verified_relative:.2g} % of the peaks (RMS).{carried}"
+
+
+def _sensor(inversion: Inversion, name: str, unit: str, time: Array, values: Array) -> Table:
+    """A channel with its record; one of a later shot says of which."""
+    noise, own = inversion.measured.noise[name], name.split("@")
+    paths = {shot.suffix: Path(shot.path).name for shot in inversion.shots}
+    source = paths.get(f"@{own[1]}" if len(own) > 1 else "", Path(inversion.measured.path).name)
+    label = f"{plain(own[0])}, {source}" if len(inversion.shots) > 1 else plain(own[0])
+    return channel(name, unit, noise, record(time, values, np.full(len(time), noise), source), label)
+
+
+def _point(inversion: Inversion, estimates: Mapping[str, Estimate]) -> list[float]:
+    """Where the answer stands: its values, and for a parameter without one the middle of its range."""
+    return [
+        float(0.5 * sum(inversion.ranges[name]) if one.value is None else one.value) for name, one in estimates.items()
+    ]
+
+
+def _clock(origin: TimeOrigin) -> dict[str, Any] | None:
+    """The slider of the time origin, where the record does not share the simulation's clock."""
+    if origin.sigma is None:
+        return None
+    ends = [origin.value - FARTHEST_CLOCK * origin.sigma, origin.value + FARTHEST_CLOCK * origin.sigma, 0.0]
+    shown = {"value": origin.value, "interval": origin.interval_95}
+    return {"label": "time origin of the record", "low": min(ends), "high": max(ends), **unit_of("s"), **shown}
+
+
+KIND = Kind("train-and-invert", holds, read)

@@ -1,0 +1,63 @@
+// The present point as case keys in TOML, as a command, and the curves as CSV.
+
+// Ten digits: what is pasted simulates what is drawn.
+const written = (si, quantity) => `${Number((si * quantity.factor).toPrecision(10))} ${quantity.unit}`.trim();
+const quotedToml = (text) => `"${text.replace(/\\/g, "\\\\").replace(/"/g, '\\"')}"`;
+const quotedShell = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`);
+
+// How a fault of one sensor stands in a case: key under instrument.<sensor>, and its value in TOML.
+const INSTRUMENT = {
+  sensor_gain: (x, stated) => ["gain", String(Number((stated.gain * (1 + x)).toPrecision(10)))],
+  time_offset: (x, stated) => ["time_offset", quotedToml(`${Number((stated.time_offset + x).toPrecision(10))} s`)],
+  sensor_drift: (x, stated) => ["drift", quotedToml(`${Number((stated.drift + x).toPrecision(10))} m/s`)],
+  sensor_bandwidth: (x) => ["bandwidth", quotedToml(`${Number((1 / (2 * Math.PI * Math.max(x, 1e-9))).toPrecision(10))} 1/s`)],
+};
+
+// [section, key, value in TOML, note] of every parameter, and of every effect that is there.
+const keysOf = (view, point) => {
+  const rows = view.parameters.map((axis, i) => {
+    const parts = axis.key.split("."), key = parts.pop();
+    return [parts.join("."), key, axis.unit ? quotedToml(written(point.theta[i], axis)) : String(Number(point.theta[i].toPrecision(10))), ""];
+  });
+  view.effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
+    const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
+    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x, effect.stated); rows.push([`instrument.${effect.single}`, key, value, note]); return; }
+    rows.push(["effects", effect.name, effect.unit ? quotedToml(written(x, effect)) : String(Number(x.toPrecision(10))), note]);
+  });
+  return rows;
+};
+
+const tomlOf = (view, point) => {
+  const rows = keysOf(view, point), sections = [...new Set(rows.map(([section]) => section))];
+  return sections.map((section) => [`[${section}]`, ...rows.filter(([own]) => own === section).map(
+    ([, key, value, note]) => `${key} = ${value}${note ? ` # ${note.replace(/[\r\n]/g, " ")}` : ""}`)].join("\n")).join("\n\n") + "\n";
+};
+
+const commandOf = (view, point) => {
+  const set = keysOf(view, point).map(([section, key, value]) => {
+    const text = value.startsWith('"') ? JSON.parse(value) : value;
+    return `--set ${quotedShell(`${section}.${key}=${text}`)}`;
+  });
+  return ["birdstrike simulate", quotedShell(view.case), ...set, "--out what_if"].join(" ");
+};
+
+// Every drawn curve with its standard deviation, SI, one row an instant.
+const curvesCsv = (panels, view) => {
+  const blocks = view.shots.map((shot) => {
+    const own = panels.filter((panel) => panel.shot === shot), { time } = view.systems[shot.system];
+    const head = ["time_s", ...own.flatMap(({ channel }) => [`${channel.name}_${channel.si}`, `${channel.name}_sd_${channel.si}`].map((n) => n.replace(/_$/, "")))];
+    const lines = Array.from(time, (t, i) => [t, ...own.flatMap((panel) => [panel.curve[i], panel.error[i]])].map((v) => v.toPrecision(9)).join(","));
+    return [...(view.shots.length > 1 ? [`# ${shot.name}`] : []), head.join(","), ...lines].join("\n");
+  });
+  return `${blocks.join("\n\n")}\n`;
+};
+
+// To the clipboard where the browser lets the page, and always to a text that can be selected.
+const offer = (text, box) => {
+  const area = box.querySelector("textarea"), note = box.querySelector("output");
+  box.hidden = false; area.value = text; area.rows = Math.min(text.split("\n").length + 1, 12);
+  area.focus(); area.select();
+  const done = (words) => { note.textContent = words; };
+  if (!navigator.clipboard) { done("Press Ctrl+C to copy."); return; }
+  navigator.clipboard.writeText(text).then(() => done("Copied."), () => done("Press Ctrl+C to copy."));
+};

@@ -1,0 +1,137 @@
+// A panel a sensor: record with its noise, the emulator's curve with its error, a campaign's run, the residual below.
+
+const MS = 1e3, WIDE_95 = 1.96, LEFT = 46, RIGHT = 8, TOP = 8, FOOT = 32, GAP = 14;
+
+const panelOf = (shot, channel, many, read) => {
+  const name = many ? `${channel.label}, ${shot.name}` : channel.label;
+  const misfit = element("output", { className: "chip" });
+  const canvas = element("canvas", { tabIndex: 0, role: "img" });
+  const reading = element("span", { className: "reading", "aria-live": "polite" });
+  const box = element("figure", { className: "panel" },
+    element("figcaption", {}, element("b", {}, name), ` [${channel.unit || "–"}] `, misfit, reading), canvas);
+  const panel = { box, canvas, misfit, reading, shot, channel, name, frames: null, still: document.createElement("canvas") };
+  canvas.addEventListener("pointermove", (event) => read(panel, event.offsetX));
+  canvas.addEventListener("pointerleave", () => { reading.textContent = ""; });
+  canvas.addEventListener("keydown", (event) => {
+    if (!["ArrowLeft", "ArrowRight"].includes(event.key) || !panel.frames) return;
+    event.preventDefault();
+    panel.place = clamp((panel.place || 0.5) + (event.key === "ArrowRight" ? 0.02 : -0.02), 0, 1);
+    read(panel, panel.frames.upper.left + panel.place * panel.frames.upper.width);
+  });
+  return panel;
+};
+
+// What the scales must hold: record, noise, the campaign's runs and the curve at hand; they grow, but do not shrink.
+const scalesOf = (panel, view, time, curve, error) => {
+  const { record, factor, name } = panel.channel, rows = [[0]];
+  if (record) rows.push(record.values);
+  if (view.runs && view.runs.shot === view.shots.indexOf(panel.shot) && view.runs.curves[name]) rows.push(...view.runs.curves[name]);
+  const old = panel.scales, found = boundsOf(...rows, curve).map((v) => v * factor);
+  const y = old && found[0] >= old.y[0] && found[1] <= old.y[1] ? old.y : padded(found);
+  const noise = record ? WIDE_95 * Math.max(...record.sigma) * factor : 0;
+  const reach = Math.max(3 * noise, record ? 1.15 * largestResidual(panel, time, curve) * factor : 0, WIDE_95 * Math.max(...error) * factor);
+  const kept = old && reach <= old.reach && reach > 0.3 * old.reach;
+  return { y, reach: kept ? old.reach : 1.3 * reach || 1, x: [0, Math.max(time[time.length - 1], record ? record.time[record.time.length - 1] : 0) * MS] };
+};
+const largestResidual = (panel, time, curve) => {
+  const { record } = panel.channel;
+  let largest = 0;
+  for (let i = 0; i < record.time.length; i += 1) {
+    const off = Math.abs(record.values[i] - sampleAt(time, curve, record.time[i] - panel.clock));
+    if (off > largest) largest = off;
+  }
+  return largest;
+};
+
+const framesOf = (width, height, scales) => {
+  const [left, foot, gap] = [LEFT, FOOT, GAP].map((size) => size * theme.scale), inner = width - left - RIGHT;
+  const low = Math.round(0.26 * (height - foot)), high = height - foot - gap - TOP - low;
+  return {
+    upper: frameOf(left, TOP, inner, high, scales.x, scales.y),
+    lower: frameOf(left, TOP + high + gap, inner, low, scales.x, [-scales.reach, scales.reach]),
+  };
+};
+
+// What does not move while a slider does: axes, record, noise.
+const drawStill = (panel, frames, size) => {
+  const { still, canvas, channel: { record, factor } } = panel;
+  still.width = canvas.width; still.height = canvas.height;
+  const pen = still.getContext("2d"), ratio = canvas.width / size.width;
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.font = size.font;
+  drawAxes(pen, frames.upper, { below: false });
+  drawAxes(pen, frames.lower, { rows: 2 });
+  pen.fillStyle = theme.soft; pen.textAlign = "right"; pen.textBaseline = "bottom";
+  pen.fillText("time [ms]", size.width - RIGHT, size.height - 1);
+  pen.textAlign = "left"; pen.textBaseline = "top";
+  pen.fillText(record ? "record − model" : "no record", frames.lower.left + 6, frames.lower.top - 2);
+  if (!record) return;
+  const band = record.sigma.map((s) => WIDE_95 * s), lows = record.values.map((v, i) => v - band[i]), highs = record.values.map((v, i) => v + band[i]);
+  inside(pen, frames.upper, () => {
+    drawBand(pen, frames.upper, record.time, lows, highs, MS, factor, { colour: theme.noise });
+    drawPoints(pen, frames.upper, record.time, record.values, MS, factor, { colour: theme.record });
+  });
+  inside(pen, frames.lower, () => drawBand(pen, frames.lower, record.time, band.map((b) => -b), band, MS, factor, { colour: theme.noise }));
+};
+
+const drawMoving = (pen, panel, frames, view, state, { time, curve, error }) => {
+  const { channel: { record, factor, name }, shot } = panel, shift = state.point.clock;
+  const band = error.map((e) => WIDE_95 * e), lows = curve.map((y, i) => y - band[i]), highs = curve.map((y, i) => y + band[i]);
+  inside(pen, frames.upper, () => {
+    drawBand(pen, frames.upper, time, lows, highs, MS, factor, { colour: theme.band, shift });
+    if (state.run !== null && view.runs && view.runs.shot === view.shots.indexOf(shot) && view.runs.curves[name]) {
+      drawLine(pen, frames.upper, view.runs.time, view.runs.curves[name][state.run], MS, factor, { colour: theme.run, dash: [6, 3], shift });
+    }
+    drawLine(pen, frames.upper, time, curve, MS, factor, { colour: theme.model, shift });
+  });
+  if (!record) return;
+  const off = record.values.map((v, i) => v - sampleAt(time, curve, record.time[i] - shift));
+  const known = off.map((v, i) => i).filter((i) => !Number.isNaN(off[i]));
+  inside(pen, frames.lower, () => drawLine(pen, frames.lower, known.map((i) => record.time[i]), known.map((i) => off[i]), MS, factor, { colour: theme.model, width: 1.3 }));
+};
+
+const paintPanel = (panel, view, state, { time, curve, error }) => {
+  const { canvas } = panel, { pen, width, height } = penOf(canvas);
+  if (!canvas.width || !canvas.height) return;
+  const scales = scalesOf(panel, view, time, curve, error);
+  const key = JSON.stringify([scales, canvas.width, canvas.height, theme.ink, theme.paper]);
+  const frames = framesOf(width, height, scales);
+  if (key !== panel.key) { drawStill(panel, frames, { width, height, font: pen.font }); panel.key = key; }
+  Object.assign(panel, { scales, frames });
+  pen.save(); pen.setTransform(1, 0, 0, 1, 0, 0);
+  pen.clearRect(0, 0, canvas.width, canvas.height); pen.drawImage(panel.still, 0, 0);
+  pen.restore();
+  drawMoving(pen, panel, frames, view, state, { time, curve, error });
+};
+
+// Draw one panel at the point of the state; returns its sum of squares and its number of points.
+const drawPanel = (panel, view, state, student) => {
+  const { channel, shot } = panel, { time } = view.systems[shot.system];
+  const curve = curveOf(view, shot, channel.name, state.point), error = errorOf(view, shot, channel.name, state.point, student);
+  Object.assign(panel, { clock: state.point.clock, curve, error });
+  paintPanel(panel, view, state, { time, curve, error });
+  const [sum, count] = channel.record ? sumOfSquares(time, curve, channel.record, state.point.clock) : [0, 0];
+  panel.score = count ? Math.sqrt(sum / count) : NaN;
+  panel.misfit.textContent = count ? `misfit ${shownNumber(panel.score, 3)}` : "";
+  return [sum, count];
+};
+
+const peakOf = (time, curve) => {
+  let top = 0;
+  curve.forEach((y, i) => { if (Math.abs(y) > Math.abs(curve[top])) top = i; });
+  return [time[top], curve[top]];
+};
+const describePanel = (panel, view) => {
+  const { time } = view.systems[panel.shot.system], [t, peak] = peakOf(time, panel.curve), { channel } = panel;
+  const score = Number.isNaN(panel.score) ? "no record" : `misfit ${shownNumber(panel.score, 3)}, 1 is noise`;
+  panel.canvas.setAttribute("aria-label",
+    `${panel.name}: model's peak ${withUnit(peak, channel, 3)} at ${shownNumber(t * MS, 3)} ms; ${score}. Arrow keys read values.`);
+};
+
+const readPanel = (panel, view, x) => {
+  const { upper } = panel.frames, share = clamp((x - upper.left) / upper.width, 0, 1), t = (upper.x[0] + share * (upper.x[1] - upper.x[0])) / MS;
+  const { time } = view.systems[panel.shot.system], { channel } = panel, model = sampleAt(time, panel.curve, t - panel.clock);
+  const { record } = channel, parts = [`${shownNumber(t * MS, 3)} ms: model ${withUnit(model, channel, 3)}`];
+  if (record && t <= record.time[record.time.length - 1]) parts.push(`record ${withUnit(sampleAt(record.time, record.values, t), channel, 3)}`);
+  panel.reading.textContent = parts.join(", ");
+};

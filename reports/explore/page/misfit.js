@@ -1,0 +1,31 @@
+// How far the curves are from the record: RMS of the residual over the standard deviation of the noise; 1 = noise.
+
+const sumOfSquares = (time, curve, record, clock) => {
+  const last = time.length - 2, end = time[last + 1] * (1 + 1e-9);
+  let sum = 0, count = 0, i = 0;
+  for (let j = 0; j < record.time.length; j += 1) {
+    const t = record.time[j] - clock;
+    if (t > end) break;
+    while (i < last && time[i + 1] < t) i += 1;
+    const w = clamp((t - time[i]) / (time[i + 1] - time[i]), 0, 1);
+    const off = (record.values[j] - curve[i] * (1 - w) - curve[i + 1] * w) / record.sigma[j];
+    sum += off * off; count += 1;
+  }
+  return [sum, count];
+};
+
+const channelsOf = (view) => view.shots.flatMap((shot) => shot.channels.map((channel) => ({ shot, channel })));
+
+// Over all records of a view, or NaN where there is none or no run stands behind the point.
+const totalMisfit = (view, point) => {
+  let sum = 0, count = 0;
+  if (!view.systems.every((system) => covered(system, point.theta))) return NaN;
+  for (const { shot, channel } of channelsOf(view)) {
+    if (!channel.record) continue;
+    const { time } = view.systems[shot.system];
+    const buffer = channel.buffer || (channel.buffer = new Float64Array(time.length));
+    const [own, points] = sumOfSquares(time, curveOf(view, shot, channel.name, point, buffer), channel.record, point.clock);
+    sum += own; count += points;
+  }
+  return count ? Math.sqrt(sum / count) : NaN;
+};

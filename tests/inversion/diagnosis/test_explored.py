@@ -1,0 +1,98 @@
+"""The page of a diagnosis: its curves are those by which the diagnosis judges, effects and instruments included."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+
+from birdstrike.inversion.diagnosis.before_and_after import predicted
+from birdstrike.inversion.diagnosis.hypotheses import Hypothesis
+from birdstrike.reports.explore.explore import explore
+from birdstrike.solver.case.case import load_case
+from tests.inversion.diagnosis.conftest import Laboratory
+from tests.reports.explore.browser import BROWSER, Browser
+from tests.reports.explore.exactness import EXACT, POINTS, drawn, off
+
+
+@pytest.fixture(scope="module")
+def browser(laboratory: Laboratory, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser with the page of the diagnosis open."""
+    if not BROWSER:
+        pytest.skip("no chromium or google-chrome on the PATH")
+    with Browser(tmp_path_factory.mktemp("browser")) as started:
+        started.open(explore(laboratory.folder / "out"))
+        yield started
+
+
+def test_curves_with_all_effects_are_those_of_the_diagnosis(browser: Browser, laboratory: Laboratory) -> None:
+    ranking, (shot, *_) = laboratory.answered[0]
+    every = Hypothesis("all", ranking.problem.found, 0.0, "")
+    seen = drawn(browser)
+    assert len(seen) == POINTS
+    for one in seen:
+        z = shot.setup.plan.space.to_unit(one.theta[None])[0]
+        assert set(one.effects) == {member.label for member in every.members}
+        sizes = {
+            m.label: m.response.h(one.effects[m.label] / m.size) if m.response else one.effects[m.label] / m.size
+            for m in every.members
+        }
+        expected = predicted(shot, every, z, sizes)
+        for i, (trace, curve) in enumerate(zip(shot.record.traces, one.curves, strict=True)):
+            assert trace.block == 1
+            at_record = np.interp(trace.times, shot.setup.time, curve)
+            assert off(at_record, expected[shot.record.channel == i]) < EXACT, trace.name
+
+
+def test_before_has_the_misfit_that_the_answer_states(browser: Browser, laboratory: Laboratory) -> None:
+    found = laboratory.content()
+    pressed = "[...document.querySelectorAll('#presets button')].find((one) => one.textContent === '{}').click()"
+    for name in ("before", "after") if found["after"] else ("before",):
+        browser.run(pressed.format(name))
+        browser.run("window.explore.draw()")
+        assert float(browser.run("document.getElementById('misfit').textContent")) == pytest.approx(
+            found[name]["raw"], rel=6e-3
+        )
+
+
+def test_effects_are_sliders_the_likeliest_first(browser: Browser, laboratory: Laboratory) -> None:
+    told = {one["name"]: one["probability"] for one in laboratory.content()["effects"]}
+    labels = browser.run("window.explore.state.view.effects.map((one) => one.label)")
+    assert set(labels) == set(told) - {"none", "something_else"}
+    shares = [told[label] for label in labels]
+    assert shares == sorted(shares, reverse=True)
+    assert "clamp rotation" in browser.run("document.getElementById('sliders').innerText").lower()
+    assert laboratory.content()["sentence"] in browser.run("document.querySelector('.answer').innerText")
+
+
+def test_a_point_with_effects_is_a_case(browser: Browser, laboratory: Laboratory, tmp_path: Path) -> None:
+    browser.run("window.explore.setPoint(window.explore.state.view.presets[0])")
+    magnitudes = {"clamp_rotation": 2e-6, "sensor_gain.displacement_side": 0.02}
+    point = "{ ...window.explore.state.point, effects: " + json.dumps(magnitudes) + " }"
+    browser.run(f"window.explore.setPoint({point})")
+    browser.run("document.getElementById('copy-toml').click()")
+    text = browser.run("document.querySelector('#copied textarea').value")
+    (tmp_path / "what_if.toml").write_text(f'extends = "{laboratory.folder / "out" / "case.toml"}"\n\n{text}')
+    case = load_case(tmp_path / "what_if.toml")
+    assert case.effects["clamp_rotation"] == pytest.approx(2e-6)
+    assert case.instrument["displacement_side"].gain == pytest.approx(1.02)
+
+
+def test_a_diagnosis_shows_itself(laboratory: Laboratory) -> None:
+    found, content = laboratory.diagnoses[0], laboratory.content()
+    assert repr(found).startswith("<Diagnosis: ")
+    assert content["sentence"] in repr(found)
+    table = found.to_dataframe().set_index("name")
+    assert table["probability"].to_dict() == pytest.approx(
+        {one["name"]: one["probability"] for one in content["effects"]}
+    )
+    bars, curves = found.plot(), found.plot("displacement_centre")
+    assert max(bar.get_width() for bar in bars.patches) == pytest.approx(table["probability"].max())
+    assert curves.get_ylabel() == "displacement centre [mm]"
+    assert {"measured", "before"} <= {line.get_label() for line in curves.lines}
+    assert "data:image/png;base64," in found._repr_html_()
+    plt.close("all")

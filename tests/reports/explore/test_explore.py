@@ -1,0 +1,278 @@
+"""The page to play with, in a real browser: its curves are Python's, its rules are the command's, nothing leaves it."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image as images
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike.cli.app import app
+from birdstrike.data.curves import read_measured
+from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.reports.explore.explore import LARGEST, explore
+from birdstrike.solver.case.case import load_case
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
+from birdstrike.surrogate.files import load_emulator
+from tests.reports.explore.browser import Browser
+from tests.reports.explore.exactness import EXACT, drawn, off
+
+DROP = """async (text, name) => {
+  const given = new DataTransfer();
+  given.items.add(new File([text], name, { type: "text/csv" }));
+  document.getElementById("dropped").textContent = "";
+  document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
+  for (let i = 0; i < 400 && !document.getElementById("dropped").textContent.includes(name); i += 1) {
+    await new Promise((done) => setTimeout(done, 10));
+  }
+  return {
+    said: document.getElementById("dropped").textContent,
+    errors: [...document.querySelectorAll("#errors li")].map((line) => line.textContent),
+  };
+}"""
+
+
+def drop(browser: Browser, text: str, name: str) -> dict[str, Any]:
+    """What the page says of a file that is dropped on it."""
+    return browser.run(f"({DROP})({json.dumps(text)}, {json.dumps(name)})")
+
+
+def held_against(browser: Browser, emulator: Emulator, channels: list[str]) -> None:
+    """Every drawn curve, and every band where a run stands behind the point, against the emulator's."""
+    inside = 0
+    for one in drawn(browser):
+        u = emulator.inputs(one.theta[None])
+        for name, curve, error in zip(channels, one.curves, one.errors, strict=True):
+            channel = emulator.channels[name]
+            assert off(curve, channel.curves(u, channel.time)[0]) < EXACT, name
+            variance = (channel.error_factor(u[0], channel.time) ** 2).sum(axis=1) + channel.outside_at(channel.time)
+            assert off(error, np.sqrt(variance)) < 1e-3, name
+        inside += 1
+    assert inside == 50
+
+
+def test_curves_of_a_campaign_are_those_of_its_emulator(browser: Browser, campaign_page: Path, loop: Path) -> None:
+    browser.open(campaign_page)
+    dataset = load_dataset(loop / "doe")
+    held_against(browser, fit_emulator(dataset, tuple(dataset.curves)), list(dataset.curves))
+
+
+def test_curves_of_an_inversion_are_those_of_its_emulator(browser: Browser, loop: Path, tmp_path: Path) -> None:
+    browser.open(explore(loop / "inversion", tmp_path / "page.html"))
+    emulator = load_emulator(loop / "inversion" / "emulator.npz")
+    held_against(browser, emulator, ["displacement_centre", "displacement_side"])
+
+
+def test_the_first_screen_says_what_fits_and_what_is_not_identifiable(browser: Browser, page: Path, loop: Path) -> None:
+    found = json.loads((loop / "inversion" / "inversion.json").read_text())["methods"]["emulator"]["parameters"]
+    browser.open(page)
+    seen = browser.run(
+        "[...document.querySelectorAll('.answer:not([hidden]) dl > div')].filter((part) => "
+        "part.getBoundingClientRect().bottom < innerHeight).map((part) => part.innerText)"
+    )
+    lines = {text.split("\n")[0].lower(): text for text in seen}
+    viscosity = found["bird.material.viscosity"]
+    assert viscosity["identified"]
+    assert f"{viscosity['value']:.3g} Pa s" in lines["viscosity"]
+    numbers = [float(n) for n in re.findall(r"[\d.]+", lines["viscosity"].split("interval")[1].replace("..", " "))]
+    assert numbers == pytest.approx(viscosity["interval_95"], rel=5e-3)
+    for name, estimate in found.items():
+        assert ("not identifiable" in lines[name.split(".")[-1].replace("_", " ")]) == (not estimate["identified"])
+    assert not all(estimate["identified"] for estimate in found.values())
+
+
+def test_nothing_leaves_the_page_and_nothing_is_said_to_the_console(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    browser.run("document.getElementById('copy-toml').click()")
+    drop(browser, "time [ms],displacement_centre [mm]\n0,0\n1,2\n2,3\n", "shot.csv")
+    assert browser.requests == [page.as_uri()]
+    assert browser.messages == []
+    refused = browser.run("fetch('https://example.org').then(() => 'sent', () => 'refused')")
+    assert refused == "refused"
+
+
+def test_a_name_with_a_tag_in_it_is_text(browser: Browser, loop: Path, tmp_path: Path) -> None:
+    text = (loop / "inversion" / "inversion.json").read_text()
+    evil = "<script>window.taken = 1</script><img src=x onerror='window.taken = 1'>"
+    folder = tmp_path / "inversion"
+    folder.mkdir()
+    for name in ("emulator.npz", "verification.csv", "case.toml"):
+        (folder / name).write_bytes((loop / "inversion" / name).read_bytes())
+    content = json.loads(text)
+    content["warnings"] = [evil]
+    content["measured"]["path"] = f"{evil}.csv"
+    content["methods"]["emulator"]["parameters"]["bird.material.viscosity"]["reason"] = evil
+    (folder / "inversion.json").write_text(json.dumps(content))
+    browser.open(explore(folder))
+    drop(browser, "time [ms],displacement_centre [mm]\n0,<script>window.taken = 1</script>\n", evil)
+    assert evil in browser.run("document.querySelector('.answer details').textContent")
+    assert browser.run("window.taken") is None
+    assert browser.requests == [(folder / "explore.html").as_uri()]
+
+
+GOOD = "# shot 8\ntime [us],displacement_centre [um],displacement_centre_sigma [mm]\n" + "".join(
+    f"{t},{'' if t == 500 else 2000 * np.sin(t / 900) ** 2:.6},0.05\n" if t != 500 else "500,,\n"
+    for t in range(0, 900, 50)
+)
+
+
+def test_a_dropped_record_is_scored_as_python_scores_it(
+    browser: Browser, page: Path, loop: Path, tmp_path: Path
+) -> None:
+    browser.open(page)
+    assert drop(browser, GOOD, "shot8.csv")["errors"] == []
+    (tmp_path / "shot8.csv").write_text(GOOD)
+    record, emulator = read_measured(tmp_path / "shot8.csv"), load_emulator(loop / "inversion" / "emulator.npz")
+    theta = np.array(browser.run("[...window.explore.state.point.theta]"))
+    times, values = record.points("displacement_centre")
+    clock = browser.run("window.explore.state.point.clock")
+    curve = emulator.channels["displacement_centre"].curves(emulator.inputs(theta[None]), times - clock)[0]
+    expected = np.sqrt(np.mean(((values - curve) / 5e-5) ** 2))
+    browser.run("window.explore.draw()")
+    assert browser.run("window.explore.state.panels[0].score") == pytest.approx(expected, rel=1e-4)
+    browser.until("document.getElementById('dropped').textContent.includes('best fit')")
+    assert "viscosity" in browser.run("document.getElementById('dropped').innerText")
+    assert browser.run("window.explore.state.best.misfit") < 1.0001 * expected
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("time [ms],displacement_centre\n0,0\n1,1\n", 'line 1: "displacement_centre" needs a name and a unit'),
+        ("time [s],displacement_centre [mm]\n0,0\n1,nan\n2,1\n", 'line 3: displacement_centre = "nan" is not a finite'),
+        ("time [ms],displacement_centre [mm]\n0,0\n2,1\n1,2\n", "line 4: the time 1 does not increase"),
+        ("time [ms],displacement_centre [mm]\n0,0\n1,2,3\n", "line 3: 3 cells where the header has 2"),
+        ("displacement_centre [mm],time [ms]\n0,0\n1,1\n", "line 1: the first column is"),
+    ],
+)
+def test_a_bad_record_is_refused_in_the_words_of_the_command(
+    browser: Browser, page: Path, tmp_path: Path, text: str, where: str
+) -> None:
+    if not browser.requests or browser.requests[0] != page.as_uri():
+        browser.open(page)
+    found = drop(browser, text, "bad.csv")
+    assert found["said"] == "bad.csv cannot be used:"
+    assert where in found["errors"][0]
+    (tmp_path / "bad.csv").write_text(text)
+    with pytest.raises(MeasuredError) as refused:
+        read_measured(tmp_path / "bad.csv")
+    told = [line for line in refused.value.errors if line.startswith(str(tmp_path))]
+    assert found["errors"] == [line.split(", ", 1)[1] for line in told]
+
+
+def test_a_sensor_that_the_page_has_not_is_named(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    found = drop(browser, "time [ms],strain_9 [um/m]\n0,0\n1,1\n2,3\n", "other.csv")
+    assert found["errors"] == [
+        '"strain_9" is no sensor of this page; its sensors: displacement_centre, displacement_side'
+    ]
+
+
+def test_mouse_finger_and_keys_move_a_slider(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    place = browser.run(
+        "(() => { const box = document.querySelectorAll('#sliders input[type=range]')[0].getBoundingClientRect(); "
+        "return [box.left, box.top + box.height / 2, box.width]; })()"
+    )
+    left, middle, width = place
+    value = "window.explore.state.point.theta[0]"
+    browser.mouse("mousePressed", left + 0.5 * width, middle, pressed=True)
+    browser.mouse("mouseMoved", left + 0.8 * width, middle, pressed=True)
+    browser.mouse("mouseReleased", left + 0.8 * width, middle)
+    by_mouse = browser.run(value)
+    low, high = browser.run("(({low, high}) => [low, high])(window.explore.state.view.parameters[0])")
+    assert (by_mouse - low) / (high - low) == pytest.approx(0.8, abs=0.03)
+    browser.press("ArrowLeft", 37)
+    assert browser.run(value) == pytest.approx(by_mouse - 0.01 * (high - low), rel=1e-9)
+    browser.resize(360, 740, touch=True)
+    left, middle, width = browser.run(
+        "(() => { const slider = document.querySelectorAll('#sliders input[type=range]')[0]; "
+        "slider.scrollIntoView({ block: 'end' }); const box = slider.getBoundingClientRect(); "
+        "return [box.left, box.top + box.height / 2, box.width]; })()"
+    )
+    browser.touch("touchStart", (left + 0.6 * width, middle))
+    browser.touch("touchMove", (left + 0.3 * width, middle))
+    browser.touch("touchEnd")
+    assert (browser.run(value) - low) / (high - low) == pytest.approx(0.3, abs=0.05)
+
+
+def test_what_is_copied_makes_the_point_in_the_solver(browser: Browser, page: Path, loop: Path, tmp_path: Path) -> None:
+    browser.open(page)
+    drawn(browser, seed=3, points=1)
+    browser.run("document.getElementById('copy-toml').click()")
+    toml = browser.run("document.querySelector('#copied textarea').value")
+    (tmp_path / "what_if.toml").write_text(f'extends = "{loop / "doe" / "case.toml"}"\n\n{toml}')
+    theta = browser.run("[...window.explore.state.point.theta]")
+    material = load_case(tmp_path / "what_if.toml").bird.material
+    found = [material.viscosity, material.pressure_cutoff, material.tension_erosion]
+    assert found == pytest.approx(theta, rel=1e-9)
+    browser.run("document.getElementById('copy-command').click()")
+    words = shlex.split(browser.run("document.querySelector('#copied textarea').value"))
+    assert words[:3] == ["birdstrike", "simulate", str(loop / "doe" / "case.toml")]
+    settings = dict(words[i + 1].split("=", 1) for i, word in enumerate(words) if word == "--set")
+    assert load_case(words[2], settings).bird.material == material
+
+
+def test_the_page_fits_every_window(browser: Browser, page: Path, tmp_path: Path) -> None:
+    for width, height, dark in ((360, 740, False), (1280, 900, True), (3840, 2160, False)):
+        browser.open(page, width, height, dark)
+        assert browser.run("document.documentElement.scrollWidth") <= width
+        pixels = images.imread(browser.picture(tmp_path / f"{width}.png"))[..., :3]
+        assert pixels.shape[:2] == (height, width)
+        assert (pixels.mean() < 0.4) == dark
+        paper = np.median(pixels.reshape(-1, 3), axis=0)
+        assert (np.abs(pixels - paper).max(axis=-1) > 0.25).mean() > 0.005, "an empty window"
+    assert browser.print(tmp_path / "page.pdf").stat().st_size > 10_000
+
+
+def test_a_screen_reader_is_told_of_every_part(browser: Browser, page: Path) -> None:
+    browser.open(page)
+    browser.until("document.querySelector('.panel canvas').getAttribute('aria-label')")
+    parts = browser.tree()
+    sliders = [part for part in parts if part["role"] == "slider"]
+    assert len(sliders) == browser.run("window.explore.state.view.parameters.length") + 1  # the time origin
+    assert {"viscosity", "pressure cutoff"} <= {part["name"].lower() for part in sliders}
+    for role in ("slider", "button", "combobox", "spinbutton", "image"):
+        unnamed = [part for part in parts if part["role"] == role and not part["name"]]
+        assert not unnamed, role
+    assert browser.run("document.querySelector('#sliders input[type=range]').getAttribute('aria-valuetext')")
+
+
+def test_the_map_shows_what_is_not_identifiable_as_a_valley(browser: Browser, page: Path) -> None:
+    """The formula feels viscosity, the cutoff hardly: along the latter the misfit is flat."""
+    browser.open(page)
+    browser.until("window.explore.state.profile.values && window.explore.state.map.rows")
+    rows = "window.explore.state.map.rows.map((row) => [...row])"
+    across, up = browser.run("[window.explore.state.map.across.id, window.explore.state.map.up.id]")
+    assert {across, up} == {"bird.material.viscosity", "bird.material.pressure_cutoff"}
+    found = np.array(browser.run(rows), dtype=float)
+    assert np.nanmax(found) > 5 * np.nanmin(found)
+    browser.run(
+        "(() => { const select = document.getElementById('profile-axis'); select.value = [...select.options].findIndex("
+        "(option) => option.textContent === 'pressure cutoff'); select.dispatchEvent(new Event('change')); })()"
+    )
+    browser.until(
+        "window.explore.state.profile.axis.title === 'pressure cutoff' && window.explore.state.profile.values"
+    )
+    assert "hardly tells" in browser.run("document.getElementById('profile-words').textContent")
+
+
+def test_the_command_writes_a_small_page_and_says_where(loop: Path, tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["explore", str(loop), "--out", str(tmp_path / "what_if.html"), "--json"])
+    assert found.exit_code == 0, found.output
+    told = json.loads(found.stdout.splitlines()[-1])
+    assert told["bytes"] == (tmp_path / "what_if.html").stat().st_size < LARGEST
+    for tag in re.findall(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=\S+", (tmp_path / "what_if.html").read_text()):
+        assert "data:," in tag
+
+
+def test_a_folder_without_results_names_the_commands(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="close-the-loop, diagnose, train-and-invert, run-doe"):
+        explore(tmp_path)
