@@ -29,7 +29,7 @@ REPLICATES = 3  # pairs of runs, a fiftieth of a range apart, each on a lattice 
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single, at least
-NEAR = 0.2  # of a magnitude: within it of one that was simulated there is nothing to learn
+NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 
 
 @dataclass(frozen=True)
