@@ -15,6 +15,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
+from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
@@ -22,7 +23,7 @@ from birdstrike.inversion.diagnosis.simulations import Strikes
 from birdstrike.solver.case.case import Case
 
 MOST = 3  # effects brought up to date
-LEAST_SIZE = 1.0  # plausible sizes: a smaller change is the runs' scatter
+LEAST_SIZE = 1.0  # plausible sizes, never beyond the design's own: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
 REPLICATES = 3  # pairs of runs, a fiftieth of a range apart, each on a lattice of its own: their scatter is independent
@@ -118,7 +119,7 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     b = one.response.b(h)
     if one.one_sided:
         b = _farther(one.response, h) or b
-    b = float(np.sign(b or 1.0) * max(abs(b), LEAST_SIZE))
+    b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
     cases: dict[str, Case] = {}
