@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -166,21 +167,22 @@ class Interview:
             text = "Mark of decimals, which the file leaves open"
             decimal = self.choice(("record", "decimal"), text, ".", ".", ",")
             table = _table(record, decimal)
-        self.answers.rename("columns", {_text(table, i): name for i, name in enumerate(table.names)})
-        clock = self._time(table)
+        names = _names(table)
+        self.answers.rename("columns", {_text(table, i): name for i, name in enumerate(names)})
+        clock = self._time(table, names)
         found: dict[str, Column] = {}
-        for i, name in enumerate(table.names):
+        for i, name in enumerate(names):
             if i != table.index(clock["time"]):
                 head = table.heads[i] if table.heads else None
                 unit, foreign = (_si(head.unit), head.foreign) if head else (None, "")
                 self._column(found, name, "", unit, foreign, downwards=_downwards(table, i))
-        return _some(found, table.names), {**clock, "decimal": decimal}
+        return _some(found, names), {**clock, "decimal": decimal}
 
-    def _time(self, table: LooseTable) -> dict[str, str]:
+    def _time(self, table: LooseTable, names: tuple[str, ...]) -> dict[str, str]:
         """The clock's column and, where its head gives none, its unit."""
         units = [_si(head.unit) for head in table.heads] or [None] * table.width
-        first = table.names[units.index("s") if "s" in units else 0]
-        name = self.ask(("record", "time"), "Column of the clock", first, _one_of(table.names), ", ".join(table.names))
+        first = names[units.index("s") if "s" in units else 0]
+        name = self.ask(("record", "time"), "Column of the clock", first, _one_of(names), ", ".join(names))
         if units[table.index(name)] == "s":
             return {"time": name, "time_unit": ""}
         check, allowed = of_choice("s", "ms", "us")
@@ -203,7 +205,9 @@ class Interview:
         and the name that it is to have already; downwards: its largest reading is negative.
         """
         place, shown = ("columns", column), f'Column "{column}"'
-        likely = "displacement" if unit is None and not found else KIND_OF_UNIT.get(unit or "-", LEAVE)
+        likely = (
+            "displacement" if unit is None and not found else KIND_OF_UNIT.get("-" if unit is None else unit, LEAVE)
+        )
         plain = column.lower().replace(" ", "_")
         likely = next((kind for kind in SENSORS if plain.startswith(kind)), likely)
         kind = self.choice((*place, "kind"), f"{shown}: what is it?", likely, *SENSORS, LEAVE)
@@ -353,16 +357,12 @@ def _record(record: Path, columns: Mapping[str, Column], clock: Mapping[str, str
     """The chosen columns as they stand in the file, in whatever unit: only their shape is looked at."""
     if ready:
         return read_measured(record).only(tuple(columns))
-    units = {name: column.unit or UNIT_OF_KIND[column.sensor["kind"]] for name, column in columns.items()}
-    heads = _table(record, clock.get("decimal", "")).heads
-    known = {head.name: head.unit for head in heads if head.unit} | {
-        head.text: head.unit for head in heads if head.unit
-    }
-    units = {name: unit for name, unit in units.items() if columns[name].name not in known}
+    table = _table(record, clock.get("decimal", ""))
+    heads = {name: table.heads[table.index(column.name)] for name, column in columns.items()} if table.heads else {}
+    per = {name: head.foreign for name, head in heads.items() if head.foreign}
+    needed = [name for name in columns if name in per or name not in heads or heads[name].unit is None]
+    units = {name: columns[name].unit or UNIT_OF_KIND[columns[name].sensor["kind"]] for name in needed}
     units |= {"time": clock["time_unit"]} if clock["time_unit"] else {}
-    foreign = {head.name: head.foreign for head in heads if head.foreign}
-    per = {name: foreign[column.name] for name, column in columns.items() if column.name in foreign}
-    units |= {name: UNIT_OF_KIND[columns[name].sensor["kind"]] for name in per}
     sensors = {name: column.name for name, column in columns.items()}
     options = ImportOptions(sensors, clock["time"], units, decimal=clock.get("decimal", ""), per=per)
     return import_record(record, options)
@@ -378,6 +378,19 @@ def _some(found: dict[str, Column], names: Any) -> dict[str, Column]:
     if not found:
         raise UserError(f"every column was left out; at least one must be a sensor: {', '.join(names)}")
     return found
+
+
+def _names(table: LooseTable) -> tuple[str, ...]:
+    """A spelling of every column that means it alone: its name, with its unit where that is needed, else its number."""
+
+    def spelt(column: int) -> str:
+        for text in (table.names[column], _text(table, column)):
+            with suppress(MeasuredError):
+                if table.index(text) == column:
+                    return text
+        return str(column + 1)
+
+    return tuple(spelt(column) for column in range(table.width))
 
 
 def _text(table: LooseTable, column: int) -> str:

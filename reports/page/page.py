@@ -119,8 +119,8 @@ def write_part_page(
     parts: Parts, path: Path, progress: Callable[[float], None] | None = None
 ) -> tuple[Path, tuple[str, ...]]:
     """Write a page of the parts that exist; its path, and what was found in a few sentences. Raises UserError."""
-    made = [missing_section(parts)]
-    findings: tuple[str, ...] = ()
+    made: list[Section] = []
+    findings, name = tuple[str, ...](), parts.folder.absolute().name
     if parts.inversion is not None:
         inverted = read_inversion(parts, parts.inversion)
         findings += inversion_findings(inverted)
@@ -131,14 +131,14 @@ def write_part_page(
         made += [make(found) for make in DIAGNOSIS_SECTIONS]
     if parts.doe is not None:
         simulated = read_campaign(parts, parts.doe)
-        findings += campaign_findings(simulated)
+        findings, name = findings + campaign_findings(simulated), simulated.case_name
         made += [make(simulated) for make in CAMPAIGN_ALONE]
     if progress:
         progress(1.0)
-    names = [name for name, there in zip(PARTS, (parts.inversion, parts.diagnosis, parts.doe), strict=True) if there]
+    shown = [part for part, there in zip(PARTS, (parts.inversion, parts.diagnosis, parts.doe), strict=True) if there]
     subtitle = "Every model curve is simulated by birdstrike."
-    html = rendered(f"Bird strike: {' and '.join(names)} of {parts.folder.absolute().name}", subtitle, made)
-    write_atomically(path, html)
+    title = f"Bird strike {name}: {' and '.join(shown)}"
+    write_atomically(path, rendered(title, subtitle, [*made, missing_section(parts)]))
     return path, findings
 
 

@@ -110,9 +110,11 @@ def _missing(found: Parts) -> Iterator[str]:
         yield f"{what}; make it with: {made}"
     if found.inversion is None:
         lacking = _lacking(inversion, INVERSION_FILES)
-        yield f"no {', '.join(lacking)} in {inversion}; make it with: {invert_again(found.doe or doe, inversion)}"
+        made = f"no {', '.join(lacking)} in {inversion}; make it with: {invert_again(found.doe or doe, inversion)}"
+        yield made if lacking else f"the inversion in {inversion}, which birdstrike report {inversion.parent} shows"
     if found.diagnosis is None:
         place = folder.parent / "diagnosis" if folder in (found.doe, found.inversion) else folder / "diagnosis"
         case = str(found.doe / "case.toml") if found.doe else "CASE"
         made = shlex.join(["birdstrike", "diagnose", case, "--measured", "CSV", "--out", str(place)])
-        yield f"no diagnosis in {place}; make it with: {made}"
+        there = f"the diagnosis in {place}, which --diagnosis {place} adds"
+        yield f"no diagnosis in {place}; make it with: {made}" if _lacking(place, DIAGNOSIS_FILES) else there

@@ -86,8 +86,8 @@ def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     """The base without what the overlay makes idle.
 
-    That is what a rigid plate, a sphere or a bird of another method has no use for, and snapshots after an end of the
-    simulation that the overlay gives without snapshots of its own.
+    That is what a rigid plate, a sphere or a bird of another method has no use for, and snapshots after the end of a
+    simulation that the overlay shortens.
     """
     void: tuple[str, ...] = ()
     if at(over, "plate.rigid") is True and at(base, "plate.rigid") is not True:
@@ -103,9 +103,12 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
 
 
 def _without_late_snapshots(base: Raw, over: Mapping[str, Any]) -> Raw:
-    """The base without snapshots after the end that the overlay gives; as it is where the overlay names snapshots."""
-    end, instants = INSTANT.valid(at(over, "time.end")), at(base, "time.snapshots")
-    if end is None or not isinstance(instants, list) or at(over, "time.snapshots") is not None:
+    """The base without snapshots after the end of a simulation that the overlay shortens and names no snapshots for."""
+    before, end = INSTANT.valid(at(base, "time.end")), INSTANT.valid(at(over, "time.end"))
+    instants = at(base, "time.snapshots")
+    if before is None or end is None or end >= before:
+        return base
+    if not isinstance(instants, list) or at(over, "time.snapshots") is not None:
         return base
     valid = ((text, INSTANT.valid(text)) for text in instants)
     kept = [text for text, instant in valid if instant is None or instant <= end]

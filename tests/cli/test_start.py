@@ -11,10 +11,12 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
+from birdstrike.cli.import_curve import _factor
 from birdstrike.cli.start import begin
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.questions.answers import Answers, read_answers
 from birdstrike.questions.clock import shift_to
+from birdstrike.questions.shot import Interview
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import load_case
 from tests.reports.synthetic import displacement, simulate, stand_in_for_models, strike
@@ -112,6 +114,23 @@ def test_an_answer_that_cannot_be_is_an_error_that_names_its_key(export: Path, m
     assert found.exit_code == 1, found.output
     assert named in found.stderr
     assert not Path("Shot_7/loop").exists()
+
+
+def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -> None:
+    head = "t [us],laser [in],SG1 [µm/m],contact force [kN],load cell [kN],p1 [MPa],T [degC]"
+    rows = [f"{10 * i},{0.001 * i},{i},{i},{i},{i},20" for i in range(40)]
+    path = tmp_path / "many.csv"
+    path.write_text("\n".join([head, *rows]), encoding="utf-8")
+    shot = Interview(Answers({"record": {"file": str(path)}}), _factor).shot()
+    kinds = {name: (column.name, column.sensor["kind"]) for name, column in shot.columns.items()}
+    assert kinds == {
+        "displacement_centre": ("laser", "displacement"),
+        "strain": ("SG1", "strain"),
+        "contact_force": ("contact force", "contact_force"),
+        "reaction_force": ("load cell", "reaction_force"),
+        "pressure": ("p1", "pressure"),
+    }
+    assert shot.until == "0.7 ms", "0.39 ms of the record, and a little before its response is seen"
 
 
 def test_an_answer_that_is_due_is_named(export: Path) -> None:

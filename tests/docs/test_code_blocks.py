@@ -99,7 +99,7 @@ def test_docs_run_executes_blocks_as_they_stand_and_says_which_failed(
     monkeypatch.setattr(script, "PAGES", (right, wrong))
     assert script.main([]) == 1
     said = capsys.readouterr().out
-    assert "right.md, line 6: ran" in said
+    assert "right.md, line 5: ran" in said
     assert "wrong.md, line 1: FAILED" in said
     assert "1 indented lines are shown" in said
     assert "1 blocks failed: wrong.md, line 1" in said
