@@ -1,4 +1,4 @@
-"""The inversion of one measurement from a campaign: gate, emulator, time origin, both methods, verification."""
+"""The inversion of one measurement from a campaign: design check, emulator, time origin, both methods, verification."""
 
 from __future__ import annotations
 

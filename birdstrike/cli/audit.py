@@ -98,9 +98,9 @@ def table(name: str, entry: Mapping[str, Any]) -> Table:
     shown = Table(title=heading, title_justify="left")
     for head in ("figure", "value", "bootstrap", "Clopper-Pearson", "criterion", "met"):
         shown.add_column(head, overflow="fold")
-    for gate in entry["gates"]:
-        ends = (_interval(gate["interval_95"]), _interval(gate["exact_95"]))
-        shown.add_row(gate["figure"], _number(gate["value"]), *ends, gate["gate"], word(gate))
+    for criterion in entry["gates"]:
+        ends = (_interval(criterion["interval_95"]), _interval(criterion["exact_95"]))
+        shown.add_row(criterion["figure"], _number(criterion["value"]), *ends, criterion["gate"], word(criterion))
     return shown
 
 
@@ -112,12 +112,12 @@ def _interval(ends: list[float] | None) -> str:
     return "-" if ends is None else f"{ends[0]:.3f} .. {ends[1]:.3f}"
 
 
-def word(gate: Mapping[str, Any]) -> str:
+def word(criterion: Mapping[str, Any]) -> str:
     """Yes, no, or nothing to say."""
-    return {None: "-", True: "yes", False: "no"}[gate["met"]]
+    return {None: "-", True: "yes", False: "no"}[criterion["met"]]
 
 
 def missing(content: Mapping[str, Any]) -> Iterator[str]:
     """Acceptance criteria that are missed."""
     for name, entry in content["tables"].items():
-        yield from (f"{name}: {gate['figure']}" for gate in entry["gates"] if gate["met"] is False)
+        yield from (f"{name}: {criterion['figure']}" for criterion in entry["gates"] if criterion["met"] is False)

@@ -51,17 +51,17 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Gate:
+class Criterion:
     """One line of a table: figure, rate, the criterion's words, met (None: not measured, or shown without one)."""
 
     figure: str
     rate: Rate
-    gate: str
+    words: str
     met: bool | None
 
     def figures(self) -> dict[str, Any]:
         """For JSON."""
-        return {"figure": self.figure, **vars(self.rate), "gate": self.gate, "met": self.met}
+        return {"figure": self.figure, **vars(self.rate), "gate": self.words, "met": self.met}
 
 
 def figures_of(per_truth: Sequence[Array], seed: int = 0, middle: Callable[..., Any] = np.mean) -> Rate:
@@ -94,28 +94,30 @@ def by_truth(scores: Iterable[Score], figure: Callable[[Score], Any]) -> list[Ar
     return [np.array(values) for values in found.values() if values]
 
 
-def at_least(figure: str, found: Rate, value: float) -> Gate:
+def at_least(figure: str, found: Rate, value: float) -> Criterion:
     """At least a value."""
-    return Gate(figure, found, f"at least {100 * value:g} %", None if found.value is None else found.value >= value)
+    return Criterion(
+        figure, found, f"at least {100 * value:g} %", None if found.value is None else found.value >= value
+    )
 
 
-def between(figure: str, found: Rate, low: float, high: float) -> Gate:
+def between(figure: str, found: Rate, low: float, high: float) -> Criterion:
     """Between two values."""
     met = None if found.value is None else low <= found.value <= high
-    return Gate(figure, found, f"{100 * low:g} to {100 * high:g} %", met)
+    return Criterion(figure, found, f"{100 * low:g} to {100 * high:g} %", met)
 
 
-def shown(figure: str, found: Rate) -> Gate:
+def shown(figure: str, found: Rate) -> Criterion:
     """Without a criterion."""
-    return Gate(figure, found, "shown", None)
+    return Criterion(figure, found, "shown", None)
 
 
-def gates(scores: Sequence[Score], alpha: float, channels: int, shots: int) -> list[Gate]:
+def criteria(scores: Sequence[Score], alpha: float, channels: int, shots: int) -> list[Criterion]:
     """The criteria for one table."""
     return [*_answers(scores, alpha), *_at_signals(scores, channels, shots), *_intervals(scores), *_shown(scores)]
 
 
-def _answers(scores: Sequence[Score], alpha: float) -> list[Gate]:
+def _answers(scores: Sequence[Score], alpha: float) -> list[Criterion]:
     alarms = rate(by_truth(_of(scores, CLEAN), lambda s: s.alarm))
     met = None
     if alarms.value is not None:
@@ -129,9 +131,9 @@ def _answers(scores: Sequence[Score], alpha: float) -> list[Gate]:
         within = Rate(share, None, None, len({s.draw for s in scores}), len(scores))
     inside = rate(by_truth(_of(scores, SINGLE), lambda s: s.in_set))
     return [
-        Gate("false alarms", alarms, words, met),
+        Criterion("false alarms", alarms, words, met),
         between("truth in the 95 % set, single effects", inside, 0.93, 0.98),
-        Gate(
+        Criterion(
             "deciles of the stated probabilities that hold",
             within,
             "each within its interval",
@@ -140,7 +142,7 @@ def _answers(scores: Sequence[Score], alpha: float) -> list[Gate]:
     ]
 
 
-def _at_signals(scores: Sequence[Score], channels: int, shots: int) -> list[Gate]:
+def _at_signals(scores: Sequence[Score], channels: int, shots: int) -> list[Criterion]:
     near = {at: [s for s in _of(scores, SINGLE) if _near(s.signal, at)] for at in (4.0, 5.0)}
     figures: list[tuple[str, Callable[[Score], bool]]] = [
         ("truth first, signal of 5", lambda s: s.rank == 1),
@@ -161,19 +163,19 @@ def _near(value: float | None, at: float) -> bool:
     return value is not None and at / NEAR <= value <= at * NEAR
 
 
-def _intervals(scores: Sequence[Score]) -> list[Gate]:
+def _intervals(scores: Sequence[Score]) -> list[Criterion]:
     excess = figures_of(by_truth(scores, lambda s: s.excess if s.attributed else None), middle=np.median)
     met = None if excess.value is None else excess.value < 0.25
     theta = rate(by_truth(scores, lambda s: list(s.parameters.values())))
     sizes = rate(by_truth(_of(scores, SINGLE), lambda s: s.magnitude))
     return [
-        Gate("excess error after / before, held out, where attributed", excess, "median below 0.25", met),
+        Criterion("excess error after / before, held out, where attributed", excess, "median below 0.25", met),
         between("95 % intervals: parameters", theta, 0.90, 0.98),
         between("95 % intervals: magnitudes", sizes, 0.90, 0.98),
     ]
 
 
-def _shown(scores: Sequence[Score]) -> list[Gate]:
+def _shown(scores: Sequence[Score]) -> list[Criterion]:
     wanted: list[tuple[str, str, Callable[[Score], bool]]] = [
         ("attributed to another effect, single effects", SINGLE, lambda s: s.attributed and not s.right),
         ("attributed to it, single effects", SINGLE, lambda s: s.attributed and s.right),
@@ -270,7 +272,7 @@ def tables(scores: Sequence[Score], alpha: float) -> dict[str, dict[str, Any]]:
         name: {
             "curves": len({s.draw for s in part}),
             "records": len(part),
-            "gates": [gate.figures() for gate in gates(part, alpha, len(part[0].channels), part[0].shots)],
+            "gates": [criterion.figures() for criterion in criteria(part, alpha, len(part[0].channels), part[0].shots)],
             "reliability": reliability(part),
             "confusion": confusion(part),
             "experiments": lines(part),

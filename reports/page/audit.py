@@ -10,14 +10,14 @@ from typing import Any
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.inversion.audit.draws import PARTICLES, SHELLS, SHELLS_OF_FORM, name_of
-from birdstrike.inversion.audit.tables import NEAR, gates
+from birdstrike.inversion.audit.tables import NEAR, criteria
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.audit import confusion_figure, reliability_figure
 from birdstrike.reports.page.render import rendered
 from birdstrike.solver.case.effects import shown
 from birdstrike.solver.effects.registry import effects
 
-GATES = ("figure", "value", "95 % by bootstrap", "95 % Clopper-Pearson", "truths", "criterion", "met")
+CRITERIA = ("figure", "value", "95 % by bootstrap", "95 % Clopper-Pearson", "truths", "criterion", "met")
 EXPECTED = ((1, 1), (4, 1), (4, 3))
 """(channels, shots) of the tables that the design asks for, without and with a baseline, by both kinds of truth."""
 BARS = 40  # characters from 0 to 1 in the diagram in text
@@ -28,32 +28,32 @@ Rows = tuple[tuple[str, ...], ...]
 def tables(entry: Mapping[str, Any]) -> dict[str, Table]:
     """Tables of one kind of record, by name."""
     return {
-        "gates": Table(GATES, gate_rows(entry["gates"]), "The acceptance criteria.", frozenset({1, 2, 3, 4})),
+        "gates": Table(CRITERIA, criterion_rows(entry["gates"]), "The acceptance criteria.", frozenset({1, 2, 3, 4})),
         "reliability": _reliability(entry["reliability"]),
         "experiments": _experiments(entry["experiments"]),
     }
 
 
-def gate_rows(found: Sequence[Mapping[str, Any]]) -> Rows:
+def criterion_rows(found: Sequence[Mapping[str, Any]]) -> Rows:
     """Criteria with both intervals; the one that judges a criterion on an interval is the wider."""
     return tuple(
         (
-            gate["figure"],
-            _share(gate["value"]),
-            _ends(gate["interval_95"]),
-            _ends(gate["exact_95"]),
-            str(gate["curves"]),
-            gate["gate"],
-            _met(gate),
+            criterion["figure"],
+            _share(criterion["value"]),
+            _ends(criterion["interval_95"]),
+            _ends(criterion["exact_95"]),
+            str(criterion["curves"]),
+            criterion["gate"],
+            _met(criterion),
         )
-        for gate in found
+        for criterion in found
     )
 
 
-def _met(gate: Mapping[str, Any]) -> str:
-    if gate["gate"] != "shown" and gate["value"] is None:
+def _met(criterion: Mapping[str, Any]) -> str:
+    if criterion["gate"] != "shown" and criterion["value"] is None:
         return "not measured"
-    return {None: "–", True: "yes", False: "no"}[gate["met"]]
+    return {None: "–", True: "yes", False: "no"}[criterion["met"]]
 
 
 def _ends(interval: Sequence[float] | None) -> str:
@@ -257,9 +257,9 @@ def _lines(content: Mapping[str, Any]) -> Iterator[str]:
         yield f"\n### {heading}, without and with a baseline, truths by the declared and by another model\n"
         yield "| figure | criterion | met |"
         yield "|---|---|---|"
-        for gate in gates((), content["alpha"], channels, shots):
-            if gate.gate != "shown":
-                yield f"| {gate.figure} | {gate.gate} | not measured |"
+        for criterion in criteria((), content["alpha"], channels, shots):
+            if criterion.words != "shown":
+                yield f"| {criterion.figure} | {criterion.words} | not measured |"
 
 
 def _fits(name: str, wanted: tuple[int, int]) -> bool:

@@ -134,7 +134,7 @@ def test_a_damaged_run_is_passed_over_in_one_plain_line_and_not_touched(folder: 
     damaged.write_bytes(b"scrambled")
     result = invoke(str(copy))
     assert result.exit_code == 0, result.output
-    (line,) = result.stderr.splitlines()
+    (line,) = (line for line in result.stderr.splitlines() if not line.endswith("%"))  # progress where it is slow
     assert line.startswith(f"warning: {damaged} is damaged (")
     assert line.endswith("it is left as it is and not used")
     assert damaged.read_bytes() == b"scrambled"

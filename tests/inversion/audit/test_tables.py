@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from birdstrike.inversion.audit.score import Score
-from birdstrike.inversion.audit.tables import Gate, by_truth, confusion, gates, rate, reliability, tables
+from birdstrike.inversion.audit.tables import Criterion, by_truth, confusion, criteria, rate, reliability, tables
 from birdstrike.reports.page.audit import audit_markdown, page
 
 BASE = Score(
@@ -45,7 +45,7 @@ def single(i: int, **changes: Any) -> Score:
     return record(i, **(whole | changes))
 
 
-def gate(found: list[Gate], words: str) -> Gate:
+def criterion(found: list[Criterion], words: str) -> Criterion:
     return next(one for one in found if one.figure.startswith(words))
 
 
@@ -64,26 +64,26 @@ def test_the_exact_interval_is_that_of_clopper_and_pearson() -> None:
 
 def test_false_alarms_are_met_only_by_an_interval_that_is_narrow_and_holds_the_rate() -> None:
     few = [record(i, alarm=i == 0) for i in range(20)]
-    assert gate(gates(few, 0.05, 1, 1), "false alarms").met is False, "5 % of twenty is no measurement"
+    assert criterion(criteria(few, 0.05, 1, 1), "false alarms").met is False, "5 % of twenty is no measurement"
     many = [record(i, alarm=i % 20 == 0) for i in range(400)]
-    assert gate(gates(many, 0.05, 1, 1), "false alarms").met is True
+    assert criterion(criteria(many, 0.05, 1, 1), "false alarms").met is True
     loud = [record(i, alarm=i % 5 == 0) for i in range(400)]
-    assert gate(gates(loud, 0.05, 1, 1), "false alarms").met is False
+    assert criterion(criteria(loud, 0.05, 1, 1), "false alarms").met is False
 
 
 def test_criteria_at_a_signal_count_only_records_near_it_and_depend_on_the_sensors() -> None:
     scores = [single(i, rank=1 if i < 7 else 2, family_rank=1) for i in range(10)]
     scores += [single(100 + i, rank=9, family_rank=4, signal=20.0, alarm=False) for i in range(10)]
-    found = gates(scores, 0.05, 1, 1)
-    assert gate(found, "truth first").rate.value == pytest.approx(0.7)
-    assert gate(found, "truth first").met is True
-    assert gate(gates(scores, 0.05, 4, 1), "truth first").met is False
-    assert gate(gates(scores, 0.05, 1, 3), "truth first").gate == "shown"
-    assert gate(found, "power of the alarm at 5").rate.value == 1.0
+    found = criteria(scores, 0.05, 1, 1)
+    assert criterion(found, "truth first").rate.value == pytest.approx(0.7)
+    assert criterion(found, "truth first").met is True
+    assert criterion(criteria(scores, 0.05, 4, 1), "truth first").met is False
+    assert criterion(criteria(scores, 0.05, 1, 3), "truth first").words == "shown"
+    assert criterion(found, "power of the alarm at 5").rate.value == 1.0
 
 
 def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
-    for one in gates([], 0.05, 4, 1):
+    for one in criteria([], 0.05, 4, 1):
         assert one.met is None
         assert one.rate.value is None
 
@@ -91,7 +91,7 @@ def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
 def test_excess_error_counts_where_one_effect_is_attributed() -> None:
     good = single(0, verdict="attributed", named="plate_thickness", error=(5.0, 1.0, 1.0))
     bad = single(1, error=(5.0, 5.0, 1.0))
-    found = gate(gates([good, bad], 0.05, 1, 1), "excess error")
+    found = criterion(criteria([good, bad], 0.05, 1, 1), "excess error")
     assert found.rate.value == pytest.approx(0.0)
     assert found.met is True
     assert single(2, error=(1.0, 1.0, 2.0)).excess is None, "the oracle is no better: there is nothing to gain"
