@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -274,7 +275,7 @@ def read(table: Path) -> pd.DataFrame:
 
 def tables(intervals: pd.DataFrame) -> str:
     """Every part's table in Markdown."""
-    known = intervals.dropna(subset=["low"])
+    known: Any = intervals.dropna(subset=["low"])
     known = known.assign(
         width=known.high - known.low,
         holds=(known.low <= known.z) & (known.z <= known.high),
@@ -294,8 +295,8 @@ def tables(intervals: pd.DataFrame) -> str:
 
 def grouped(intervals: pd.DataFrame) -> Iterator[tuple[tuple[int, int, int, float], pd.DataFrame]]:
     """The intervals of every cell in the table's order."""
-    for cell, one in intervals.groupby(["runs", "channels", "points", "noise"]):
-        runs, channels, points, noise = cell
+    groups: Any = intervals.groupby(["runs", "channels", "points", "noise"])
+    for (runs, channels, points, noise), one in groups:
         yield (int(runs), int(points), int(channels), float(noise)), one
 
 
@@ -317,7 +318,7 @@ def cell_row(cell: Mapping[str, object], own: pd.DataFrame, reference: pd.DataFr
     identified = own[own.identified]
     each = [one.holds.mean() for _, one in identified.groupby("parameter") if len(one) >= FEWEST]
     width = own.groupby("parameter").width.median()
-    same = reference[(reference.points == cell["points"]) & (reference.channels == cell["channels"])]
+    same: Any = reference[(reference.points == cell["points"]) & (reference.channels == cell["channels"])]
     same = same[(same.noise == cell["noise"]) & same.identified]
     ratio = own.merge(same, on=["truth", "parameter"], suffixes=("", "_reference"))
     figures = [
