@@ -58,10 +58,10 @@ class Bench:
 def test_table_counts_what_held_and_a_second_call_goes_on(script: Any, tmp_path: Path) -> None:
     bench, file = Bench(script), tmp_path / "intervals.csv"
     few, many = (script.Cell(runs, 12, 1, 2e-5) for runs in (25, 196))
-    assert len(list(script.fill(bench, file, "plain", [few, many], 4))) == 2
+    assert len(list(script.fill(bench, file, "plain", [few, many], range(4)))) == 2
     assert bench.calls == 8
-    assert list(script.fill(bench, file, "plain", [few, many], 4)) == []
-    assert len(list(script.fill(bench, file, "refined", [few], 4))) == 1
+    assert list(script.fill(bench, file, "plain", [few, many], range(4))) == []
+    assert len(list(script.fill(bench, file, "refined", [few], range(4)))) == 1
     assert bench.calls == 12
     text = script.tables(script.read(file))
     assert "| 25 | 12 | 1 | 0.02 mm | 4 | 100 % | 75 % | – | 75 % | 20.0 % | 20.0 % | 20.0 % | 2.00 | 0.0 |" in text

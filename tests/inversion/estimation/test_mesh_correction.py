@@ -58,7 +58,7 @@ def test_new_point_is_corrected_within_the_stated_error(corrected: CorrectedCamp
     z = np.random.default_rng(1).random((50, 4))
     run = corrected.forward(forward)
     for row in z:
-        theta = dict(zip(NAMES, map(float, LOWS + row * (HIGHS - LOWS)), strict=True))
+        theta: dict[str, float] = dict(zip(NAMES, map(float, LOWS + row * (HIGHS - LOWS)), strict=True))
         missed = run(theta).channels[CHANNEL] - fine(theta).channels[CHANNEL]
         factor = np.vstack([corrected.correction.factor(row), corrected.correction.extrapolation(row)])
         stated = np.sqrt((factor**2).sum(axis=0))
