@@ -138,10 +138,11 @@ def interpolation_error(case: Case, name: str) -> float:
     Of 5 shells or fewer SHELLS_ACROSS has it already.
     """
     sensor, plate = case.sensors[name], case.plate
-    if sensor.kind != "displacement":
+    at: tuple[float, float] | None = getattr(sensor, "at", None)
+    if sensor.kind != "displacement" or at is None:
         return 0.0
     found = 0.0
-    for x, side, count in zip(sensor.at, (plate.length, plate.width), plate.elements, strict=True):
+    for x, side, count in zip(at, (plate.length, plate.width), plate.elements, strict=True):
         inside = (x / side + 0.5) * count % 1.0
         bend = math.cos(2.0 * math.pi * x / side)
         if count > FEW_SHELLS and bend > 0.0:

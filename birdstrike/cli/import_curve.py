@@ -45,7 +45,8 @@ def import_curve(
 
     sensors: name in the case -> column ("" to find it); zero: the mean before the response is subtracted; sigma: sensor
     -> its noise with a unit, or "record" for the record's own; picture: a PNG, PDF or SVG of the record and how it is
-    read; rate: of the samples, where the file has no clock, such as "200 kHz"; the others as in data.import_curve. Raises UserError.
+    read; rate: of the samples, where the file has no clock, such as "200 kHz"; the others as in data.import_curve.
+    Raises UserError.
     """
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
