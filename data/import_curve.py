@@ -98,14 +98,20 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
     return Column(name, lines[0], "time", "s", np.array(values), texts, lines)
 
 
+def _is_time(table: LooseTable) -> bool:
+    """Whether the first column's head gives it a unit of time."""
+    unit = table.heads[0].unit if table.heads else None
+    return unit is not None and si_unit(unit) == "s"
+
+
 def _begin(table: LooseTable, step: Decimal) -> Decimal:
     """Where a clock made of the rows' number begins [s]: at the first instant of the file's own, else at 0.
 
     A file's own clock, whose digits may be too few, must agree with the rate. Raises MeasuredError.
     """
-    unit = table.heads[0].unit if table.heads else None
-    if unit is None or si_unit(unit) != "s":
+    if not _is_time(table):
         return Decimal(0)
+    unit = table.heads[0].unit or ""
     own = [Decimal(cells[0]) * factor(unit) for _, cells in table.rows if cells[0]]
     made = step * (len(table.rows) - 1)
     if own and abs(own[-1] - own[0] - made) > RATE_OFF * made:
@@ -164,7 +170,7 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
     """Where a sensor's column stands: as named, by its own name, or the only one beside the clock."""
     if column:
         return table.index(column)
-    others = [i for i in range(table.width) if i != clock]
+    others = [i for i in range(table.width) if i != clock and not (i == 0 and _is_time(table))]
     if len(others) == 1:
         return others[0]
     try:

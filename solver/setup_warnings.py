@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,8 @@ def span_along(case: Case) -> float:
 
 MESH_LIMIT = 0.04
 """Expected error of the peak displacement from which on a mesh is called too coarse."""
+FEW_SHELLS = 5
+"""Across the plate, up to which the error by their number holds that of a sensor inside a shell."""
 SHELLS_ACROSS = {2: 0.85, 3: 0.45, 4: 0.3, 5: 0.3, 6: 0.06, 8: 0.03, 12: 0.017}
 SHELL_OVER_RADIUS = {2.0: 0.02, 2.75: 0.09, 3.5: 0.25, 5.0: 0.35}
 PARTICLES = {95: 0.046, 146: 0.043, 208: 0.023, 290: 0.012}
@@ -88,10 +91,11 @@ def _coarse_plate(case: Case) -> list[str]:
     error, elements = plate_mesh_error(case), case.plate.elements
     if error <= MESH_LIMIT:
         return []
-    diameter = case.bird.diameter
-    sides = (case.plate.length, case.plate.width)
-    enough = [max(n, 8, math.ceil(side / diameter)) for n, side in zip(elements, sides, strict=True)]
+    enough = _fine_enough(case)
     size = f"{min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's radius"
+    if error == (between := max(map(partial(interpolation_error, case), case.sensors), default=0.0)):
+        name = next(name for name in case.sensors if interpolation_error(case, name) == between)
+        size = f"{name} lies inside a shell, where the reading is interpolated between the nodes"
     return [
         f"plate.elements = {list(elements)} is too coarse: expect an error of about {error:.0%} in the peak "
         f"displacement ({size}); set plate.elements = {enough} or finer, and measure what is left with birdstrike "
@@ -110,10 +114,40 @@ def _coarse_bird(case: Case) -> list[str]:
     ]
 
 
+def _fine_enough(case: Case) -> list[int]:
+    """Numbers of shells from which on nothing is said of the plate's mesh."""
+    sides = (case.plate.length, case.plate.width)
+    numbers = zip(case.plate.elements, sides, strict=True)
+    enough = [max(n, 8, math.ceil(side / case.bird.diameter)) for n, side in numbers]
+    while plate_mesh_error(case.with_mesh(case.bird.particles, (enough[0], enough[1]))) > MESH_LIMIT:
+        enough = [n + (n % 2 or 2) for n in enough]
+    return enough
+
+
 def plate_mesh_error(case: Case) -> float:
     """Expected error of the peak displacement by the plate's mesh, a share of the peak."""
     by_count = interpolated(SHELLS_ACROSS, min(case.plate.elements))
-    return max(by_count, interpolated(SHELL_OVER_RADIUS, shell_over_radius(case)))
+    by_size = interpolated(SHELL_OVER_RADIUS, shell_over_radius(case))
+    return max(by_count, by_size, *map(partial(interpolation_error, case), case.sensors))
+
+
+def interpolation_error(case: Case, name: str) -> float:
+    """Share by which a displacement sensor inside a shell reads too little: the chord of the deflection between nodes.
+
+    At a share f of a side, h long: w'' h^2 f (1 - f)/2, with the deflection w of clamped edges, 1 + cos(2 pi x/length).
+    Of 5 shells or fewer SHELLS_ACROSS has it already.
+    """
+    sensor, plate = case.sensors[name], case.plate
+    at: tuple[float, float] | None = getattr(sensor, "at", None)
+    if sensor.kind != "displacement" or at is None:
+        return 0.0
+    found = 0.0
+    for x, side, count in zip(at, (plate.length, plate.width), plate.elements, strict=True):
+        inside = (x / side + 0.5) * count % 1.0
+        bend = math.cos(2.0 * math.pi * x / side)
+        if count > FEW_SHELLS and bend > 0.0:
+            found += math.pi**2 * inside * (1.0 - inside) * 2.0 * bend / (1.0 + bend) / count**2
+    return found
 
 
 def bird_mesh_error(case: Case) -> float:

@@ -31,7 +31,6 @@ QUICK = (
     "clock of two digits",
     "seconds since 1970",
     "seconds under the name of milliseconds",
-    "a second channel that is constant",
     "flat top with noise on it",
     "12 levels of 0.5 mm",
     "one sample in twenty lost",

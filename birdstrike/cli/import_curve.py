@@ -17,6 +17,7 @@ from birdstrike.data.errors import MeasuredError, UserError
 if TYPE_CHECKING:
     from birdstrike.data.curves import Measured
 
+PICTURES = (".png", ".pdf", ".svg")
 READ_SO = ("read as gaps", "times of day", "behind the table", "columns of text", "The clock was made")
 """Signs of the provenance's lines on what was read in a way of its own."""
 
@@ -43,8 +44,9 @@ def import_curve(
     """Write a file of another program as a measured-data CSV, and return the record.
 
     sensors: name in the case -> column ("" to find it); zero: the mean before the response is subtracted; sigma: sensor
-    -> its noise with a unit, or "record" for the record's own; picture: a PNG or PDF of the record and how it is read;
-    the others as in data.import_curve. Raises UserError.
+    -> its noise with a unit, or "record" for the record's own; picture: a PNG, PDF or SVG of the record and how it is
+    read; rate: of the samples, where the file has no clock, such as "200 kHz"; the others as in data.import_curve.
+    Raises UserError.
     """
     from birdstrike.data.curves import write_measured
     from birdstrike.data.import_curve import ImportOptions, import_record
@@ -53,6 +55,8 @@ def import_curve(
 
     if Path(out).exists() and Path(path).exists() and Path(out).samefile(path):
         raise UserError(f"--out {out} is the file that is imported, and would be lost; choose another name")
+    if picture is not None and Path(picture).suffix.lower() not in PICTURES:
+        raise UserError(f"--picture {picture}: a picture ends in {', '.join(PICTURES)}, which tells its format")
     options = ImportOptions(
         sensors, time, units or {}, scales or {}, shift, node, simulated, decimal, table, per or {}, rate
     )
@@ -110,7 +114,7 @@ def command(
         str, typer.Option(metavar="NAME", help="Group, sheet, struct or branch of a file with several.")
     ] = "",
     picture: Annotated[
-        Path | None, typer.Option(help="PNG or PDF: the record, what is cut, its zero and noise.")
+        Path | None, typer.Option(help="PNG, PDF or SVG: the record, what is cut, its zero and noise.")
     ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:

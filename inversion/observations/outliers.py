@@ -29,6 +29,7 @@ LEAVES = 10.0  # standard deviations by which the record leaves a flat top on bo
 DROPOUTS = 3  # readings of one value
 DROPOUT_RUN = 3  # such readings in a row, at most
 DROPOUT_SHARE = 0.05  # of the peak, by which such readings lie off those around
+DROPOUT_TOO = 0.2  # of that distance, from which the same reading elsewhere is lost too
 DROPOUT_STEPS = 20.0  # times the usual change between neighbours
 AROUND = 5  # readings on either side
 JUMP_SHARE = 0.3  # of the peak, between two readings
@@ -133,13 +134,14 @@ def dropouts(values: Array) -> NDArray[np.bool_]:
     for level in levels[counts >= DROPOUTS]:
         lost = values == level
         begins, ends = _stretches(lost)
-        short = [
-            np.arange(begin, end)
+        short = {
+            (int(begin), int(end)): _off_those_around(values, lost, int(begin), int(end))
             for begin, end in zip(begins, ends, strict=True)
-            if end - begin <= DROPOUT_RUN and _off_those_around(values, lost, int(begin), int(end)) > usual
-        ]
-        if sum(map(len, short)) >= DROPOUTS:
-            marked[np.concatenate(short)] = True
+            if end - begin <= DROPOUT_RUN
+        }
+        if sum(end - begin for (begin, end), off in short.items() if off > usual) >= DROPOUTS:
+            for (begin, end), off in short.items():
+                marked[begin:end] = off > DROPOUT_TOO * usual
     return marked
 
 

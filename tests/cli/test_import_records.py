@@ -175,7 +175,7 @@ def test_a_clock_of_too_few_digits_is_made_anew_and_must_agree_with_the_rate(tmp
     assert refused.exit_code == 1
     assert refused.output.count("\n") <= 2
     assert "the clock has too few digits" in refused.output
-    found = invoke(source, "--sensor", f"{CENTRE}=w", "--rate", "200 kHz", "--out", out)
+    found = invoke(source, "--sensor", CENTRE, "--rate", "200 kHz", "--out", out)
     assert found.exit_code == 0, found.output
     np.testing.assert_allclose(read_measured(out).time, 1e-3 * TIME, atol=1e-12)
     wrong = invoke(source, "--sensor", f"{CENTRE}=w", "--rate", "100 kHz", "--out", out)
@@ -224,3 +224,12 @@ def test_a_channel_that_is_constant_is_said_at_import(tmp_path: Path) -> None:
     source.write_text("t [ms],w [mm]\n" + "".join(f"{t:.3f},9.998\n" for t in TIME))
     found = invoke(source, "--sensor", f"{CENTRE}=w", "--out", tmp_path / "o.csv")
     assert f'look at the record: {source}: "{CENTRE}" reads 9.998 mm everywhere' in found.output.replace("\n", " ")
+
+
+@pytest.mark.parametrize("name", ["picture.csv", "picture", "a.xyz"])
+def test_a_picture_of_an_unknown_format_is_refused_before_the_record_is_written(tmp_path: Path, name: str) -> None:
+    source, out = export(tmp_path / "a.csv"), tmp_path / "o.csv"
+    found = invoke(source, "--sensor", f"{CENTRE}=Disp Z", "--out", out, "--picture", tmp_path / name)
+    assert found.exit_code == 1
+    assert "a picture ends in .png, .pdf, .svg" in " ".join(found.output.split())
+    assert not out.exists()

@@ -65,7 +65,11 @@ def test_random_records_are_read_or_refused(tmp_path: Path, content: bytes, unit
     path, out = tmp_path / "record.csv", tmp_path / "out.csv"
     path.write_bytes(content)
     options = {"units": {"w": unit, "time": "ms"}, "scales": {"w": scale}}
-    readers = {"strict": lambda: read_measured(path), "import": lambda: import_curve(path, out, {"w": ""}, **options)}
+    readers = {
+        "strict": lambda: read_measured(path),
+        "import": lambda: import_curve(path, out, {"w": ""}, **options),
+        "import by a rate": lambda: import_curve(path, out, {"w": ""}, rate="200 kHz", **options),
+    }
     for name, read in readers.items():
         record, lines = read_or_refused(read)
         event(f"{name}: {'refused' if record is None else 'read'}")

@@ -53,7 +53,7 @@ def test_the_error_to_expect_is_that_of_a_simulation() -> None:
         return float(simulate(case, threads=1).channels["displacement_centre"].max()), plate_mesh_error(case)
 
     fine, _ = peak(24, 20)
-    for elements in ((2, 2), (3, 3), (20, 2)):
+    for elements in ((2, 2), (3, 3), (20, 2), (7, 7), (9, 9)):
         found, expected = peak(*elements)
         assert 0.5 * expected < abs(found / fine - 1.0) < 2.0 * expected
         assert expected > MESH_LIMIT
@@ -67,6 +67,7 @@ def test_a_coarse_mesh_is_graver_than_a_warning_about_intervals() -> None:
 
 
 def test_the_mesh_that_is_named_instead_is_fine_enough() -> None:
+    odd = {"plate.elements": [10, 10]}
     small = {"bird.diameter": "30 mm", "bird.length": "60 mm", "plate.elements": [18, 15]}
-    for settings in ({"plate.elements": [8, 8]}, {"plate.elements": [8, 30]}, small, {"bird.particles": 300}):
+    for settings in ({"plate.elements": [8, 8]}, {"plate.elements": [8, 30]}, odd, small, {"bird.particles": 300}):
         assert coarse_mesh(load_case("reference_strike", settings)) == []
