@@ -68,8 +68,8 @@ def _shot(path: Path, shot: Mapping[str, Any], case: str) -> Table:
     """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many."""
     table, channels = pd.read_csv(path), []
     for one in shot["channels"]:
-        own = table[table["channel"] == one["name"]]
-        time, values, sigma = (own[key].to_numpy(float) for key in ("time_s", "measured", "sigma"))
+        own = (table["channel"] == one["name"]).to_numpy()
+        time, values, sigma = (table[key].to_numpy(float)[own] for key in ("time_s", "measured", "sigma"))
         noise = float(np.sqrt(np.mean(sigma**2)))
         channels.append(channel(one["name"], one["unit"], noise, record(time, values, sigma, shot["name"])))
     return {"name": shot["name"], "system": shot["system"], "channels": channels, "case": str(path.parent / case)}
