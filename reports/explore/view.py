@@ -93,7 +93,8 @@ def answer(name: str, si: str, estimate: Mapping[str, Any]) -> Table:
 
 
 def _wide(interval: tuple[float, float] | None, si: str) -> str:
-    return f"its 95 % interval {span(interval[0], interval[1], si)} is most of what was known before" if interval else ""
+    ends = span(interval[0], interval[1], si) if interval else ""
+    return f"its 95 % interval {ends} is most of what was known before" if ends else ""
 
 
 def record(times: Array, values: Array, sigma: Array, source: str) -> Table:

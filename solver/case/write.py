@@ -15,7 +15,10 @@ DECK = "deck"
 
 
 def copy_case(case: Case, folder: Path, name: str = "case.toml") -> None:
-    """Write `case.toml`, or another `name`, into the folder, and beside it the files that an external solver's deck is made of."""
+    """Write `case.toml`, or another `name`, into the folder.
+
+    Beside it go the files that an external solver's deck is made of.
+    """
     table = case.table
     if case.external is not None:
         names = [f"{DECK}/{path.name}" for path in case.external.inputs]
