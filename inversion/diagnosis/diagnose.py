@@ -99,8 +99,7 @@ def diagnose(
         baselines = read_baselines(records, channels_of(shots))
         held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
         found = Pipeline(read_shots, baselines, choice, strikes, warnings).diagnosis(held)
-    for one, name in zip(shots, case_files([one.name for one in shots]), strict=True):
-        copy_case(one.case, folder, name)
+    copy_case(shots[0].case, folder)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
@@ -231,11 +230,6 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
 def curve_files(shots: Sequence[str]) -> list[str]:
     """Names of the files of curves: of the first shot diagnosis.csv."""
     return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
-
-
-def case_files(shots: Sequence[str]) -> list[str]:
-    """Names of the files of the cases as declared: of the first shot case.toml."""
-    return [f"case_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
 
 
 def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:

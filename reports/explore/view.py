@@ -88,12 +88,13 @@ def answer(name: str, si: str, estimate: Mapping[str, Any]) -> Table:
     if not estimate["identified"] or estimate.get("value") is None:
         reason = estimate.get("reason") or _wide(interval, si)
         return {"label": label, "identified": False, "text": "not identifiable from this record", "more": reason}
-    ends = f"95 % interval {span(*interval, si)}" if interval else "no interval"
+    ends = f"95 % interval {span(interval[0], interval[1], si)}" if interval else "no interval"
     return {"label": label, "identified": True, "text": quantity(estimate["value"], si), "more": ends}
 
 
-def _wide(interval: Sequence[float] | None, si: str) -> str:
-    return f"its 95 % interval {span(*interval, si)} is most of what was known before" if interval else ""
+def _wide(interval: tuple[float, float] | None, si: str) -> str:
+    ends = span(interval[0], interval[1], si) if interval else ""
+    return f"its 95 % interval {ends} is most of what was known before" if ends else ""
 
 
 def record(times: Array, values: Array, sigma: Array, source: str) -> Table:

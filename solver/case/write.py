@@ -14,8 +14,8 @@ from birdstrike.solver.case.overlay import Raw
 DECK = "deck"
 
 
-def copy_case(case: Case, folder: Path, name: str = "case.toml") -> None:
-    """Write `case.toml`, or another `name`, into the folder, and beside it the files that an external solver's deck is made of."""
+def copy_case(case: Case, folder: Path) -> None:
+    """Write `case.toml` into the folder, and beside it the files that an external solver's deck is made of."""
     table = case.table
     if case.external is not None:
         names = [f"{DECK}/{path.name}" for path in case.external.inputs]
@@ -24,7 +24,7 @@ def copy_case(case: Case, folder: Path, name: str = "case.toml") -> None:
                 with whole_file(folder / name) as temporary:
                     shutil.copyfile(path, temporary)
         table["external"] |= {"template": names[0], "files": names[1:]}
-    write_atomically(folder / name, case_toml(case, table))
+    write_atomically(folder / "case.toml", case_toml(case, table))
 
 
 def case_toml(case: Case, table: Raw | None = None) -> str:

@@ -35,7 +35,7 @@ def read(folder: Path) -> tuple[View]:
         systems=[emulator_table(emulator)],
         shots=[{"name": case.name, "system": 0, "channels": sensors}],
         answers=[],
-        presets=[preset("middle of the ranges", middle)],
+        presets=[preset("middle of the ranges", middle.tolist())],
         runs=runs(dataset.parameters, dataset.time, dataset.curves),
         case=str(folder / "case.toml"),
     )

@@ -13,7 +13,7 @@ import pandas as pd
 from birdstrike.data.errors import UserError
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.answer import HEADS
-from birdstrike.inversion.diagnosis.diagnose import case_files, curve_files
+from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.formatting import plain
@@ -22,6 +22,7 @@ from birdstrike.reports.explore.view import Table, View, answer, channel, parame
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.sensors.instrument import Instrument
 
+CASE = "case.toml"  # as declared, of the first shot
 LIKELY = 0.02  # probability from which on an effect's slider is shown at once
 
 
@@ -50,29 +51,26 @@ def read(folder: Path) -> tuple[View]:
             for one in parameters
         ],
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
-        shots=[
-            _shot(folder / file, shot, case)
-            for file, shot, case in zip(curve_files(names), model["shots"], case_files(names), strict=True)
-        ],
+        shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
         answers=[answer(one["name"], one["unit"], told[one["name"]]) for one in parameters],
-        effects=_effects(model["effects"], content, load_case(folder / case_files(names)[0])),
+        effects=_effects(model["effects"], content, load_case(folder / CASE)),
         presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),
         warnings=content["warnings"],
-        case=str(folder / case_files(names)[0]),
+        case=str(folder / CASE),
     )
     return (view,)
 
 
-def _shot(path: Path, shot: Mapping[str, Any], case: str) -> Table:
+def _shot(path: Path, shot: Mapping[str, Any]) -> Table:
     """A shot with its record as the diagnosis read it: neighbouring instants averaged where there are many."""
     table, channels = pd.read_csv(path), []
     for one in shot["channels"]:
-        own = table[table["channel"] == one["name"]]
-        time, values, sigma = (own[key].to_numpy(float) for key in ("time_s", "measured", "sigma"))
+        own = (table["channel"] == one["name"]).to_numpy()
+        time, values, sigma = (table[key].to_numpy(float)[own] for key in ("time_s", "measured", "sigma"))
         noise = float(np.sqrt(np.mean(sigma**2)))
         channels.append(channel(one["name"], one["unit"], noise, record(time, values, sigma, shot["name"])))
-    return {"name": shot["name"], "system": shot["system"], "channels": channels, "case": str(path.parent / case)}
+    return {"name": shot["name"], "system": shot["system"], "channels": channels}
 
 
 def _effects(found: Sequence[Mapping[str, Any]], content: Mapping[str, Any], case: Case) -> list[Table]:

@@ -21,26 +21,28 @@ const panelOf = (shot, channel, many, read) => {
   return panel;
 };
 
+const largestOf = (values) => {
+  let largest = 0;
+  for (let i = 0; i < values.length; i += 1) { const size = Math.abs(values[i]); if (size > largest) largest = size; }
+  return largest;
+};
+
 // What the scales must hold: record, noise, the campaign's runs and the curve at hand; they grow, but do not shrink.
-const scalesOf = (panel, view, time, curve, error) => {
-  const { record, factor, name } = panel.channel, rows = [[0]];
+const fixedBounds = (panel, view) => {
+  const { record, name } = panel.channel, rows = [[0]];
   if (record) rows.push(record.values);
   if (view.runs && view.runs.shot === view.shots.indexOf(panel.shot) && view.runs.curves[name]) rows.push(...view.runs.curves[name]);
-  const old = panel.scales, found = boundsOf(...rows, curve).map((v) => v * factor);
+  return boundsOf(...rows);
+};
+const scalesOf = (panel, view, { time, curve, error, off }) => {
+  const { record, factor } = panel.channel;
+  if (!panel.scales) panel.bounds = fixedBounds(panel, view);
+  const old = panel.scales, found = boundsOf(panel.bounds, curve).map((v) => v * factor);
   const y = old && found[0] >= old.y[0] && found[1] <= old.y[1] ? old.y : padded(found);
-  const noise = record ? WIDE_95 * Math.max(...record.sigma) * factor : 0;
-  const reach = Math.max(3 * noise, record ? 1.15 * largestResidual(panel, time, curve) * factor : 0, WIDE_95 * Math.max(...error) * factor);
+  const noise = record ? WIDE_95 * largestOf(record.sigma) * factor : 0;
+  const reach = Math.max(3 * noise, 1.15 * largestOf(off) * factor, WIDE_95 * largestOf(error) * factor);
   const kept = old && reach <= old.reach && reach > 0.3 * old.reach;
   return { y, reach: kept ? old.reach : 1.3 * reach || 1, x: [0, Math.max(time[time.length - 1], record ? record.time[record.time.length - 1] : 0) * MS] };
-};
-const largestResidual = (panel, time, curve) => {
-  const { record } = panel.channel;
-  let largest = 0;
-  for (let i = 0; i < record.time.length; i += 1) {
-    const off = Math.abs(record.values[i] - sampleAt(time, curve, record.time[i] - panel.clock));
-    if (off > largest) largest = off;
-  }
-  return largest;
 };
 
 const framesOf = (width, height, scales) => {
@@ -74,9 +76,10 @@ const drawStill = (panel, frames, size) => {
   inside(pen, frames.lower, () => drawBand(pen, frames.lower, record.time, band.map((b) => -b), band, MS, factor, { colour: theme.noise }));
 };
 
-const drawMoving = (pen, panel, frames, view, state, { time, curve, error }) => {
+const drawMoving = (pen, panel, frames, view, state, { time, curve, error, off }) => {
   const { channel: { record, factor, name }, shot } = panel, shift = state.point.clock;
-  const band = error.map((e) => WIDE_95 * e), lows = curve.map((y, i) => y - band[i]), highs = curve.map((y, i) => y + band[i]);
+  const lows = new Float64Array(curve.length), highs = new Float64Array(curve.length);
+  for (let i = 0; i < curve.length; i += 1) { lows[i] = curve[i] - WIDE_95 * error[i]; highs[i] = curve[i] + WIDE_95 * error[i]; }
   inside(pen, frames.upper, () => {
     drawBand(pen, frames.upper, time, lows, highs, MS, factor, { colour: theme.band, shift });
     if (state.run !== null && view.runs && view.runs.shot === view.shots.indexOf(shot) && view.runs.curves[name]) {
@@ -85,15 +88,14 @@ const drawMoving = (pen, panel, frames, view, state, { time, curve, error }) => 
     drawLine(pen, frames.upper, time, curve, MS, factor, { colour: theme.model, shift });
   });
   if (!record) return;
-  const off = record.values.map((v, i) => v - sampleAt(time, curve, record.time[i] - shift));
-  const known = off.map((v, i) => i).filter((i) => !Number.isNaN(off[i]));
-  inside(pen, frames.lower, () => drawLine(pen, frames.lower, known.map((i) => record.time[i]), known.map((i) => off[i]), MS, factor, { colour: theme.model, width: 1.3 }));
+  const known = off.findIndex(Number.isNaN), shown = known < 0 ? off : off.subarray(0, known);
+  inside(pen, frames.lower, () => drawLine(pen, frames.lower, record.time.slice(0, shown.length), shown, MS, factor, { colour: theme.model, width: 1.3 }));
 };
 
-const paintPanel = (panel, view, state, { time, curve, error }) => {
+const paintPanel = (panel, view, state, drawn) => {
   const { canvas } = panel, { pen, width, height } = penOf(canvas);
   if (!canvas.width || !canvas.height) return;
-  const scales = scalesOf(panel, view, time, curve, error);
+  const scales = scalesOf(panel, view, drawn);
   const key = JSON.stringify([scales, canvas.width, canvas.height, theme.ink, theme.paper]);
   const frames = framesOf(width, height, scales);
   if (key !== panel.key) { drawStill(panel, frames, { width, height, font: pen.font }); panel.key = key; }
@@ -101,7 +103,7 @@ const paintPanel = (panel, view, state, { time, curve, error }) => {
   pen.save(); pen.setTransform(1, 0, 0, 1, 0, 0);
   pen.clearRect(0, 0, canvas.width, canvas.height); pen.drawImage(panel.still, 0, 0);
   pen.restore();
-  drawMoving(pen, panel, frames, view, state, { time, curve, error });
+  drawMoving(pen, panel, frames, view, state, drawn);
 };
 
 // Draw one panel at the point of the state; returns its sum of squares and its number of points.
@@ -109,7 +111,8 @@ const drawPanel = (panel, view, state, student) => {
   const { channel, shot } = panel, { time } = view.systems[shot.system];
   const curve = curveOf(view, shot, channel.name, state.point), error = errorOf(view, shot, channel.name, state.point, student);
   Object.assign(panel, { clock: state.point.clock, curve, error });
-  paintPanel(panel, view, state, { time, curve, error });
+  const off = channel.record ? residualsOf(time, curve, channel.record, state.point.clock) : [];
+  paintPanel(panel, view, state, { time, curve, error, off });
   const [sum, count] = channel.record ? sumOfSquares(time, curve, channel.record, state.point.clock) : [0, 0];
   panel.score = count ? Math.sqrt(sum / count) : NaN;
   panel.misfit.textContent = count ? `misfit ${shownNumber(panel.score, 3)}` : "";

@@ -71,10 +71,33 @@ const mapTicks = (pen, frame, across, up) => {
 const runPoint = (view, i) => ({ theta: view.runs.parameters[i], effects: {}, clock: 0 });
 const runsShown = (view) => (view.runs ? view.runs.parameters.length : 0);
 
+// What stays while a slider moves is drawn once, on a canvas of its own.
+const stillOf = (holder, canvas, key, draw) => {
+  if (holder.stillKey !== key || holder.stillOf !== holder.rows) {
+    const still = holder.still || (holder.still = document.createElement("canvas"));
+    still.width = canvas.width; still.height = canvas.height;
+    const pen = still.getContext("2d"), from = canvas.getContext("2d");
+    pen.setTransform(from.getTransform()); pen.font = from.font;
+    draw(pen);
+    holder.stillKey = key; holder.stillOf = holder.rows;
+  }
+  const pen = canvas.getContext("2d");
+  pen.save(); pen.setTransform(1, 0, 0, 1, 0, 0);
+  pen.clearRect(0, 0, canvas.width, canvas.height); pen.drawImage(holder.still, 0, 0);
+  pen.restore();
+};
+
 const drawMap = (canvas, view, state, map) => {
-  const { pen, width, height } = penOf(canvas), { across, up, rows } = map, found = state.best, frame = mapFrame(width, height, endsOf(across), endsOf(up));
+  const { pen, width, height } = penOf(canvas), { across, up } = map, found = state.best;
+  if (!canvas.width || !canvas.height) return;
+  const frame = mapFrame(width, height, endsOf(across), endsOf(up));
   map.frame = frame;
-  pen.clearRect(0, 0, width, height);
+  stillOf(map, canvas, [across.id, up.id, state.run, width, height, theme.ink].join(), (own) => drawMapStill(own, view, state, map, width, height));
+  if (found) ring(pen, placeOf(frame, across, up, found.point), "#ffffff", 8, false);
+  cross(pen, placeOf(frame, across, up, state.point), theme.mark);
+};
+const drawMapStill = (pen, view, state, map, width, height) => {
+  const { across, up, rows, frame } = map;
   if (rows && finite(rows).length) {
     if (map.rows !== map.drawn) { map.picture = pictureOf(rows); map.drawn = rows; }
     pen.imageSmoothingEnabled = true;
@@ -85,8 +108,6 @@ const drawMap = (canvas, view, state, map) => {
   for (let i = 0; i < runsShown(view); i += 1) {
     ring(pen, placeOf(frame, across, up, runPoint(view, i)), state.run === i ? theme.mark : theme.run, state.run === i ? 6 : 3.5, true);
   }
-  if (found) ring(pen, placeOf(frame, across, up, found.point), "#ffffff", 8, false);
-  cross(pen, placeOf(frame, across, up, state.point), theme.mark);
 };
 
 // Where the misfit passes a level: short strokes between cells.
@@ -117,10 +138,20 @@ const nearestRun = (view, map, x, y) => {
 
 const drawProfile = (canvas, state, profile) => {
   const { pen, width, height } = penOf(canvas), { axis, values } = profile;
-  pen.clearRect(0, 0, width, height);
+  if (!canvas.width || !canvas.height) return;
+  profile.rows = values;
+  stillOf(profile, canvas, [axis.id, width, height, theme.ink].join(), (own) => drawProfileStill(own, profile, width, height));
+  if (!values) return;
+  const { frame } = profile, here = frame.left + clamp(shareOf(axis, axis.get(state.point)), 0, 1) * frame.width;
+  pen.strokeStyle = theme.mark; pen.lineWidth = 2; pen.setLineDash([4, 3]);
+  pen.beginPath(); pen.moveTo(here, frame.top); pen.lineTo(here, frame.top + frame.height); pen.stroke(); pen.setLineDash([]);
+};
+const drawProfileStill = (pen, profile, width, height) => {
+  const { axis, values } = profile;
   const known = values ? [...values].filter(Number.isFinite) : [], y = known.length ? padded([Math.min(...known, 1), Math.max(...known)], 0.08) : [0, 1];
   const frame = mapFrame(width, height, endsOf(axis), y);
   const x = (share) => frame.left + share * frame.width;
+  profile.frame = frame;
   if (axis.interval && axis.identified !== false) {
     const [low, high] = axis.interval.map((v) => clamp(shareOf(axis, v), 0, 1));
     pen.fillStyle = theme.band; pen.fillRect(x(low), frame.top, Math.max(x(high) - x(low), 2), frame.height);
@@ -131,9 +162,6 @@ const drawProfile = (canvas, state, profile) => {
   pen.strokeStyle = theme.model; pen.lineWidth = 2; pen.beginPath();
   values.forEach((v, i) => { if (Number.isFinite(v)) pen.lineTo(x(i / (values.length - 1)), frame.py(v)); });
   pen.stroke();
-  const here = x(clamp(shareOf(axis, axis.get(state.point)), 0, 1));
-  pen.strokeStyle = theme.mark; pen.setLineDash([4, 3]);
-  pen.beginPath(); pen.moveTo(here, frame.top); pen.lineTo(here, frame.top + frame.height); pen.stroke(); pen.setLineDash([]);
 };
 
 // What a profile says, in words.

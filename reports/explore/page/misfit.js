@@ -1,15 +1,25 @@
 // How far the curves are from the record: RMS of the residual over the standard deviation of the noise; 1 = noise.
 
-const sumOfSquares = (time, curve, record, clock) => {
-  const last = time.length - 2, end = time[last + 1] * (1 + 1e-9);
-  let sum = 0, count = 0, i = 0;
-  for (let j = 0; j < record.time.length; j += 1) {
+// Record less model at the record's instants, SI; NaN after the simulation's end.
+const residualsOf = (time, curve, record, clock) => {
+  const last = time.length - 2, end = time[last + 1] * (1 + 1e-9), out = new Float64Array(record.time.length).fill(NaN);
+  let i = 0;
+  for (let j = 0; j < out.length; j += 1) {
     const t = record.time[j] - clock;
     if (t > end) break;
     while (i < last && time[i + 1] < t) i += 1;
     const w = clamp((t - time[i]) / (time[i + 1] - time[i]), 0, 1);
-    const off = (record.values[j] - curve[i] * (1 - w) - curve[i + 1] * w) / record.sigma[j];
-    sum += off * off; count += 1;
+    out[j] = record.values[j] - curve[i] * (1 - w) - curve[i + 1] * w;
+  }
+  return out;
+};
+
+const sumOfSquares = (time, curve, record, clock) => {
+  const off = residualsOf(time, curve, record, clock);
+  let sum = 0, count = 0;
+  for (let j = 0; j < off.length && !Number.isNaN(off[j]); j += 1) {
+    const share = off[j] / record.sigma[j];
+    sum += share * share; count += 1;
   }
   return [sum, count];
 };
