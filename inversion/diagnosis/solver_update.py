@@ -49,6 +49,8 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
     first = next(shot for shot in problem.shots if not shot.baseline)
     wanted = [_wanted(ranking, label, first.setup, first.group) for label in _labels(ranking)]
     wanted = [one for one in wanted if not _known(one)]
+    if any(one.response.simulated for one in problem.found if one.response):
+        wanted = [one for one in wanted if _bends(one.suspect)]
     if not wanted:
         return problem
     runs = strikes.run({label: case for one in wanted for label, case in one.cases.items()})
@@ -83,6 +85,12 @@ def _known(one: Wanted) -> bool:
     """Whether the effect was simulated by itself at nearly this magnitude."""
     response = one.suspect.response
     return response is not None and any(abs(b - one.b) <= NEAR * abs(one.b) for b in response.simulated)
+
+
+def _bends(suspect: Suspect) -> bool:
+    """Whether simulations showed a response that is not linear."""
+    response = suspect.response
+    return response is not None and any(abs(response.h(b)) < BENT * abs(b) for b in response.simulated)
 
 
 def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Response]) -> Problem:
