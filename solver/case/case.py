@@ -27,6 +27,7 @@ from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
+from birdstrike.solver.case.target import Target, with_envelope
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
@@ -50,6 +51,7 @@ class Case(Section):
     """One bird strike as it is simulated, every value in SI; made by `load_case`."""
 
     plate: Plate
+    target: Target | None = None
     bird: Bird
     impact: Impact
     time: Time
@@ -129,8 +131,15 @@ class Case(Section):
         return _in_place(bare.model_copy(update={"effects": self.effects}), bare._raw, self._name)
 
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
-        """The case with another bird and plate mesh, validated anew; raises CaseError."""
-        return self.overlaid({"bird": {"particles": particles}, "plate": {"elements": list(elements)}})
+        """The case with another bird and plate mesh, validated anew; raises CaseError.
+
+        elements: along length and width; of a generated target those along its length set the size of all.
+        """
+        plate: Raw = {"plate": {"elements": list(elements)}}
+        if self.target is not None:
+            size = self.target.generator.length / elements[0]
+            plate = {"target": {"generator": {"element_size": quantity_text(size, "m")}}}
+        return self.overlaid({"bird": {"particles": particles}} | plate)
 
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads.
@@ -138,14 +147,15 @@ class Case(Section):
         `sources`, where it is there, holds digests of the sources of what installed packages give to the case: a run's
         key counts them, the case's hash does not.
         """
-        tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
+        struck = "plate" if self.target is None else "target"
+        tree = self.model_dump(mode="json", include={struck, "bird", "impact", "time", "solver"})
         del tree["solver"]["threads"]
         if self.solver.name == "embedded":
             del tree["solver"]["name"]
         for key in ("mass", "slenderness", "statistics"):
             del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density
-        if not self.plate.rigid:
+        if self.target is None and not self.plate.rigid:
             del tree["plate"]["rigid"]
         if not any(self.impact.offset):
             del tree["impact"]["offset"]
@@ -196,7 +206,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
     errors = [*broken_rules(table), *broken_sensor_rules(table), *broken_external_rules(table)]
     case = None
     try:
-        case = Case.model_validate(table)
+        case = Case.model_validate(with_envelope(table))
     except ValidationError as error:
         errors = error_lines(Case, error.errors(), errors, table)
     if case is None or errors:

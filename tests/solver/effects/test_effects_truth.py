@@ -15,11 +15,11 @@ from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.plate.modes import natural_frequencies
-from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.reference.plate_ritz import RitzPlate, ritz_frequencies
 from birdstrike.solver.sensors.instrument import recorded
 from birdstrike.solver.simulate import simulate
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.modes import natural_frequencies
 
 CASE = load_case("virtual_strike", {"bird.particles": "3000"})
 CLAMPED_HZ = 397.7  # of the case's plate, 525 x 430 x 10 mm of aluminium (Mindlin, Ritz)
@@ -31,10 +31,10 @@ def size(name: str) -> float:
     return effects()[name].size(CASE)
 
 
-def plate_with(**magnitudes: float) -> Plate:
+def plate_with(**magnitudes: float) -> Target:
     """The plate that the solver builds for the case with effects."""
     plate = build_plate(CASE.with_effects(magnitudes))
-    assert isinstance(plate, Plate)
+    assert plate.strains
     return plate
 
 
@@ -45,7 +45,7 @@ def bird_with(**magnitudes: float) -> Bird:
     return bird
 
 
-def first(plate: Plate) -> float:
+def first(plate: Target) -> float:
     return float(natural_frequencies(plate, 1)[0][0])
 
 
