@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, model_validator
@@ -54,6 +54,35 @@ class Target(Section):
                 raise complaint(f"has supports.{name}, a set of nodes that does not exist; sets: {sets}")
         return self
 
+    @property
+    def struck(self) -> Part:
+        """The part that the bird is aimed at."""
+        return self.parts[self.generator.struck]
+
+    def lacks(self, key: str) -> str:
+        """Why the struck part has no such property of a plate; empty where it has."""
+        material = self.materials[self.struck.material]
+        if key == "preload":
+            return "a target of several parts takes no preload"
+        has = key in type(material).model_fields or (key == "yield_stress" and "a" in type(material).model_fields)
+        return "" if has else f'materials.{self.struck.material} is of law = "{material.law}", which has no {key}'
+
+    def changed(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Changes of a case in which those of the plate act on the struck part, its material and all supports."""
+        plate = changes.get("plate")
+        if plate is None:
+            return dict(changes)
+        target: dict[str, Any] = {key: plate[key] for key in ("damping",) if key in plate}
+        if "thickness" in plate:
+            target["parts"] = {self.generator.struck: {"thickness": plate["thickness"]}}
+        if "edges" in plate:
+            target["supports"] = dict.fromkeys(self.supports, plate["edges"])
+        if "material" in plate:
+            known = type(self.materials[self.struck.material]).model_fields
+            own = {key if key in known else "a": value for key, value in plate["material"].items()}
+            target["materials"] = {self.struck.material: own}
+        return {key: value for key, value in changes.items() if key != "plate"} | {"target": target}
+
 
 def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
     """A case's table with the plate that stands for its target where only the size of what is struck is asked for.
@@ -68,13 +97,14 @@ def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
         return table | {"plate": PLACEHOLDER}
 
 
+SHARED = {"tangent_modulus": "Pa", "rate_c": "1/s", "rate_p": "", "failure_strain": ""}
 PLACEHOLDER = {"length": "1 m", "width": "1 m", "thickness": "1 mm", "elements": [2, 2], "rigid": True}
 
 
 def envelope(target: Target) -> dict[str, Any]:
     """The plate that stands for a target, as a case's table has it."""
     generator = target.generator
-    struck = target.parts[generator.struck]
+    struck = target.struck
     material = target.materials[struck.material]
     plate: dict[str, Any] = {
         "length": quantity_text(generator.length, "m"),
@@ -90,4 +120,17 @@ def envelope(target: Target) -> dict[str, Any]:
         "density": quantity_text(material.density, "kg/m^3"),
         "yield_stress": quantity_text(material.first_yield, "Pa"),
     }
-    return plate | {"edges": "clamped" if target.supports else "free", "material": metal}
+    for key, unit in SHARED.items():
+        value = getattr(material, key, None)
+        if value is not None:
+            metal[key] = quantity_text(value, unit) if unit else value
+    held = next(iter(target.supports.values()), "free")
+    edges = held if isinstance(held, str) else {key: text for key, text in springs_text(held) if text is not None}
+    return plate | {"edges": edges, "material": metal}
+
+
+def springs_text(springs: EdgeSprings) -> Iterator[tuple[str, str | None]]:
+    """Springs as a case's table has them."""
+    for key, unit in (("rotational", "N m/rad/m"), ("in_plane", "Pa"), ("transverse", "Pa")):
+        value = getattr(springs, key)
+        yield key, None if value is None else quantity_text(value, unit)
