@@ -56,6 +56,10 @@ TARGET = {
     "target.parts.<name>.thickness": "Of the part's shells; every part of the mesh must be named.",
     "target.parts.<name>.material": "Name of its material, a table under `target.materials`.",
     "target.supports.<set>": "How a set of nodes of the mesh is held: a word, or springs as of a plate's edges.",
+    "target.mesh": "File of the mesh, in place of a generator: Abaqus, Gmsh, Nastran, VTK; relative to the case file.",
+    "target.mesh_unit": "Unit of length of that file; required with it.",
+    "target.origin": "Point of the file's axes on which the bird is aimed, which becomes the origin.",
+    "target.struck": "Part that the bird is aimed at; absent: the file's first.",
     "target.generator.kind": "Which mesh is made.",
     "target.generator.length": "Size along the plane of the velocity.",
     "target.generator.width": "Size across it, along which stiffeners run.",
@@ -170,6 +174,8 @@ SENSORS = {
     "sensors.<name>.point": "Place in space instead of `at`; the nearest place of the target at rest is taken.",
     "sensors.<name>.part": "Part of the target on which that place lies; absent: any.",
     "sensors.<name>.along": "Direction in space: of a displacement, absent: the push; of a gauge, laid on the shell.",
+    "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "
+    "absent: the whole frame.",
     "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent: none is known.",
     "sensors.<name>.direction": "Of a strain gauge, from the length axis towards the width's.",
     "sensors.<name>.side": "Of a strain gauge.",
@@ -306,7 +312,8 @@ def of_target() -> Iterator[Row]:
         yield f"`{key}`", "word", ", ".join(f'"{name}"' for name in kinds), "required", TARGET[key]
     words = ", ".join(f'"{word}"' for word in EDGE_WORDS)
     yield "`target.supports.<set>`", "word or table", words, "free", TARGET["target.supports.<set>"]
-    yield from (row for row in rows(Target, "target", TARGET) if row[0] == "`target.damping`")
+    own = {f"`target.{key}`" for key in ("mesh", "mesh_unit", "origin", "struck", "damping")}
+    yield from (row for row in rows(Target, "target", TARGET) if row[0] in own)
 
 
 def of_effects() -> Iterator[Row]:

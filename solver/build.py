@@ -49,7 +49,7 @@ def build_assembly(said: TargetOfCase) -> Target:
     """Target of several parts, at rest."""
     data = {name: PartData(part.thickness, said.materials[part.material]) for name, part in said.parts.items()}
     supports = {name: stiffness_of(edges) for name, edges in said.supports.items()}
-    return assembled(said.generator.mesh(), data, supports, said.damping)
+    return assembled(said.source.mesh(), data, supports, said.damping)
 
 
 def stiffness_of(edges: str | EdgeSprings) -> EdgeStiffness:
@@ -62,7 +62,7 @@ def rest_mesh(case: Case) -> ShellMesh:
     """The shells that a bird can hit, at rest."""
     if case.target is None:
         return mesh_of(case.plate)
-    return shells_of(case.target.generator.mesh())
+    return shells_of(case.target.source.mesh())
 
 
 def mesh_of(plate: PlateOfCase) -> ShellMesh:

@@ -20,7 +20,14 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.load import given_table, override_table, read_case, with_baselines, with_table
+from birdstrike.solver.case.load import (
+    given_table,
+    override_table,
+    read_case,
+    with_baselines,
+    with_mesh_path,
+    with_table,
+)
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
@@ -133,10 +140,13 @@ class Case(Section):
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
         """The case with another bird and plate mesh, validated anew; raises CaseError.
 
-        elements: along length and width; of a generated target those along its length set the size of all.
+        elements: along length and width; of a generated target those along its length set the size of all, and a mesh
+        from a file stays.
         """
         plate: Raw = {"plate": {"elements": list(elements)}}
         if self.target is not None:
+            plate = {}
+        if self.target is not None and self.target.generator is not None:
             size = self.target.generator.length / elements[0]
             plate = {"target": {"generator": {"element_size": quantity_text(size, "m")}}}
         return self.overlaid({"bird": {"particles": particles}} | plate)
@@ -147,8 +157,10 @@ class Case(Section):
         `sources`, where it is there, holds digests of the sources of what installed packages give to the case: a run's
         key counts them, the case's hash does not.
         """
-        struck = "plate" if self.target is None else "target"
-        tree = self.model_dump(mode="json", include={struck, "bird", "impact", "time", "solver"})
+        plain = {"bird", "impact", "time", "solver"} | ({"plate"} if self.target is None else set())
+        tree = self.model_dump(mode="json", include=plain)
+        if self.target is not None:
+            tree["target"] = self.target.content
         del tree["solver"]["threads"]
         if self.solver.name == "embedded":
             del tree["solver"]["name"]
@@ -193,7 +205,7 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
         raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
     raw, name = (given_table(path), "case") if isinstance(path, Mapping) else (read_case(path), Path(path).stem)
     table = with_table(overlay(raw, override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), name)
+    return case_from_table(with_mesh_path(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path.cwd()), name)
 
 
 def as_case(case: CaseSource) -> Case:

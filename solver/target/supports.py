@@ -131,6 +131,15 @@ class Supports:
         motion = (nodes.v, nodes.omega, dt, self.displacement, self.force, nodes.nodal)
         return edge_spring_forces(self.nodes, self.normal, self.springs, self.pull, *motion)
 
+    def reaction_of(self, name: str, nodes: Nodes, applied: Array) -> Array:
+        """Force with which one set pulls the frame, (3,) [N]; a node that two sets hold counts in both."""
+        rows = self.sets[name]
+        own = self.nodes[rows]
+        force = nodes.nodal[own, :3] + applied[own]
+        axes, bits = nodes.axes[own], nodes.held[own]
+        held = ((bits[:, None] >> np.arange(3)) & 1) * np.einsum("rij,rj->ri", axes, force)
+        return np.einsum("ri,rij->j", held, axes) - self.force[rows, :3].sum(axis=0)
+
     def add_to_frame(self, x: Array, result: Array) -> None:
         """What the springs pull the frame with: force [N] and moment about the origin [N m], added to (6,)."""
         if self.sprung:

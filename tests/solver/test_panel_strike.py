@@ -33,9 +33,12 @@ def random_panel(seed: int) -> Case:
         "impact.angle": f"{rng.uniform(20.0, 90.0):.1f} deg",
     }
     changes |= {"impact.offset": [f"{rng.uniform(-50.0, 50.0):.1f} mm", f"{rng.uniform(-50.0, 50.0):.1f} mm"]}
-    sensors = {"sensors": {"contact_force": {"kind": "contact_force"}}}
     table = load_case("openradioss_panel", {**SMALL, **changes}).table
-    return load_case(table | sensors)
+    cells = {"skin_cells": "skin_edges", "web_cells": "stiffener_ends"}
+    table["target"]["supports"] = dict.fromkeys(cells.values(), "clamped")
+    table["sensors"] = {name: {"kind": name} for name in ("contact_force", "reaction_force")}
+    table["sensors"] |= {name: {"kind": "reaction_force", "support": support} for name, support in cells.items()}
+    return load_case(table)
 
 
 def below_the_skin(case: Case, last: Snapshot) -> int:
@@ -62,6 +65,9 @@ def test_no_particle_crosses_a_sound_panel(seed):
     assert run.channels["contact_force"].max() > 0.0
     assert below_the_skin(case, run.snapshots[-1]) == 0
     assert balanced(run)
+    cells = run.channels["skin_cells"] + run.channels["web_cells"]
+    assert cells == pytest.approx(run.channels["reaction_force"], abs=1e-9 * np.abs(cells).max())
+    assert np.abs(run.channels["web_cells"]).max() > 0.0
 
 
 def test_a_panel_that_tears_keeps_its_balance():
