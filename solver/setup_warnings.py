@@ -92,6 +92,12 @@ def _coarse_plate(case: Case) -> list[str]:
     sides = (case.plate.length, case.plate.width)
     enough = [max(n, 8, math.ceil(side / diameter)) for n, side in zip(elements, sides, strict=True)]
     size = f"{min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's radius"
+    if case.target is not None:
+        remedy = "make target.generator.element_size smaller, or refine the file of target.mesh"
+        return [
+            f"the target's mesh is too coarse: expect an error of about {error:.0%} in the peak displacement ({size}); "
+            f"{remedy}, and measure what is left with birdstrike converge"
+        ]
     return [
         f"plate.elements = {list(elements)} is too coarse: expect an error of about {error:.0%} in the peak "
         f"displacement ({size}); set plate.elements = {enough} or finer, and measure what is left with birdstrike "
