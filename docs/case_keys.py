@@ -64,6 +64,7 @@ TARGET = {
     "target.generator.length": "Size along the plane of the velocity.",
     "target.generator.width": "Size across it, along which stiffeners run.",
     "target.generator.element_size": "Wanted side of a shell; the nearest that divides each length is taken.",
+    "target.generator.cells": "Equal stretches of the rim, the sets cell_1, cell_2, ...; 0: none.",
     "target.generator.stiffeners": "How many; 0 is a bare skin.",
     "target.generator.pitch": "Between two stiffeners, which stand symmetric about the centre.",
     "target.generator.height": "Of a stiffener's web, from the skin's mid-surface.",

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
 from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of
@@ -34,7 +36,8 @@ def assembled(
     each = [data[name] for name in parts.parts]
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
     block = ShellBlock(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
-    held = Supports(mesh, {name: held_set(mesh, parts, name, stiffness) for name, stiffness in supports.items()})
+    share = held_lengths(parts, [parts.sets[name] for name in supports])
+    held = Supports(mesh, {name: held_set(parts, name, stiffness, share) for name, stiffness in supports.items()})
     rigid = np.array([not one.material.moves for one in each])[parts.part]
     if rigid.any():
         held.hold_globally(np.unique(parts.quads[rigid]), EVERYTHING)
@@ -47,20 +50,22 @@ def shells_of(parts: PartMesh) -> ShellMesh:
     return replace(shell_mesh(parts.nodes, parts.quads), parts=facets)
 
 
-def held_set(mesh: ShellMesh, parts: PartMesh, name: str, stiffness: EdgeStiffness) -> Held:
-    """A set of nodes held alike, with the length of free edge that belongs to each where springs need it."""
+def held_lengths(parts: PartMesh, sets: list[NDArray[np.int64]]) -> Array:
+    """Length of free border that belongs to each node (m,) [m]: half of either side between two nodes that are held."""
+    sides, count = np.unique(np.sort(sides_of(parts.quads), axis=1), axis=0, return_counts=True)
+    held = np.isin(sides, np.concatenate([*sets, np.empty(0, np.int64)])).all(axis=1)
+    sides = sides[(count == 1) & held]
+    length = np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)
+    return np.bincount(sides.ravel(), np.repeat(0.5 * length, 2), minlength=len(parts.nodes))
+
+
+def held_set(parts: PartMesh, name: str, stiffness: EdgeStiffness, share: Array) -> Held:
+    """A set of nodes held alike, with its lengths of border. Raises UserError for springs on nodes that have none."""
     nodes = parts.sets[name]
-    if stiffness in NAMED.values():
-        return Held(nodes, stiffness, np.zeros(len(nodes)))
-    share = np.zeros(len(mesh.nodes))
-    ends = sides_of(mesh.quads)[mesh.across.ravel() < 0]
-    ends = ends[np.isin(ends, nodes).all(axis=1)]
-    length = np.linalg.norm(mesh.nodes[ends[:, 0]] - mesh.nodes[ends[:, 1]], axis=1)
-    np.add.at(share, ends.ravel(), np.repeat(0.5 * length, 2))
-    if not share[nodes].all():
+    if stiffness not in NAMED.values() and not share[nodes].all():
         lone = int(np.count_nonzero(share[nodes] == 0.0))
         raise UserError(
             f"target.supports.{name}: springs are given per length of edge, and {lone} of its {len(nodes)} nodes lie "
-            'on no free edge of the set; hold it rigidly ("clamped" or "pinned") or choose a set of edge nodes'
+            'on no free edge that is held; hold it rigidly ("clamped" or "pinned") or choose a set of edge nodes'
         )
     return Held(nodes, stiffness, share[nodes])

@@ -14,17 +14,21 @@ Length = Annotated[float, Between("1 mm", "5000 mm")]
 class Generator(Section):
     """Table of a generator in a case; `kind` names it.
 
-    sets: names of the sets of nodes that it gives; struck: the part whose mid-surface lies in z = 0 about the origin,
+    struck: the part whose mid-surface lies in z = 0 about the origin,
     on which the bird is aimed.
     """
 
     kind: str
-    sets: ClassVar[tuple[str, ...]]
     struck: ClassVar[str]
 
     length: Annotated[float, Between("20 mm", "5000 mm")]
     width: Annotated[float, Between("20 mm", "5000 mm")]
     element_size: Annotated[float, Between("0.5 mm", "200 mm")]
+
+    @property
+    def sets(self) -> tuple[str, ...]:
+        """Names of the sets of nodes."""
+        raise NotImplementedError(self.kind)
 
     @property
     def parts(self) -> tuple[str, ...]:

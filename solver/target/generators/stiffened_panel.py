@@ -21,7 +21,6 @@ class StiffenedPanel(Generator):
     Sets: edges (the skin's rim and the stiffeners' ends), skin_edges, stiffener_ends, and the skin's four sides.
     """
 
-    sets: ClassVar = ("edges", "skin_edges", "stiffener_ends", "length_low", "length_high", "width_low", "width_high")
     struck: ClassVar = "skin"
 
     kind: Literal["stiffened_panel"]
@@ -30,6 +29,10 @@ class StiffenedPanel(Generator):
     height: Length | None = None
     section: Annotated[str, OneOf(("blade", "L"))] = "blade"
     flange: Annotated[float, Between("1 mm", "500 mm")] | None = None
+
+    @property
+    def sets(self) -> tuple[str, ...]:
+        return ("edges", "skin_edges", "stiffener_ends", "length_low", "length_high", "width_low", "width_high")
 
     @property
     def parts(self) -> tuple[str, ...]:

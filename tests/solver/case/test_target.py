@@ -51,6 +51,20 @@ def test_sets_hold_the_nodes_that_they_name():
     assert len(np.union1d(mesh.sets["skin_edges"], mesh.sets["stiffener_ends"])) == len(mesh.sets["edges"])
 
 
+def test_load_cells_share_the_rim_of_a_flat_plate_alike():
+    """Every node of the rim is in one cell; springs of all cells are those of the whole rim, an eighth each."""
+    case = load_case("flat_plate_002", {"target.generator.element_size": "25 mm"})
+    mesh, supports = target_of(case).source.mesh(), build_plate(case).supports
+    cells = [mesh.sets[f"cell_{i}"] for i in range(1, 9)]
+    assert np.array_equal(np.sort(np.concatenate(cells)), mesh.sets["edges"])
+    middles = np.array([mesh.nodes[cell][:, :2].mean(axis=0) for cell in cells])
+    assert middles[0] == pytest.approx([0.3, 0.0], abs=0.013)
+    assert middles[2] == pytest.approx([0.0, 0.3], abs=0.013)
+    assert middles[5] == pytest.approx([-0.25, -0.25], abs=0.03)
+    each = [supports.springs[supports.sets[f"cell_{i}"], 1].sum() for i in range(1, 9)]
+    assert each == pytest.approx([2000e6 * 0.3] * 8)
+
+
 def test_the_target_is_built_as_the_case_says():
     plate = build_plate(PANEL.overlaid({"target": {"generator": {"element_size": "25 mm"}}}))
     volume = 0.003 * (0.5 * 0.5 + 2 * 0.5 * 0.04)
