@@ -208,7 +208,7 @@ TREND = "peaks linear in speed: abstracts of seed 002's companion papers, steel 
 
 
 def solve_flat_plate(computed: Computed) -> Solution:
-    """Peak deflection over speed, judged by its straightness alone; forces shown; load cells against the whole frame."""
+    """Peak deflection over speed, judged by its straightness alone; forces shown; load cells against the frame."""
     rows: list[Row] = []
     runs = {speed: computed[spec] for speed, spec in FLAT_PLATE.items()}
     peaks = [float(run.channels["displacement_centre"].max()) for run in runs.values()]
@@ -228,8 +228,8 @@ def solve_flat_plate(computed: Computed) -> Solution:
 
 
 ABOUT_FLAT_PLATE = (
-    "After seed 002, which prints no dimension, constant or response: all of them are chosen, and only a trend that its "
-    "companion papers state is judged."
+    "After seed 002, which prints no dimension, constant or response: all of them are chosen, and only a trend that "
+    "its companion papers state is judged."
 )
 ABOUT_PANEL = (
     "A skin of 500 x 500 x 3 mm with two blades at T-joints, struck by 0.5 kg at 100 m/s, in two codes. "

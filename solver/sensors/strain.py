@@ -117,8 +117,11 @@ def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
     """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
     plate, toward = run.plate, sensor.toward
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
-    impact_side = run.contact.side * (1.0 if sensor.side == "impact" else -1.0)
-    height = plate.skin[sensor.located(run)[0]] * impact_side
+    element = sensor.located(run)[0]
+    side = run.contact.side
+    if plate.mesh.parts:  # whose shells may be wound anyhow
+        side = 1 if plate.shells.frame[element, 8] >= 0.0 else -1
+    height = plate.skin[element] * (side * (1.0 if sensor.side == "impact" else -1.0))
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
         moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step)
@@ -144,10 +147,11 @@ def add_point(
     if plate.mesh.parts:  # over a joint the field is another
         level = np.abs(frame[:, 2] @ own[2]) > LEVEL
         near, frame = near[level], frame[level]
+    turned = np.sign(frame[:, 2] @ own[2])[:, None]
     centres = plate.mesh.nodes[plate.quads[near]].mean(axis=1) - point_at(plate.mesh, element, xi, eta)
     along = frame[:, :2, : len(toward)] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)
     weight = share * blend(centres @ own[:2].T)[:, None]
     total[near, :3] += weight * felt
-    total[near, 3:6] += weight * height * felt
+    total[near, 3:6] += weight * height * turned * felt
