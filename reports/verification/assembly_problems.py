@@ -238,7 +238,7 @@ ABOUT_PANEL = (
 ABOUT_LAWS = "A single layer under plane stress, driven along paths whose stress is known."
 PROBLEMS = (
     Problem("panel", "Targets of several parts", ABOUT_PANEL, solve_panel, (PANEL, FINER)),
-    Problem("plate_impulse", "Targets of several parts", "", solve_impulse),
+    Problem("impulse", "Targets of several parts", "", solve_impulse),
     Problem("laws", "Targets of several parts", ABOUT_LAWS, solve_laws),
     Problem(
         "flat_plate_002", "Targets of several parts", ABOUT_FLAT_PLATE, solve_flat_plate, tuple(FLAT_PLATE.values())

@@ -139,9 +139,9 @@ def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
     if "target" not in table or "plate" in table:
         return table
     try:
-        return table | {"plate": envelope(Target.model_validate(table["target"]))}
+        return {**table, "plate": envelope(Target.model_validate(table["target"]))}
     except ValidationError:  # the case's own validation says what is wrong
-        return table | {"plate": PLACEHOLDER}
+        return {**table, "plate": PLACEHOLDER}
 
 
 SHARED = {"tangent_modulus": "Pa", "rate_c": "1/s", "rate_p": "", "failure_strain": ""}

@@ -56,7 +56,7 @@ def held_lengths(parts: PartMesh, sets: list[NDArray[np.int64]]) -> Array:
     held = np.isin(sides, np.concatenate([*sets, np.empty(0, np.int64)])).all(axis=1)
     sides = sides[(count == 1) & held]
     length = np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)
-    return np.bincount(sides.ravel(), np.repeat(0.5 * length, 2), minlength=len(parts.nodes))
+    return np.bincount(sides.ravel(), np.repeat(0.5 * length, 2), minlength=len(parts.nodes)).astype(np.float64)
 
 
 def held_set(parts: PartMesh, name: str, stiffness: EdgeStiffness, share: Array) -> Held:

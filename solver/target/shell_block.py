@@ -158,7 +158,8 @@ class RigidShells:
 
     def __init__(self, quads: NDArray[np.int64], thickness: float) -> None:
         self.facets, self.thickness = quads, np.full(len(quads), thickness)
-        self.skin, self.alive = 0.5 * self.thickness, np.ones(len(quads), np.bool_)
+        self.skin: Array = 0.5 * self.thickness
+        self.alive = np.ones(len(quads), np.bool_)
         self.eps_p, self.eroded = np.zeros((len(quads), 1)), 0
         self.energies: dict[str, float] = dict.fromkeys(ENERGIES[:2], 0.0)
 

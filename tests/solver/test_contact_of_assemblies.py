@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.columns import SEED
@@ -24,7 +25,10 @@ SIZE = 0.02
 CELLS = 5
 
 
-def grid(origin: Array, along: Array, across: Array, cells: tuple[int, int]) -> tuple[Array, Array]:
+Numbers = NDArray[np.int64]
+
+
+def grid(origin: Array, along: Array, across: Array, cells: tuple[int, int]) -> tuple[Array, Numbers]:
     """Points and quadrilaterals of a flat rectangle of SIZE-sized shells."""
     steps = [(i, j) for i in range(cells[0] + 1) for j in range(cells[1] + 1)]
     points = np.array([origin + i * SIZE * along + j * SIZE * across for i, j in steps])
@@ -33,13 +37,14 @@ def grid(origin: Array, along: Array, across: Array, cells: tuple[int, int]) -> 
     return points, np.stack([corner, corner + row, corner + row + 1, corner + 1], axis=1)
 
 
-def joined(*grids: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+def joined(*grids: tuple[Array, Numbers]) -> tuple[Array, Numbers, Numbers]:
     """Grids with their common nodes merged: nodes, quadrilaterals, and which grid each is of."""
     points = np.concatenate([nodes for nodes, _ in grids])
     _, first, same = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
     offsets = np.cumsum([0, *(len(nodes) for nodes, _ in grids)])
     quads = np.concatenate([same.ravel()[quads + at] for (_, quads), at in zip(grids, offsets, strict=False)])
-    return points[first], quads, np.repeat(np.arange(len(grids)), [len(quads) for _, quads in grids])
+    part = np.repeat(np.arange(len(grids)), [len(quads) for _, quads in grids])
+    return points[first], quads.astype(np.int64), part.astype(np.int64)
 
 
 X, Y, Z = np.eye(3)
@@ -55,7 +60,7 @@ def stiffened(blades: tuple[float, ...] = (0.0,), flipped: bool = False) -> Targ
     return target_of(nodes, quads, np.minimum(part, 1))
 
 
-def target_of(nodes: Array, quads: Array, section: Array) -> Target:
+def target_of(nodes: Array, quads: Numbers, section: Numbers) -> Target:
     mesh = shell_mesh(nodes, quads)
     sections = [Section(thickness, STEEL.density, STEEL.row()) for thickness in THICKNESS]
     block = ShellBlock(nodes, quads, sections, section)

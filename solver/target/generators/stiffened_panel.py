@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Count, OneOf
@@ -78,7 +79,7 @@ class StiffenedPanel(Generator):
         part = np.array([self.parts.index(patch.part) for patch in patches])[owner]
         return PartMesh(nodes, quads, part, self.parts, self._sets(nodes))
 
-    def _sets(self, nodes: Array) -> dict[str, Array]:
+    def _sets(self, nodes: Array) -> dict[str, NDArray[np.int64]]:
         """Nodes of each set."""
         near = 1e-9 + 1e-6 * self.element_size
         skin = np.abs(nodes[:, 2]) < near
@@ -90,7 +91,7 @@ class StiffenedPanel(Generator):
         rim = np.logical_or.reduce(list(sides.values()))
         ends = ~skin & (np.abs(np.abs(nodes[:, 1]) - 0.5 * self.width) < near)
         found = {"edges": rim | ends, "skin_edges": rim, "stiffener_ends": ends, **sides}
-        return {name: np.flatnonzero(mask) for name, mask in found.items()}
+        return {name: np.flatnonzero(mask).astype(np.int64) for name, mask in found.items()}
 
 
 def _grid(x: Array, y: Array, z: Array) -> Array:

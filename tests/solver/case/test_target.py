@@ -89,7 +89,7 @@ def test_a_target_s_keys_can_be_sought_and_change_its_hash():
 
 def test_another_mesh_keeps_the_panel():
     finer = PANEL.with_mesh(500, (100, 100))
-    assert target_of(finer).generator.element_size == pytest.approx(0.005)
+    assert target_of(finer).source.element_size == pytest.approx(0.005)
     assert finer.bird.particles == 500
     assert len(rest_mesh(PANEL).quads) == 2900
 

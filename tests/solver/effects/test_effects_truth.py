@@ -74,7 +74,7 @@ def test_a_soft_clamp_has_the_first_frequency_of_a_plate_on_those_springs(sizes:
 def test_a_frame_that_slips_leaves_small_vibrations_alone() -> None:
     """In-plane compliance acts by the membrane, at second order of the deflection (Timoshenko, sect. 96)."""
     slipping = plate_with(edge_slip=size("edge_slip"))
-    assert not isinstance(slipping.edges, str)
+    assert slipping.supports.springs[:, 0].all()
     assert first(slipping) == pytest.approx(bare(), rel=1e-6)
 
 
@@ -104,7 +104,7 @@ def test_preload_shifts_the_square_of_the_first_frequency_by_the_membrane_s_work
 
 
 def test_damping_of_a_plausible_size_is_a_twentieth_of_critical() -> None:
-    damping = plate_with(plate_damping=size("plate_damping")).damping
+    damping = plate_with(plate_damping=size("plate_damping")).nodes.damping
     assert damping / (2.0 * math.pi * CLAMPED_HZ) == pytest.approx(0.05, rel=0.3)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import bisect
 
 from birdstrike.solver.kernels.metal import FLOW, WEAR
 from birdstrike.solver.target.laws.interface import Metal
@@ -56,9 +56,11 @@ def closed(table: dict, strain: float, elastic: float, stress: float, plastic: f
 
     strain = elastic sigma + plastic eps_p, sigma = stress flow(eps_p): no more is to be solved.
     """
-    return float(
-        brentq(lambda eps: elastic * stress * flow(table, eps) + plastic * eps - strain, 1e-12, 1.0, xtol=1e-15)
-    )
+
+    def off(eps: float) -> float:
+        return elastic * stress * flow(table, eps) + plastic * eps - strain
+
+    return float(bisect(off, 1e-12, 1.0, xtol=1e-15))  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize("table", [POWER, TABLE, BILINEAR], ids=lambda table: table["law"])
