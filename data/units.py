@@ -35,6 +35,9 @@ ACCEPTED = {
     "J": "J, kJ",
     "rad/N": "rad/N, mrad/kN",
     "m^2/N": "m^2/N, mm^2/kN",
+    "N/m": "N/m, kN/m, J/m^2",
+    "K": "K",
+    "J/kg/K": "J/kg/K",
     "": "a bare number, or %, um/m, microstrain",
 }
 """SI units the project uses -> what a user may write instead."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -17,13 +17,16 @@ from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
-from birdstrike.solver.case.plate import EdgeSprings, Plate, PlateMaterial
+from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings, Plate, PlateMaterial
 from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
+from birdstrike.solver.case.target import Part, Target
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.registry import SENSORS as SENSOR_KINDS
+from birdstrike.solver.target.generators.registry import GENERATORS
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
 
 PLATE = {
     "plate.length": "Size along the plane of the velocity; of a curved panel, along its arc.",
@@ -47,6 +50,53 @@ PLATE = {
     "plate.material.rate_c": "Cowper-Symonds C of 1 + (rate/C)^(1/P); 0 is off.",
     "plate.material.rate_p": "Cowper-Symonds P.",
     "plate.material.failure_strain": "Plastic strain at which a layer fails; a shell goes with its last layer.",
+}
+TARGET = {
+    "target.damping": "Rate at which a free vibration's amplitude decays.",
+    "target.parts.<name>.thickness": "Of the part's shells; every part of the mesh must be named.",
+    "target.parts.<name>.material": "Name of its material, a table under `target.materials`.",
+    "target.supports.<set>": "How a set of nodes of the mesh is held: a word, or springs as of a plate's edges.",
+    "target.mesh": "File of the mesh, in place of a generator: Abaqus, Gmsh, Nastran, VTK; relative to the case file.",
+    "target.mesh_unit": "Unit of length of that file; required with it.",
+    "target.origin": "Point of the file's axes on which the bird is aimed, which becomes the origin.",
+    "target.struck": "Part that the bird is aimed at; absent: the file's first.",
+    "target.generator.kind": "Which mesh is made.",
+    "target.generator.length": "Size along the plane of the velocity.",
+    "target.generator.width": "Size across it, along which stiffeners run.",
+    "target.generator.element_size": "Wanted side of a shell; the nearest that divides each length is taken.",
+    "target.generator.cells": "Equal stretches of the rim, the sets cell_1, cell_2, ...; 0: none.",
+    "target.generator.stiffeners": "How many; 0 is a bare skin.",
+    "target.generator.pitch": "Between two stiffeners, which stand symmetric about the centre.",
+    "target.generator.height": "Of a stiffener's web, from the skin's mid-surface.",
+    "target.generator.section": 'Of a stiffener: a web alone, or with an inner flange ("L").',
+    "target.generator.flange": "Width of that flange, along the length.",
+    "target.materials.<name>.law": "Which law; the tables below have its constants.",
+    "target.materials.<name>.density": "Density.",
+    "target.materials.<name>.young": "Young's modulus.",
+    "target.materials.<name>.poisson": "Poisson's ratio.",
+    "target.materials.<name>.failure_strain": "Plastic strain at which a layer fails; absent: never.",
+    "target.materials.<name>.fracture_energy": "Energy per area of crack that a failing layer still takes, "
+    "whatever the size of the shells; 0: it carries nothing at once.",
+    "target.materials.<name>.rate_c": "Cowper-Symonds C of 1 + (rate/C)^(1/P); 0 is off.",
+    "target.materials.<name>.rate_p": "Cowper-Symonds P.",
+    "target.materials.<name>.yield_stress": "Initial yield stress.",
+    "target.materials.<name>.tangent_modulus": "Slope of the stress-strain curve beyond yield; below Young's modulus.",
+    "target.materials.<name>.beta": "Hardening: 0 kinematic .. 1 isotropic.",
+    "target.materials.<name>.a": "Of the flow stress a + b eps_p^n.",
+    "target.materials.<name>.b": "Of the flow stress a + b eps_p^n.",
+    "target.materials.<name>.n": "Of the flow stress a + b eps_p^n.",
+    "target.materials.<name>.plastic_strain": "Of the table's points, from 0 and rising; at most 32.",
+    "target.materials.<name>.flow_stress": "At those points, never falling; straight between, constant beyond.",
+    "target.materials.<name>.c": "Of the rate factor 1 + c ln(rate/rate0).",
+    "target.materials.<name>.rate0": "Plastic strain rate below which the rate does not act.",
+    "target.materials.<name>.m": "Of the heat factor 1 - T*^m, T* = (T - reference)/(melt - reference).",
+    "target.materials.<name>.start": "Temperature before the impact.",
+    "target.materials.<name>.reference": "Temperature at which a, b, n were found.",
+    "target.materials.<name>.melt": "Melting temperature; absent: heat does not soften.",
+    "target.materials.<name>.specific_heat": "Heat per mass and kelvin; with melt.",
+    "target.materials.<name>.heat_share": "Share of the plastic work that becomes heat.",
+    "target.materials.<name>.D": "D1 .. D5 of Johnson and Cook's strain at fracture, D3 below 0 for a metal that "
+    "breaks sooner in tension; in place of failure_strain.",
 }
 BIRD = {
     "bird.shape": "Ideal shape, its axis along the velocity.",
@@ -122,6 +172,11 @@ STRIKE = {
 SENSORS = {
     "sensors.<name>.kind": "What it reads; displacement and forces are positive in the push.",
     "sensors.<name>.at": "Place from the plate's centre along length and width (displacement, strain, pressure).",
+    "sensors.<name>.point": "Place in space instead of `at`; the nearest place of the target at rest is taken.",
+    "sensors.<name>.part": "Part of the target on which that place lies; absent: any.",
+    "sensors.<name>.along": "Direction in space: of a displacement, absent: the push; of a gauge, laid on the shell.",
+    "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "
+    "absent: the whole frame.",
     "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent: none is known.",
     "sensors.<name>.direction": "Of a strain gauge, from the length axis towards the width's.",
     "sensors.<name>.side": "Of a strain gauge.",
@@ -204,6 +259,12 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Plate", list(rows(Plate, "plate", PLATE))
     yield "Plate: springs at its edges", list(rows(EdgeSprings, "plate.edges", PLATE))
     yield "Plate: material", list(rows(PlateMaterial, "plate.material", PLATE))
+    yield "Target", list(of_target())
+    yield "Target: `parts.<name>`", list(rows(Part, "target.parts.<name>", TARGET))
+    for kind, generator in GENERATORS.items():
+        yield f'Target: `generator.kind = "{kind}"`', list(rows(generator, "target.generator", TARGET))
+    for law, material in TARGET_LAWS.items():
+        yield f'Target: `materials.<name>.law = "{law}"`', list(rows(material, "target.materials.<name>", TARGET))
     yield "Bird", list(rows(Bird, "bird", BIRD))
     for model, section in BIRD_MATERIALS.items():
         yield f'Bird: `material.model = "{model}"`', list(rows(section, "bird.material", NULL | STRENGTH))
@@ -229,7 +290,7 @@ def rows(section: type[Section], prefix: str, meanings: dict[str, str]) -> Itera
     """A section's own keys; those of nested tables have tables of their own."""
     for name, field in section.model_fields.items():
         nested = list(sections_of(field)) and not any(isinstance(mark, WordOr) for mark in field.metadata)
-        if nested or (name in ("model", "kind") and not field.metadata):
+        if nested or (name in ("model", "kind", "law") and not field.metadata):
             continue
         key = f"{prefix}.{name}"
         unit, span = of_kind(key) or described(field)
@@ -244,6 +305,16 @@ def of_sensors() -> Iterator[Row]:
     found = {row: None for section in SENSOR_KINDS.values() for row in rows(section, "sensors.<name>", SENSORS)}
     shared = ("`sensors.<name>.at`", "`sensors.<name>.noise`")
     yield from sorted(found, key=lambda row: shared.index(row[0]) if row[0] in shared else len(shared))
+
+
+def of_target() -> Iterator[Row]:
+    """What a target of several parts says once."""
+    for key, kinds in (("target.generator.kind", GENERATORS), ("target.materials.<name>.law", TARGET_LAWS)):
+        yield f"`{key}`", "word", ", ".join(f'"{name}"' for name in kinds), "required", TARGET[key]
+    words = ", ".join(f'"{word}"' for word in EDGE_WORDS)
+    yield "`target.supports.<set>`", "word or table", words, "free", TARGET["target.supports.<set>"]
+    own = {f"`target.{key}`" for key in ("mesh", "mesh_unit", "origin", "struck", "damping")}
+    yield from (row for row in rows(Target, "target", TARGET) if row[0] in own)
 
 
 def of_effects() -> Iterator[Row]:
@@ -282,15 +353,20 @@ def of_kind(key: str) -> tuple[str, str] | None:
 
 def marks_of(field: FieldInfo) -> list[Any]:
     """Annotations of a field, of a list's entries too."""
-    return [
-        *field.metadata,
-        *(mark for part in get_args(field.annotation) for mark in getattr(part, "__metadata__", ())),
-    ]
+    return [*field.metadata, *within(field.annotation)]
+
+
+def within(annotation: Any) -> Iterator[Any]:
+    """Annotations inside a type, however deep."""
+    for part in get_args(annotation):
+        yield from getattr(part, "__metadata__", ())
+        yield from within(part)
 
 
 def described(field: FieldInfo) -> tuple[str, str]:
     """Unit and range."""
-    many = "list: " if is_list(field) else ""
+    several = is_list(field) or any(get_origin(part) is tuple for part in get_args(field.annotation))
+    many = "list: " if several else ""
     for mark in marks_of(field):
         if isinstance(mark, Between):
             return many + (mark.shown or "number"), f"{mark.low} .. {mark.high}"
@@ -304,15 +380,19 @@ def described(field: FieldInfo) -> tuple[str, str]:
             return "word or table", ", ".join(f'"{word}"' for word in mark.words)
         if isinstance(mark, Switch):
             return "switch", "true, false"
-    return "", ""
+    kinds = get_args(field.annotation) if get_origin(field.annotation) is not dict else ()
+    return ("text", "a name") if str in (field.annotation, *kinds) else ("", "")
 
 
 def default(field: FieldInfo) -> str:
     """The default as a case would write it."""
     if field.is_required():
         return "required"
-    value, mark = field.default, next((mark for mark in marks_of(field) if isinstance(mark, Between)), None)
-    if value is None or value == ():
+    value, mark = (
+        field.get_default(call_default_factory=True),
+        next((mark for mark in marks_of(field) if isinstance(mark, Between)), None),
+    )
+    if value is None or value in ((), {}):
         return "none"
     return written(value, mark)
 

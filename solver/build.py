@@ -19,11 +19,13 @@ from birdstrike.solver.case.bird import Bird as BirdOfCase
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import EdgeSprings
 from birdstrike.solver.case.plate import Plate as PlateOfCase
-from birdstrike.solver.plate.boundary import RIGID, EdgeStiffness
-from birdstrike.solver.plate.material import ShellMaterial
-from birdstrike.solver.plate.mesh import PlateMesh, cylindrical_panel, plate_mesh
-from birdstrike.solver.plate.rigid import RigidPlate, Target
-from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.case.target import Target as TargetOfCase
+from birdstrike.solver.target.assembled import PartData, assembled, shells_of
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import ShellMesh, cylindrical_panel, plate_mesh
+from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
+from birdstrike.solver.target.section import ShellMaterial
+from birdstrike.solver.target.supports import NAMED, RIGID, EdgeStiffness
 
 PARTICLES: dict[str, type[Bird]] = {"fluid": Bird, "strength": SolidBird, "total_lagrangian": ElasticBird}
 """Particles that carry a material, by its `body`."""
@@ -32,16 +34,38 @@ PARTICLES: dict[str, type[Bird]] = {"fluid": Bird, "strength": SolidBird, "total
 def build_plate(case: Case) -> Target:
     """Plate of the case, at rest; raises UserError when its edges cannot hold its preload."""
     said = case.plate
+    if case.target is not None:
+        return build_assembly(case.target)
     if said.rigid:
-        return RigidPlate(mesh_of(said), said.thickness)
+        return rigid_plate_of(mesh_of(said), said.thickness)
     material = ShellMaterial(**said.material.model_dump())
-    plate = Plate(mesh_of(said), said.thickness, material, edges_of(said.edges), said.damping)
+    plate = plate_of(mesh_of(said), said.thickness, material, edges_of(said.edges), said.damping)
     if any(said.preload):
         plate.preload(*said.preload)
     return plate
 
 
-def mesh_of(plate: PlateOfCase) -> PlateMesh:
+def build_assembly(said: TargetOfCase) -> Target:
+    """Target of several parts, at rest."""
+    data = {name: PartData(part.thickness, said.materials[part.material]) for name, part in said.parts.items()}
+    supports = {name: stiffness_of(edges) for name, edges in said.supports.items()}
+    return assembled(said.source.mesh(), data, supports, said.damping)
+
+
+def stiffness_of(edges: str | EdgeSprings) -> EdgeStiffness:
+    """Springs of a word or a table."""
+    found = edges_of(edges)
+    return NAMED[found] if isinstance(found, str) else found
+
+
+def rest_mesh(case: Case) -> ShellMesh:
+    """The shells that a bird can hit, at rest."""
+    if case.target is None:
+        return mesh_of(case.plate)
+    return shells_of(case.target.source.mesh())
+
+
+def mesh_of(plate: PlateOfCase) -> ShellMesh:
     """Mesh at rest: flat, or curved to `radius`."""
     if plate.radius is None:
         return plate_mesh(plate.length, plate.width, plate.elements)

@@ -13,8 +13,10 @@ from birdstrike.solver.kernels.contact import contact_forces, follow_facets
 from birdstrike.solver.kernels.friction import friction_forces
 from birdstrike.solver.kernels.motion import push_particles
 from birdstrike.solver.kernels.neighbours import largest_displacement_squared
+from birdstrike.solver.kernels.sheet_contact import follow_sheet
 from birdstrike.solver.kernels.sums import work_of_forces
-from birdstrike.solver.plate.rigid import Target
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.sheets import Sheet, sheets_of, whole_sheet
 
 STICKING = 0.5  # of k m' under the root below
 BAND = 1.0  # a particle is watched within this many particle spacings above first contact
@@ -23,33 +25,97 @@ MOST_SQUEEZED = 0.02  # share of the bird squeezed through a tear's edge, beyond
 STILL = np.zeros(3)
 
 
+class SheetContact:
+    """Feet of the bird's particles on one sheet of the target's surface.
+
+    gap, most (e,): distance from a facet's mid-surface at which contact begins, and the overlap beyond which a particle
+    has passed through it [m]. On a sheet that is touched from one side, `past_rim` (n,) marks the particles that came
+    in from beside; on one that is touched from both, what was over a facet when it tore; neither touches anything until
+    it is clear. side (n,): that of the particle, 1 where the sheet's normals point, see `kernels.sheet_contact`.
+    """
+
+    def __init__(self, sheet: Sheet, target: Target, bird: BirdBody) -> None:
+        self.sheet, self.quads, self.across = sheet, sheet.quads, sheet.across
+        thickness = 2.0 * target.skin[sheet.facets]
+        self.gap = 0.5 * thickness + bird.skin
+        self.most = 0.5 * (thickness + bird.spacing)
+        self.reach = float(self.gap.max()) + BAND * bird.spacing
+        self.nodes = np.unique(sheet.quads)
+        self.alive = target.alive[sheet.facets]
+        self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
+        self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
+        self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
+        self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
+        self.any_watched = False
+
+    def search(self, bird: BirdBody, target: Target) -> None:
+        """Nearest facet of every particle near the sheet, and which particles may touch before the next search."""
+        x, surface = bird.x[: bird.n], target.x[self.nodes]
+        near = np.all((x > surface.min(axis=0) - self.reach) & (x < surface.max(axis=0) + self.reach), axis=1)
+        self.place(x, near, target)
+        self.foot[~near, 2] = np.inf
+        self.follow(bird, target, near)
+        height = self.distance if self.sheet.two_sided else self.foot[:, 2]
+        self.watched = bird.active[: bird.n] & (height < self.reach)
+        self.any_watched = bool(self.watched.any())
+
+    def place(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
+        """Begin at the facet whose centre is nearest; on a sheet with two sides, those that touch stay where they are.
+
+        Those that are far have no side, and those whose facet has torn touch nothing until they are clear.
+        """
+        moved = near
+        if self.sheet.two_sided:
+            torn = ~self.alive[self.facet]
+            self.past_rim |= torn & near
+            self.side[~near], self.past_rim[~near], self.distance[~near] = 0, False, np.inf
+            moved = near & (torn | (self.overlap == 0.0))
+        alive = np.flatnonzero(self.alive)
+        if len(alive):
+            centres = target.x[self.quads[alive]].mean(axis=1)
+            self.facet[moved] = alive[KDTree(centres).query(x[moved])[1]]
+        self.foot[moved, :2] = 0.0
+
+    def follow(self, bird: BirdBody, target: Target, watched: NDArray[np.bool_]) -> None:
+        """Feet of the watched particles on the sheet as it is now."""
+        if not self.sheet.two_sided:
+            surface = (target.x, self.quads, self.across, self.alive, self.gap)
+            follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+            return
+        borders = (self.sheet.start, self.sheet.others, self.sheet.owner)
+        sheet = (self.quads, self.across, self.alive, *borders)
+        state = (self.facet, self.foot, self.past_rim, self.side, self.distance)
+        whole = (target.quads, target.alive)
+        follow_sheet(bird.n, bird.x, target.x, sheet, whole, self.gap, watched, *state)
+
+
 class Contact:
     """Penalty contact of particles or of a mesh's nodes, with Coulomb friction where the coefficient is above 0.
 
-    It begins at half the plate's thickness, and before it by the bird's skin: half a spacing from a particle's centre
+    It begins at half a facet's thickness, and before it by the bird's skin: half a spacing from a particle's centre
     to its surface, nothing from a node. Inner nodes come into play when erosion has laid them bare.
 
     The stiffness is that of one layer of bird, one spacing d thick: bulk modulus times particle face over spacing,
     k = rho0 C^2 d^2/d = rho0 C^2 d [N/m]. A stiffer spring would not make the first layer stiffer than the bird behind
     it; a softer one would make it softer. At the Hugoniot pressure p the overlap is p/(rho0 C^2) d, about 3 % of d.
 
-    The impact side is the one that the bird starts on; `side` is 1 where the shell's normals point there, else -1, and
-    quads and across are then those of the shell seen from there. Facets that have torn touch nothing.
+    The impact side is the one that the bird starts on; `side` is 1 where the shell's normals point there, else -1. A
+    plate of one block is touched from there alone, with quads and across as seen from there; the sheets of any other
+    target (`target.sheets`) from both sides and at their borders. Facets that have torn touch nothing.
     """
 
     def __init__(self, bird: BirdBody, plate: Target, friction: float = 0.0) -> None:
         self.spacing = bird.spacing
-        self.gap = 0.5 * plate.thickness + bird.skin
-        self.deepest_allowed = 0.5 * (plate.thickness + self.spacing)
         self.stiffness = bird.bulk_modulus * self.spacing
-        self.side, self.quads, self.across = seen_from(bird, plate)
-        self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
-        self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
+        self.side, quads, across = seen_from(bird, plate)
+        cut = [whole_sheet(quads, across)] if plate.one_sided else sheets_of(plate.x, plate.quads)
+        self.sheets = [SheetContact(sheet, plate, bird) for sheet in cut]
+        self.gap = float(max(sheet.gap.max() for sheet in self.sheets))
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
         self.alive_at_search = -1
-        self.touching, self.deepest, self.stored, self.squeezed = 0, 0.0, 0.0, 0
+        self.touching, self.deepest, self.stored, self.passed, self.squeezed = 0, 0.0, 0.0, 0, 0
         self.energies = {"contact": 0.0, "eroded": 0.0}
         self.friction = None
         if friction > 0.0:
@@ -57,59 +123,71 @@ class Contact:
             self.friction = Friction(friction, *step_mass, bird.n, len(plate.x))
             self.energies["friction"] = 0.0
 
+    def widen(self, by: float) -> None:
+        """Let contact begin so much farther [m] from the surface, for studies of it."""
+        self.gap += by
+        for sheet in self.sheets:
+            sheet.gap += by
+            sheet.reach += by
+
     def refuse_overlap(self, bird: BirdBody, plate: Target) -> None:
         """Raise UserError when the bird starts inside the plate."""
         self.search(bird, plate)
-        overlap = float((self.gap - self.foot[:, 2]).max())
+        depth = np.max([sheet.gap[sheet.facet] - sheet.foot[:, 2] for sheet in self.sheets], axis=0)
+        overlap = float(depth.max())
         if overlap > OVERLAP_AT_START * self.gap:
-            inside = int(np.count_nonzero(self.foot[:, 2] < (1.0 - OVERLAP_AT_START) * self.gap))
+            inside = int(np.count_nonzero(depth > OVERLAP_AT_START * self.gap))
             raise UserError(
                 f"the bird starts inside the plate: {inside} particles, up to {1e3 * overlap:.3g} mm deep; raise "
                 "impact.standoff, or make bird.diameter smaller against the plate's curvature"
             )
 
     def search(self, bird: BirdBody, plate: Target) -> None:
-        """Nearest facet of every particle near the plate, and which particles may touch before the next search."""
-        reach = self.gap + BAND * self.spacing
-        x, low, high = bird.x[: bird.n], plate.x.min(axis=0) - reach, plate.x.max(axis=0) + reach
-        near = np.all((x > low) & (x < high), axis=1)
-        alive = np.flatnonzero(plate.alive)
-        if len(alive):
-            centres = plate.x[self.quads[alive]].mean(axis=1)
-            self.facet[near] = alive[KDTree(centres).query(x[near])[1]]
-        self.foot[:, :2], self.foot[~near, 2] = 0.0, np.inf
-        self.follow(bird, plate, near)
-        self.watched = bird.active[: bird.n] & (self.foot[:, 2] < reach)
-        self.searched_at, self.alive_at_search = x.copy(), len(alive)
-
-    def follow(self, bird: BirdBody, plate: Target, watched: NDArray[np.bool_]) -> None:
-        """Feet of the watched particles on the plate as it is now."""
-        surface = (plate.x, self.quads, self.across, plate.alive, self.gap)
-        follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+        """Nearest facets anew."""
+        alive = plate.alive
+        for sheet in self.sheets:
+            sheet.alive = alive[sheet.sheet.facets]
+            sheet.search(bird, plate)
+        self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), int(np.count_nonzero(alive))
 
     def update_forces(self, bird: BirdBody, plate: Target) -> None:
         """Forces of the present positions on particles and nodes."""
         moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
-        torn = np.count_nonzero(plate.alive) != self.alive_at_search
+        alive = plate.alive
+        torn = np.count_nonzero(alive) != self.alive_at_search
         if torn:
-            self.release(~plate.alive[self.facet], self.normal_forces())
+            for sheet in self.sheets:
+                self.release(~alive[sheet.sheet.facets[sheet.facet]], sheet.overlap)
         if torn or not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
-        self.follow(bird, plate, self.watched)
+        for sheet in self.sheets:
+            if sheet.any_watched:
+                sheet.follow(bird, plate, sheet.watched)
+            sheet.overlap_before, sheet.overlap = sheet.overlap, sheet.overlap_before
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
         self.press(bird)
-        if self.deepest > self.deepest_allowed:
+        if self.passed:
             self.release_penetrating(bird, plate)
         if self.friction:
             self.friction.update_forces(self, bird, plate)
 
     def press(self, bird: BirdBody) -> None:
         """Penalty forces at the present feet."""
-        where = (self.quads, self.watched, bird.active, self.facet, self.foot)
-        self.touching, self.deepest, self.stored = contact_forces(
-            bird.n, self.gap, self.stiffness, *where, self.on_bird, self.on_plate
-        )
+        self.on_bird[:], self.on_plate[:] = 0.0, 0.0
+        self.touching, self.deepest, self.stored, self.passed = 0, 0.0, 0.0, 0
+        for sheet in self.sheets:
+            if not sheet.any_watched:
+                sheet.overlap[:] = 0.0
+                continue
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot, sheet.overlap)
+            touching, deepest, stored, passed = contact_forces(
+                bird.n, (sheet.gap, sheet.most), self.stiffness, *where, self.on_bird, self.on_plate
+            )
+            self.touching += touching
+            self.deepest = max(self.deepest, deepest)
+            self.stored += stored
+            self.passed += passed
 
     def release_penetrating(self, bird: BirdBody, plate: Target) -> None:
         """Particles too deep in the plate. Of one that has torn they are on their way through; else the run fails.
@@ -117,16 +195,16 @@ class Contact:
         They touch nothing until they are clear of the surface, and what their springs held is frozen. One that nothing
         pushed a step ago came from behind a folded petal, and was not squeezed.
         """
-        deep = self.watched & bird.active[: bird.n] & (self.foot[:, 2] < self.gap - self.deepest_allowed)
-        self.squeezed += int(np.count_nonzero(deep & self.on_bird_before.any(axis=1)))
+        for sheet in self.sheets:
+            deep = sheet.overlap > sheet.most[sheet.facet]
+            self.squeezed += int(np.count_nonzero(deep & (sheet.overlap_before > 0.0)))
+            self.release(deep, sheet.overlap_before)
+            sheet.past_rim |= deep
+            sheet.foot[deep, 2] = np.inf
         if plate.alive.all() or self.squeezed > MOST_SQUEEZED * bird.n:
             raise RunFailed(
                 "the bird has passed the plate's mid-surface", "lower solver.courant or refine bird.particles"
             )
-        before = self.on_bird_before - self.friction.on_bird if self.friction else self.on_bird_before
-        self.release(deep, before)
-        self.past_rim |= deep
-        self.foot[deep, 2] = np.inf
         self.press(bird)
 
     def predict_kick(self, bird: BirdBody, half: float) -> None:
@@ -137,13 +215,9 @@ class Contact:
         """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""
         push_particles(bird.n, dt, past, bird.masses, self.on_bird, bird.v, bird.lag)
 
-    def normal_forces(self) -> Array:
-        """The springs' part of `on_bird`, (n, 3) [N]."""
-        return self.on_bird - self.friction.on_bird if self.friction else self.on_bird
-
-    def release(self, gone: NDArray[np.bool_], pushed: Array) -> None:
-        """What the springs of these particles held, f^2/(2k), is frozen: their facet or they themselves are gone."""
-        frozen = float((pushed[gone] ** 2).sum()) / (2.0 * self.stiffness)
+    def release(self, gone: NDArray[np.bool_], overlap: Array) -> None:
+        """What the springs of these particles held is frozen: their facet or they themselves are gone."""
+        frozen = 0.5 * self.stiffness * float((overlap[gone] ** 2).sum())
         self.energies["contact"] -= frozen
         self.energies["eroded"] += frozen
 
@@ -162,20 +236,23 @@ class Contact:
             self.energies["friction"] += heat
         eroded = bird.eroded_now[: bird.n]
         if eroded.any():
-            before = self.on_bird_before - self.friction.on_bird_before if self.friction else self.on_bird_before
-            self.release(eroded, before)
+            for sheet in self.sheets:
+                self.release(eroded, sheet.overlap_before)
 
     def stable_step(self, bird: BirdBody, plate: Target) -> float:
         """2/omega of a particle on its spring against the lightest node, as many particles on it as fit [s]."""
         return 2.0 / np.sqrt(self.stiffness / self.reduced_mass(bird, plate))
 
     def reduced_mass(self, bird: BirdBody, plate: Target) -> float:
-        """Of a particle against its share of the lightest node [kg]; the particle's own on a plate that cannot move."""
+        """Of a particle against its share of the lightest node [kg]; the particle's own on a plate that cannot move.
+
+        In a corner a particle hangs on two springs.
+        """
         inverse = 1.0 / bird.masses.min()
         if not plate.fixed.all():
             per_node = max(facet_areas(plate).max() / self.spacing**2, 1.0)
             inverse += per_node / plate.mass.min()
-        return float(1.0 / inverse)
+        return float(1.0 / inverse) / (1.0 if len(self.sheets) == 1 else 2.0)
 
 
 class Friction:
@@ -198,10 +275,12 @@ class Friction:
         """Friction of the present normal forces, added to the contact's own."""
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
+        self.on_bird[:], self.on_plate[:] = 0.0, 0.0
         law = (self.coefficient, self.stiffness, self.resistance)
-        where = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
         moving = (bird.v, plate.x, plate.v)
-        friction_forces(bird.n, law, contact.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
+        for sheet in contact.sheets:
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot)
+            friction_forces(bird.n, law, sheet.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
         contact.on_bird += self.on_bird
         contact.on_plate += self.on_plate
 

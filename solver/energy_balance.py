@@ -11,7 +11,7 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.kernels.sums import column_sums, moment_of
-from birdstrike.solver.plate.rigid import Target
+from birdstrike.solver.target.assembly import Target
 
 
 class BodyEnergies(Protocol):

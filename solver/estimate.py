@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.plate import Plate as PlateOfCase
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.plate.boundary import NAMED
-from birdstrike.solver.plate.modes import natural_frequencies
-from birdstrike.solver.plate.rigid import Target
-from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.modes import natural_frequencies
 
 # Measured on one core with everything compiled: 4500 particles, 2000 shells; per step of each. [s]
 PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.35e-6
@@ -18,11 +15,14 @@ PER_PARTICLE_STEP, PER_SHELL_STEP = 0.95e-6, 0.35e-6
 FIRST_MODE = {"clamped": (1.506, 1.248), "pinned": (1.0, 1.0)}
 
 
-def first_period(plate: PlateOfCase) -> float | None:
-    """First natural period [s] of the thin flat plate without preload; None for what the formula does not know.
+def first_period(case: Case) -> float | None:
+    """First natural period [s] of a case's thin flat plate without preload; None for what the formula does not know.
 
     G. B. Warburton, Proc. I. Mech. E. 168 (1954) 371: within 1 % of Ritz for clamped edges.
     """
+    plate = case.plate
+    if case.target is not None:
+        return None
     if plate.rigid or not isinstance(plate.edges, str) or plate.edges not in FIRST_MODE or plate.radius is not None:
         return None
     if any(plate.preload):
@@ -36,17 +36,13 @@ def first_period(plate: PlateOfCase) -> float | None:
     return 2.0 * math.pi / omega
 
 
-def period_of_shells(plate: Plate) -> float | None:
-    """First natural period [s] of the meshed plate, motions as a whole left out; None where all its edges are free."""
-    if plate.edges.stiffness == NAMED["free"]:
+def period_of_shells(plate: Target) -> float | None:
+    """First natural period [s] of the meshed plate, motions as a whole left out; None where nothing holds it, or
+    nothing strains."""
+    if not plate.strains or plate.supports.free:
         return None
     found = natural_frequencies(plate, 8)[0]
     return 1.0 / float(found[found > 1e-3 * found[-1]][0])
-
-
-def slowest(plate: Target) -> float | None:
-    """First period [s] of the shells themselves; None for a rigid plate."""
-    return period_of_shells(plate) if isinstance(plate, Plate) else None
 
 
 def estimate(case: Case) -> dict[str, float | None]:
@@ -58,7 +54,7 @@ def estimate(case: Case) -> dict[str, float | None]:
         "mass": case.bird.actual_mass,
         "normal_speed": case.normal_speed,
         "first_contact": None if coupling.first_touch_off_plate else case.first_contact,
-        "first_period": first_period(case.plate) or slowest(coupling.plate),
+        "first_period": first_period(case) or period_of_shells(coupling.plate),
         "stable_step": coupling.dt,
         "steps": coupling.steps,
         "particles": particles,

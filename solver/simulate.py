@@ -135,7 +135,7 @@ def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:
         "deepest_overlap_m": coupling.deepest,
         "squeezed_through": coupling.contact.squeezed,
         "eroded_shells": plate.eroded,
-        "largest_plastic_strain": float(plate.eps_p.max()),
+        "largest_plastic_strain": plate.eps_p,
         "warnings": warnings_of(case, coupling),
     }
 
@@ -150,7 +150,7 @@ class PlateState:
     def note(self, coupling: Coupling) -> None:
         """Look at the plate as it is now."""
         rest, now = coupling.plate.mesh.nodes, coupling.plate.x
-        self.strain = float(coupling.plate.eps_p.max())
+        self.strain = coupling.plate.eps_p
         self.sag = float(np.ptp(now[:, 2] - rest[:, 2]) / np.ptp(rest[:, :2], axis=0).min())
 
     def explained(self, failure: RunFailed) -> RunFailed:

@@ -107,7 +107,7 @@ def write_simulation(out: Path, histories: Histories, pictured: Case | None = No
     from birdstrike.data.curves import write_histories
     from birdstrike.data.files import write_json
     from birdstrike.data.vtu import write_fields
-    from birdstrike.solver.build import mesh_of
+    from birdstrike.solver.build import rest_mesh
 
     write_histories(out / "histories.csv", histories)
     write_json(out / "summary.json", histories.summary)
@@ -115,7 +115,7 @@ def write_simulation(out: Path, histories: Histories, pictured: Case | None = No
         for old in (*(out / "fields").glob(f"{series}_[0-9][0-9][0-9][0-9].vtu"), out / "fields" / f"{series}.pvd"):
             old.unlink(missing_ok=True)
     if pictured is not None:
-        write_fields(out / "fields", histories.snapshots, mesh_of(pictured.plate).nodes)
+        write_fields(out / "fields", histories.snapshots, rest_mesh(pictured).nodes)
 
 
 def write_record(path: Path, case: Case, histories: Histories, seed: int) -> None:

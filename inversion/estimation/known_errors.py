@@ -58,10 +58,11 @@ def _nuisance(case: Case, name: str, sigma: float) -> Nuisance:
     if name == "mass" and case.bird.mass is None:  # a bird given by its density
         density = case.bird.actual_density
         return Nuisance(name, "bird.density", density, sigma * density / case.bird.actual_mass)
+    struck = "plate" if case.target is None else f"target.parts.{case.target.struck_name}"
     places = {
         "speed": ("impact.speed", case.impact.speed),
         "mass": ("bird.mass", case.bird.mass),
-        "thickness": ("plate.thickness", case.plate.thickness),
+        "thickness": (f"{struck}.thickness", case.plate.thickness),
         "angle": ("impact.angle", case.impact.angle),
     }
     key, value = places[name]

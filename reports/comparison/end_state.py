@@ -35,7 +35,7 @@ def residual_deflection(case: Case, run: Histories, channel: str) -> tuple[float
         return 0.0, "rigid"
     if float(run.summary.get("largest_plastic_strain", np.nan)) == 0.0:
         return 0.0, "no yield"
-    period, contact = first_period(case.plate), sensor_of_kind(case, run, "contact_force")
+    period, contact = first_period(case), sensor_of_kind(case, run, "contact_force")
     if period is None or contact is None:
         return None, "no first period, or no contact force that shows when the bird has left"
     force = np.abs(run.channels[contact])

@@ -24,7 +24,7 @@ from birdstrike.reports.figures.stress import PLATE_COLOURS
 from birdstrike.reports.figures.switches import COLOURS
 from birdstrike.reports.figures.views import Scene, mid_line, window
 from birdstrike.reports.results.results import Results
-from birdstrike.solver.build import mesh_of
+from birdstrike.solver.build import rest_mesh
 
 MOST_PARTICLES, MOST_POINTS = 2200, 300
 WIDTH, HEIGHT = 872, 690  # CSS pixels
@@ -49,7 +49,7 @@ def animation(
     results: Results, seen: Mapping[str, Sequence[Snapshot]], keys: Mapping[str, str], scene: Scene
 ) -> Animation:
     """The player's data for the models' snapshots `seen` (by title, `keys` to their switches), and a caption."""
-    scales, mesh = _scales(seen, scene), mesh_of(results.case.plate)
+    scales, mesh = _scales(seen, scene), rest_mesh(results.case)
     line = mid_line(scene.resting)
     corners = shown(scene.resting[mesh.quads][:, :, :2], "m")[0]
     content = {

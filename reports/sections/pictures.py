@@ -15,7 +15,7 @@ from birdstrike.reports.figures.stress import stress_figure
 from birdstrike.reports.figures.views import Scene, nearest, push_direction
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.animation import animation
-from birdstrike.solver.build import mesh_of
+from birdstrike.solver.build import rest_mesh
 
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
 
@@ -39,7 +39,7 @@ def section(results: Results) -> Section:
 def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
     bird, plate = results.case.bird, results.case.plate
     spacing = (bird.volume / len(snapshots[0].particles)) ** (1.0 / 3.0)
-    return Scene(mesh_of(plate).nodes, plate.thickness, spacing, -push_direction(snapshots))
+    return Scene(rest_mesh(results.case).nodes, plate.thickness, spacing, -push_direction(snapshots))
 
 
 def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:

@@ -11,6 +11,7 @@ from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.target import Target
 
 
 def section(results: Results) -> Section:
@@ -67,8 +68,25 @@ def _facts(case: Case) -> tuple[tuple[str, str], ...]:
     return (*_plate(case), *_bird(case))
 
 
+def _parts(target: Target) -> tuple[tuple[str, str], ...]:
+    """Parts of a target with their thickness and law, and how it is held."""
+    source = target.source
+    parts = tuple(
+        (f"part {name}", f"{quantity(part.thickness, 'm')}, {part.material} ({target.materials[part.material].law})")
+        for name, part in target.parts.items()
+    )
+    held = ", ".join(
+        f"{name} {edges if isinstance(edges, str) else 'on springs'}" for name, edges in target.supports.items()
+    )
+    size = " × ".join(quantity(side, "m") for side in (source.length, source.width))
+    mesh = f"{size}, {len(source.mesh().quads)} shells of about {quantity(source.element_size, 'm')}"
+    return (("target", mesh), *parts, ("supports", held or "none"))
+
+
 def _plate(case: Case) -> tuple[tuple[str, str], ...]:
     plate, metal = case.plate, case.plate.material
+    if case.target is not None:
+        return _parts(case.target)
     if plate.rigid:
         return (("plate", f"{quantity(plate.length, 'm')} × {quantity(plate.width, 'm')}, rigid"),)
     size = " × ".join(quantity(side, "m") for side in (plate.length, plate.width, plate.thickness))

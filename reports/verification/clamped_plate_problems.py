@@ -12,7 +12,7 @@ from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.plate_problems import MESHES, central_load, respond, shells
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, near
-from birdstrike.solver.plate.modes import natural_frequencies
+from birdstrike.solver.target.modes import natural_frequencies
 
 
 def reference(column: str) -> tuple[Array, Array]:

@@ -21,10 +21,6 @@ from birdstrike.reports.verification.problem import (
     shown,
 )
 from birdstrike.reports.verification.shell_problems import spinning_shell
-from birdstrike.solver.kernels.plasticity import return_to_yield
-from birdstrike.solver.plate.material import ShellMaterial
-from birdstrike.solver.plate.mesh import plate_mesh
-from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.reference.plasticity import (
     biaxial_stress,
     cowper_symonds_shear_stress,
@@ -32,10 +28,13 @@ from birdstrike.solver.reference.plasticity import (
     nurick_deflection,
     shear_stress,
 )
+from birdstrike.solver.target.mesh import plate_mesh
+from birdstrike.solver.target.point import Layer
+from birdstrike.solver.target.rectangle import plate_of
+from birdstrike.solver.target.section import ShellMaterial
 
 CLOSED = "closed form, linear hardening"
 TIGHT = 1e-8  # %, that is 1e-10
-RATELESS = (0.0, 1.0)
 YOUNG, NU, YIELD, TANGENT = 200e9, 0.3, 250e6, 2e9
 MODULUS = YOUNG * TANGENT / (YOUNG - TANGENT)  # Ep
 STEEL = (YOUNG, NU, YIELD, MODULUS)
@@ -47,30 +46,18 @@ def steel(beta: float) -> ShellMaterial:
 
 def drive(material: ShellMaterial, direction: Array, steps: int, increment: float) -> tuple[Array, float]:
     """Stress (3,) [Pa] and plastic strain after `steps` equal elastic trial increments of strain along `direction`."""
-    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
-    plane = YOUNG / (1.0 - NU**2)
-    stiffness = plane * np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - NU)]])
+    layer = Layer(material.row())
     for _ in range(steps):
-        stress += stiffness @ (increment * direction)
-        eps_p = return_to_yield(stress, back, eps_p, material.elastic, material.hardening, RATELESS)
-    return stress, eps_p
+        layer.strain(increment * direction)
+    return layer.stress, layer.eps_p
 
 
 def uniaxial(material: ShellMaterial, strain: float, steps: int) -> float:
-    """Axial stress [Pa] with the lateral stress held at zero by bisection of the lateral strain."""
-    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
-    plane, increment = YOUNG / (1.0 - NU**2), strain / steps
-    for _step in range(steps):
-        low, high = -2.0 * increment, 2.0 * increment
-        for _bisection in range(80):
-            lateral = 0.5 * (low + high)
-            trial, moved = stress.copy(), back.copy()
-            trial[0] += plane * (increment + NU * lateral)
-            trial[1] += plane * (lateral + NU * increment)
-            after = return_to_yield(trial, moved, eps_p, material.elastic, material.hardening, RATELESS)
-            low, high = (lateral, high) if trial[1] < 0.0 else (low, lateral)
-        stress, back, eps_p = trial, moved, after
-    return float(stress[0])
+    """Axial stress [Pa] with the lateral stress held at zero."""
+    layer = Layer(material.row())
+    for _ in range(steps):
+        layer.pull(strain / steps)
+    return float(layer.stress[0])
 
 
 def solve_return(_: Computed) -> Solution:
@@ -140,7 +127,7 @@ def dented(material: ShellMaterial, number: float, elements: int = 16) -> Dent:
     what is left is elastic vibration: mass damping (2e4 1/s, above the first mode's critical one) brings it to rest,
     and the deflection at rest is the permanent one.
     """
-    plate = Plate(plate_mesh(SIDE, SIDE, (elements, elements)), THICKNESS, material)
+    plate = plate_of(plate_mesh(SIDE, SIDE, (elements, elements)), THICKNESS, material)
     speed = 2.0 * number * THICKNESS / SIDE * np.sqrt(material.yield_stress / material.density)
     plate.v[~plate.fixed, 2] = -speed
     centre, still = centre_of(plate), np.zeros_like(plate.x)
@@ -150,10 +137,10 @@ def dented(material: ShellMaterial, number: float, elements: int = 16) -> Dent:
         plate.update_forces(dt if step else 0.0)
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, still)
         peak = max(peak, -float(plate.x[centre, 2]))
-        if plate.damping > 0.0:
+        if plate.nodes.damping > 0.0:
             left -= 1
         elif plate.kinetic_energy() < 0.01 * at_first:
-            plate.damping = 2e4
+            plate.nodes.damping = 2e4
         step += 1
     return Dent(-float(plate.x[centre, 2]) / THICKNESS, peak / THICKNESS)
 
@@ -174,13 +161,11 @@ def jones_plate(number: float = 8.0, elements: int = 16) -> tuple[float, float, 
 
 def shear_stress_at_rate(material: ShellMaterial, rate: float, dt: float, steps: int = 2000) -> Compared:
     """Stress [Pa] after a steady engineering shear rate [1/s] against Cowper and Symonds' closed form."""
-    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
-    modulus = material.young / (2.0 * (1.0 + material.poisson))
+    layer = Layer(material.row())
     for _ in range(steps):
-        stress[2] += modulus * rate * dt
-        eps_p = return_to_yield(stress, back, eps_p, material.elastic, material.hardening, material.rate(dt))
+        layer.strain(np.array([0.0, 0.0, rate * dt]), dt)
     expected = cowper_symonds_shear_stress(material.yield_stress, material.rate_c, material.rate_p, rate)
-    return Compared(stress[2:], np.array([expected]))
+    return Compared(layer.stress[2:], np.array([expected]))
 
 
 CONSTANTS = {"mild steel, 40.4 1/s and 5": (40.4, 5.0), "aluminium, 6500 1/s and 4": (6500.0, 4.0)}

@@ -11,13 +11,14 @@ from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Solution, matches
-from birdstrike.solver.plate.boundary import EdgeStiffness
-from birdstrike.solver.plate.material import ShellMaterial
-from birdstrike.solver.plate.mesh import plate_mesh
-from birdstrike.solver.plate.modes import natural_frequencies
-from birdstrike.solver.plate.shell import Plate
 from birdstrike.solver.reference.plate_membrane import LENGTH, THICKNESS, WIDTH, von_karman_deflection
 from birdstrike.solver.reference.plate_ritz import RitzPlate, ritz_frequencies
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import plate_mesh
+from birdstrike.solver.target.modes import natural_frequencies
+from birdstrike.solver.target.rectangle import plate_of
+from birdstrike.solver.target.section import ShellMaterial
+from birdstrike.solver.target.supports import EdgeStiffness
 
 RITZ = RitzPlate(0.525, 0.430, 0.010, 71e9, 0.3, 2780.0)
 ALUMINIUM = ShellMaterial(RITZ.young, RITZ.poisson, RITZ.density)
@@ -53,9 +54,9 @@ class Response:
         return float(np.sqrt(np.mean((self.computed - self.reference) ** 2)) / np.abs(self.reference).max())
 
 
-def shells(elements: tuple[int, int], edges: str | EdgeStiffness = "clamped", damping: float = 0.0) -> Plate:
+def shells(elements: tuple[int, int], edges: str | EdgeStiffness = "clamped", damping: float = 0.0) -> Target:
     """The reference's plate, 525 x 430 x 10 mm of elastic aluminium."""
-    return Plate(plate_mesh(RITZ.length, RITZ.width, elements), RITZ.thickness, ALUMINIUM, edges, damping)
+    return plate_of(plate_mesh(RITZ.length, RITZ.width, elements), RITZ.thickness, ALUMINIUM, edges, damping)
 
 
 def clamped_frequencies(elements: tuple[int, int] = (50, 40)) -> Compared:
@@ -76,7 +77,7 @@ def preloaded_frequencies(tension: tuple[float, float], elements: tuple[int, int
     return Compared(natural_frequencies(plate)[0], ritz_frequencies(replace(RITZ, tension=tension), terms=12))
 
 
-def central_load(plate: Plate, force: float) -> Array:
+def central_load(plate: Target, force: float) -> Array:
     """`force` [N] in -z spread uniformly over the central 100 x 100 mm, as nodal forces (m, 3)."""
     corners = plate.mesh.nodes[plate.quads][:, :, :2]
     overlap = np.minimum(corners.max(axis=1), 0.05) - np.maximum(corners.min(axis=1), -0.05)
@@ -86,7 +87,7 @@ def central_load(plate: Plate, force: float) -> Array:
     return load
 
 
-def centre_of(plate: Plate) -> int:
+def centre_of(plate: Target) -> int:
     """The node nearest the middle of the surface."""
     return int(np.argmin(np.hypot(*plate.mesh.surface.T)))
 
@@ -94,8 +95,8 @@ def centre_of(plate: Plate) -> int:
 def relaxed_deflection(pressure: float, in_plane: float, elements: tuple[int, int] = (20, 16)) -> float:
     """Centre deflection [m] of the shells: the time loop, near critical mass damping, run until it rests."""
     mesh = plate_mesh(LENGTH, WIDTH, elements)
-    first = float(natural_frequencies(Plate(mesh, THICKNESS, ALUMINIUM), 1)[0][0])
-    plate = Plate(mesh, THICKNESS, ALUMINIUM, EdgeStiffness(in_plane=in_plane), 2.0 * np.pi * first)
+    first = float(natural_frequencies(plate_of(mesh, THICKNESS, ALUMINIUM), 1)[0][0])
+    plate = plate_of(mesh, THICKNESS, ALUMINIUM, EdgeStiffness(in_plane=in_plane), 2.0 * np.pi * first)
     load = np.zeros_like(plate.x)
     load[:, 2] = -pressure * plate.mass / (ALUMINIUM.density * THICKNESS)
     dt = 0.9 * plate.stable_step()
@@ -111,7 +112,7 @@ def membrane_stiffening(pressure: float = 0.1e6, stiffnesses: tuple[float, ...] 
     return Compared(np.array(computed), np.array([von_karman_deflection(pressure, k) for k in stiffnesses]))
 
 
-def respond(plate: Plate, load: Array, end: float) -> tuple[Array, Array]:
+def respond(plate: Target, load: Array, end: float) -> tuple[Array, Array]:
     """Times [s] and centre displacement [m] towards -z under a load held from t = 0, by the time loop."""
     dt = 0.9 * plate.stable_step()
     centre = centre_of(plate)

@@ -20,6 +20,7 @@ MODULES = (
     "target_problems",
     "energy_balance_problems",
     "openradioss_problems",
+    "assembly_problems",
     "parameter_sensitivity",
     "published_problems",
 )

@@ -72,7 +72,7 @@ def compute(spec: RunSpec) -> Histories:
 def vary(coupling: Coupling, case: Case, spec: RunSpec) -> None:
     """Turn the bird's lattice, change the contact, and put the bird back where the case lets it begin."""
     bird = coupling.bird
-    coupling.contact.gap += spec.gap
+    coupling.contact.widen(spec.gap)
     coupling.contact.stiffness *= spec.stiffness
     points, _ = bird_lattice(case.bird)
     c, s = math.cos(spec.roll), math.sin(spec.roll)

@@ -9,16 +9,17 @@ from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.plate_problems import Compared
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
 from birdstrike.reports.verification.runs import RunSpec
-from birdstrike.solver.plate.material import ShellMaterial
-from birdstrike.solver.plate.mesh import cylindrical_panel, plate_mesh, shell_mesh
-from birdstrike.solver.plate.modes import static_deflection
-from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import cylindrical_panel, plate_mesh, shell_mesh
+from birdstrike.solver.target.modes import static_deflection
+from birdstrike.solver.target.rectangle import plate_of
+from birdstrike.solver.target.section import ShellMaterial
 
 ROOF = 0.3024  # deflection of the free edge's middle
 HEMISPHERE = 0.0940  # displacement under each load
 
 
-def scordelis_lo_plate(elements: int) -> tuple[Plate, Array, int]:
+def scordelis_lo_plate(elements: int) -> tuple[Target, Array, int]:
     """The roof of A. C. Scordelis & K. S. Lo, J. Am. Concrete Inst. 61 (1964) 539, with its load and its read node.
 
     Radius 25, length 50, thickness 0.25, half angle 40 degrees, E 4.32e8, nu 0, weight 90 per area; the curved ends
@@ -26,11 +27,11 @@ def scordelis_lo_plate(elements: int) -> tuple[Plate, Array, int]:
     """
     arc = 25.0 * np.radians(80.0)
     mesh = cylindrical_panel(arc, 50.0, 25.0, (elements, elements))
-    plate = Plate(mesh, 0.25, ShellMaterial(4.32e8, 0.0, 1.0), "free")
+    plate = plate_of(mesh, 0.25, ShellMaterial(4.32e8, 0.0, 1.0), "free")
     along = mesh.surface[:, 1]
     ends = np.flatnonzero(np.isclose(np.abs(along), 25.0))
-    plate.edges.hold(ends, 1 | 4)
-    plate.edges.hold(ends[:1], 2)
+    plate.supports.hold_globally(ends, 1 | 4)
+    plate.supports.hold_globally(ends[:1], 2)
     load = np.zeros_like(plate.x)
     load[:, 2] = -90.0 * plate.mass / 0.25
     read = np.flatnonzero(np.isclose(along, 0.0) & np.isclose(mesh.surface[:, 0], 0.5 * arc))
@@ -43,7 +44,7 @@ def scordelis_lo(elements: int = 32) -> Compared:
     Finite Elements in Analysis and Design 1 (1985) 3. The static solution of the loop's own stiffness.
     """
     plate, load, read = scordelis_lo_plate(elements)
-    moved = plate.edges.axes[read].T @ static_deflection(plate, load)[read, :3]
+    moved = plate.supports.axes[read].T @ static_deflection(plate, load)[read, :3]
     return Compared(np.array([-moved[2]]), np.array([ROOF]))
 
 
@@ -61,13 +62,13 @@ def pinched_hemisphere(elements: int = 16) -> Compared:
     above, below = number[:-1], number[1:]
     quads = np.stack([above, below, np.roll(below, -1, 1), np.roll(above, -1, 1)], axis=-1).reshape(-1, 4)
     mesh = shell_mesh(10.0 * nodes.reshape(-1, 3), quads)
-    plate = Plate(mesh, 0.04, ShellMaterial(6.825e7, 0.3, 1.0), "free")
+    plate = plate_of(mesh, 0.04, ShellMaterial(6.825e7, 0.3, 1.0), "free")
     quarters = number[n, [0, n, 2 * n, 3 * n]]
     for node, bits in zip(quarters[:3], (2 | 4, 1, 2), strict=True):
-        plate.edges.hold(np.array([node]), bits)
+        plate.supports.hold_globally(np.array([node]), bits)
     load = np.zeros_like(plate.x)
     load[quarters, [0, 1, 0, 1]] = 2.0, -2.0, -2.0, 2.0
-    axes = plate.edges.axes[quarters]
+    axes = plate.supports.axes[quarters]
     moved = np.einsum("nji,nj->ni", axes, static_deflection(plate, load)[quarters, :3])
     return Compared(np.abs(moved[[0, 1, 2, 3], [0, 1, 0, 1]]), np.full(4, HEMISPHERE))
 
@@ -80,25 +81,25 @@ def spinning_shell(turns: float = 1.0, steps: int = 20_000) -> tuple[float, floa
     """
     metal = ShellMaterial(71e9, 0.3, 2780.0)
     mesh = plate_mesh(0.2, 0.15, (6, 5))
-    plate = Plate(mesh, 0.004, metal, "free")
-    plate.x += np.random.default_rng(3).normal(0.0, 1e-3, plate.x.shape)
+    plate = plate_of(mesh, 0.004, metal, "free")
+    plate.x[:] += np.random.default_rng(3).normal(0.0, 1e-3, plate.x.shape)
     home, stress = plate.x.copy(), np.array([80e6, -30e6, 20e6])
-    plate.stress += stress
+    plate.shells.stress += stress
     plate.update_forces(0.0)
-    start = plate.resultant.copy()
+    start = plate.shells.resultant.copy()
     axis = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
     dt = 1e-6
     angle = 2.0 * np.pi * turns / steps
     done = 0.0
     for step in range(1, steps + 1):
         half, whole = rotation(axis, (step - 0.5) * angle), rotation(axis, step * angle)
-        plate.x, plate.omega[:] = home @ whole.T, angle / dt * axis
-        plate.v = np.cross(angle / dt * axis, home @ half.T)
+        plate.x[:], plate.omega[:] = home @ whole.T, angle / dt * axis
+        plate.v[:] = np.cross(angle / dt * axis, home @ half.T)
         plate.update_forces(dt)
-        done += float(plate.work.sum())
+        done += float(plate.shells.work.sum())
     held = 0.5 * (stress[0] ** 2 + stress[1] ** 2 - 0.6 * stress[0] * stress[1] + 2.6 * stress[2] ** 2) / 71e9
-    change = np.abs(plate.resultant - start).max() / np.abs(start).max()
-    return float(change), done / (held * 0.004 * float(plate.shape[:, 4].sum()))
+    change = np.abs(plate.shells.resultant - start).max() / np.abs(start).max()
+    return float(change), done / (held * 0.004 * float(plate.shells.shape[:, 4].sum()))
 
 
 def rotation(axis: Array, angle: float) -> Array:

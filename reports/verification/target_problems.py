@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 
 from birdstrike.reports.verification.problem import Computed, Problem, Row, Solution, below, matches, shown
@@ -14,10 +17,11 @@ from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.kernels.sums import column_sums
-from birdstrike.solver.plate.mesh import plate_mesh
-from birdstrike.solver.plate.rigid import RigidPlate
 from birdstrike.solver.reference.wilbeck import duration
 from birdstrike.solver.sensors.pressure import Pressure, disc
+from birdstrike.solver.sensors.sensor import Run
+from birdstrike.solver.target.mesh import plate_mesh
+from birdstrike.solver.target.rectangle import rigid_plate_of
 
 STILL = 1e-3  # of the peak: the force below which an impact is over
 
@@ -83,7 +87,7 @@ def sliding_layer(mu: float = 0.2, push: float = 1.0, steps: int = 150) -> tuple
     Each particle is alone (30 mm apart): no bird, only contact. The heat is compared over the whole way.
     """
     spacing = 5e-3
-    plate = RigidPlate(plate_mesh(0.4, 0.4, (10, 10)), 0.01)
+    plate = rigid_plate_of(plate_mesh(0.4, 0.4, (10, 10)), 0.01)
     bird = layer(5, spacing, 0.03, push / (MATERIAL.bulk_modulus * spacing), (1.0, 0.0, 0.0))
     start, speed = bird.x[: bird.n, 0].copy(), np.zeros(steps)
     contact = Contact(bird, plate, mu)
@@ -111,12 +115,13 @@ def sliding_layer(mu: float = 0.2, push: float = 1.0, steps: int = 150) -> tuple
 def gauge_under_a_layer(applied: float = 3e6, radius: float = 0.02, spacing: float = 5e-3) -> Compared:
     """A gauge under particles that each push with applied d^2, one on every square of edge d."""
     mesh = plate_mesh(0.3, 0.3, (12, 12))
-    plate, count = RigidPlate(mesh, 0.01), 2 * int(radius / spacing) + 9
+    plate, count = rigid_plate_of(mesh, 0.01), 2 * int(radius / spacing) + 9
     bird = layer(count, spacing, spacing, applied * spacing / MATERIAL.bulk_modulus, (0.0, 0.0, 0.0))
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
     sensor = Pressure.model_validate({"kind": "pressure", "radius": f"{radius} m"})
-    reading = disc(sensor, mesh, spacing).pressure(bird, contact)
+    running = cast(Run, SimpleNamespace(plate=plate, contact=contact))
+    reading = disc(sensor, running).pressure(bird, contact)
     return Compared(reading, applied, "Pa", {"touching": float(contact.touching)})
 
 

@@ -20,13 +20,21 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.effects import Effects, magnitude_text, with_effects
 from birdstrike.solver.case.external import External, broken_external_rules, with_deck
-from birdstrike.solver.case.load import given_table, override_table, read_case, with_baselines, with_table
+from birdstrike.solver.case.load import (
+    given_table,
+    override_table,
+    read_case,
+    with_baselines,
+    with_mesh_path,
+    with_table,
+)
 from birdstrike.solver.case.messages import error_lines
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
+from birdstrike.solver.case.target import Target, with_envelope
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
@@ -50,6 +58,7 @@ class Case(Section):
     """One bird strike as it is simulated, every value in SI; made by `load_case`."""
 
     plate: Plate
+    target: Target | None = None
     bird: Bird
     impact: Impact
     time: Time
@@ -129,8 +138,18 @@ class Case(Section):
         return _in_place(bare.model_copy(update={"effects": self.effects}), bare._raw, self._name)
 
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
-        """The case with another bird and plate mesh, validated anew; raises CaseError."""
-        return self.overlaid({"bird": {"particles": particles}, "plate": {"elements": list(elements)}})
+        """The case with another bird and plate mesh, validated anew; raises CaseError.
+
+        elements: along length and width; of a generated target those along its length set the size of all, and a mesh
+        from a file stays.
+        """
+        plate: Raw = {"plate": {"elements": list(elements)}}
+        if self.target is not None:
+            plate = {}
+        if self.target is not None and self.target.generator is not None:
+            size = self.target.generator.length / elements[0]
+            plate = {"target": {"generator": {"element_size": quantity_text(size, "m")}}}
+        return self.overlaid({"bird": {"particles": particles}} | plate)
 
     def canonical(self) -> dict[str, Any]:
         """Nested SI values of everything that changes a history; no noise, inversion or threads.
@@ -138,14 +157,17 @@ class Case(Section):
         `sources`, where it is there, holds digests of the sources of what installed packages give to the case: a run's
         key counts them, the case's hash does not.
         """
-        tree = self.model_dump(mode="json", include={"plate", "bird", "impact", "time", "solver"})
+        plain = {"bird", "impact", "time", "solver"} | ({"plate"} if self.target is None else set())
+        tree = self.model_dump(mode="json", include=plain)
+        if self.target is not None:
+            tree["target"] = self.target.content
         del tree["solver"]["threads"]
         if self.solver.name == "embedded":
             del tree["solver"]["name"]
         for key in ("mass", "slenderness", "statistics"):
             del tree["bird"][key]
         tree["bird"]["density"] = self.bird.actual_density
-        if not self.plate.rigid:
+        if self.target is None and not self.plate.rigid:
             del tree["plate"]["rigid"]
         if not any(self.impact.offset):
             del tree["impact"]["offset"]
@@ -183,7 +205,7 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
         raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
     raw, name = (given_table(path), "case") if isinstance(path, Mapping) else (read_case(path), Path(path).stem)
     table = with_table(overlay(raw, override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), name)
+    return case_from_table(with_mesh_path(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path.cwd()), name)
 
 
 def as_case(case: CaseSource) -> Case:
@@ -196,7 +218,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
     errors = [*broken_rules(table), *broken_sensor_rules(table), *broken_external_rules(table)]
     case = None
     try:
-        case = Case.model_validate(table)
+        case = Case.model_validate(with_envelope(table))
     except ValidationError as error:
         errors = error_lines(Case, error.errors(), errors, table)
     if case is None or errors:

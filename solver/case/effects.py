@@ -182,6 +182,7 @@ def _with_one(effect: Effect, case: C, table: Raw, rebuild: Callable[[Raw], C], 
     """The case and its table with one effect put in place; raises CaseError, also where the effect itself fails."""
     try:
         changes = effect.change(case, size)
+        changes = changes if case.target is None else case.target.changed(changes)
         changed = overlay(_spelt_out(table, changes), changes)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise CaseError(f"its function `change` failed: {type(error).__name__}: {error}") from error

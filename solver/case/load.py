@@ -72,7 +72,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> Raw:
 
 def _extended(own: Raw, folder: Path, where: str, chain: tuple[Path, ...]) -> Raw:
     """A case's own table over the case that it extends. folder: of its paths; where: what holds it, in words."""
-    raw = with_baselines(with_deck(with_table(own, folder), folder), folder)
+    raw = with_mesh_path(with_baselines(with_deck(with_table(own, folder), folder), folder), folder)
     parent = raw.pop("extends", None)
     if parent is None:
         return raw
@@ -160,6 +160,14 @@ def with_baselines(raw: Raw, folder: Path) -> Raw:
     if not isinstance(section, dict) or not isinstance(names, list):
         return raw
     return raw | {"diagnosis": {**section, "baselines": [_whole_path(name, folder) for name in names]}}
+
+
+def with_mesh_path(raw: Raw, folder: Path) -> Raw:
+    """The case's table with a whole path in `target.mesh`."""
+    target = raw.get("target")
+    if not isinstance(target, dict) or "mesh" not in target:
+        return raw
+    return raw | {"target": {**target, "mesh": _whole_path(target["mesh"], folder)}}
 
 
 def _whole_path(name: Any, folder: Path) -> Any:

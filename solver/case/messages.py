@@ -22,7 +22,8 @@ Place = tuple[str | int, ...]
 
 OWN_MESH = 'a mesh of your own goes into the deck of another solver (solver = "external")'
 INSTEAD = {
-    "plate.mesh": f"no mesh file is read: plate.elements = [50, 40] divides length and width into shells; {OWN_MESH}",
+    "plate.mesh": "plate.elements = [50, 40] divides a rectangle into shells; a mesh of your own is a [target]: "
+    'target.mesh = "panel.inp", see docs/targets.md',
     "bird.mesh": f"no mesh file is read: bird.method, lattice and particles make the bird's; {OWN_MESH}",
 }
 """Keys that users look for and a case has not -> what can be had in their place."""

@@ -27,6 +27,8 @@ from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.instrument import drift_of_some_kind
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
 from birdstrike.solver.sensors.sensor import PlateText
+from birdstrike.solver.target.generators.registry import GENERATORS
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
 
 SNAPSHOT = Between("0 ms", "100 ms")
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
@@ -126,7 +128,7 @@ def _sought(raw: Raw) -> Iterator[str]:
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _times):
+    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _target, _times):
         yield from rule(raw)
 
 
@@ -157,6 +159,20 @@ def _preload(raw: Raw) -> Iterator[str]:
     limit = si(raw, "plate.material.yield_stress")
     if limit is not None and math.sqrt(along**2 - along * across + across**2) >= limit:
         yield f"{given} is not below plate.material.yield_stress = {at(raw, 'plate.material.yield_stress')}"
+
+
+def _target(raw: Raw) -> Iterator[str]:
+    """Of a target of several parts: no plate beside it, and the rules of its generator and its laws."""
+    if at(raw, "target") is None:
+        return
+    if at(raw, "plate") is not None:
+        yield "plate and target are both given; keep one: a target has its own parts, materials and supports"
+    generator, materials = at(raw, "target.generator"), at(raw, "target.materials")
+    if (kind := GENERATORS.chosen(generator)) is not None:
+        yield from kind.broken_rules(generator, "target.generator")
+    for name, table in materials.items() if isinstance(materials, dict) else ():
+        if (law := TARGET_LAWS.chosen(table)) is not None:
+            yield from law.broken_rules(table, f"target.materials.{name}")
 
 
 def _times(raw: Raw) -> Iterator[str]:

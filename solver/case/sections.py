@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.case.plate import Plate
+from birdstrike.solver.case.target import Target
 from birdstrike.solver.fields import Between, OneOf, Section
 from birdstrike.solver.registry import Kinds
 
@@ -50,7 +51,13 @@ class Time(Section):
         return tuple(float(k * interval) for k in range(int(self.end / self.output_interval * (1.0 + 1e-12)) + 1))
 
 
-PHYSICAL_SECTIONS: dict[str, type[Section]] = {"plate": Plate, "bird": Bird, "impact": Impact, "time": Time}
+PHYSICAL_SECTIONS: dict[str, type[Section]] = {
+    "plate": Plate,
+    "target": Target,
+    "bird": Bird,
+    "impact": Impact,
+    "time": Time,
+}
 
 
 @cache
@@ -77,12 +84,20 @@ def _fields(key: str, content: Any = None) -> list[FieldInfo]:
     """The fields that a dotted key may mean: of all models and laws, or of those that `content` has chosen."""
     first, *rest = key.split(".")
     sections: list[type[Section]] = [PHYSICAL_SECTIONS[first]] if first in PHYSICAL_SECTIONS else []
-    content, fields = _below(content, first), []
+    content, fields, named = _below(content, first), list[FieldInfo](), list[FieldInfo]()
     for name in rest:
         content = _below(content, name)
-        fields = [section.model_fields[name] for section in sections if name in section.model_fields]
+        known = (section.model_fields[name] for section in sections if name in section.model_fields)
+        fields, named = (named, []) if named else (list(known), [])
+        named = [entry for field in fields for entry in entries_of(field)]
         sections = [section for field in fields for section in sections_of(field, content)]
     return fields
+
+
+def entries_of(field: FieldInfo) -> Iterator[FieldInfo]:
+    """What a table whose keys are names that the user chooses holds under each; nothing for other fields."""
+    if get_origin(field.annotation) is dict:
+        yield FieldInfo.from_annotation(get_args(field.annotation)[1])
 
 
 def sections_of(field: FieldInfo, content: Any = None) -> Iterator[type[Section]]:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.sensor import Sensor
 
-SECTIONS = ("plate", "bird", "impact", "sensors", "instrument", "solver")
+SECTIONS = ("plate", "target", "bird", "impact", "sensors", "instrument", "solver")
 """Sections of a case that an effect may change; the others say what is recorded, sought or run elsewhere."""
 
 Table = Mapping[str, Any]
@@ -26,6 +26,11 @@ class Declared(Protocol):
     @property
     def plate(self) -> Any:
         """Section `plate`."""
+        ...
+
+    @property
+    def target(self) -> Any:
+        """Section `target`, None for a plate; what an effect sets of the plate then acts on the part that is struck."""
         ...
 
     @property

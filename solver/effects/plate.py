@@ -29,6 +29,11 @@ def _rigid(case: Declared) -> str:
     return "a rigid plate neither bends nor yields" if case.plate.rigid else ""
 
 
+def _without(key: str, case: Declared) -> str:
+    """Why the metal of the part that a target is struck on cannot have it; empty for a plate."""
+    return _rigid(case) or ("" if case.target is None else case.target.lacks(key))
+
+
 def _compliance(case: Declared, key: str) -> float:
     """Compliance of the declared edges, 0 where they hold rigidly, infinite where they do not hold."""
     edges = case.plate.edges
@@ -147,7 +152,7 @@ PLATE = (
         lambda case, x: _material(case, "yield_stress", "Pa", x),
         lambda case: 0.1 * case.plate.material.yield_stress,
         lambda case: -case.plate.material.yield_stress,
-        _rigid,
+        lambda case: _without("yield_stress", case),
         GROUP,
         "scatter of the yield stress between batches",
     ),
@@ -158,7 +163,7 @@ PLATE = (
         lambda case, x: _material(case, "tangent_modulus", "Pa", x),
         lambda case: 0.03 * case.plate.material.young,
         lambda case: -case.plate.material.tangent_modulus,
-        _rigid,
+        lambda case: _without("tangent_modulus", case),
         GROUP,
         "tangent modulus of the bilinear stress-strain curve",
     ),
@@ -169,7 +174,7 @@ PLATE = (
         _rate_hardening,
         lambda _: 0.2,
         lambda case: -_gain(case),
-        _rigid,
+        lambda case: _without("rate_c", case),
         GROUP,
         "Cowper & Symonds (1957), stated as the relative gain of the yield stress at 100 1/s; p = 4 as for aluminium "
         "(Jones, Structural Impact, sect. 8.3) unless the case declares another",
@@ -194,7 +199,7 @@ PLATE = (
             10.0 * bending_stiffness(case) / (min(case.plate.length, case.plate.width) ** 2 * case.plate.thickness)
         ),
         lambda _: -math.inf,
-        lambda case: _rigid(case) or _no_edges("in_plane", case),
+        lambda case: _without("preload", case) or _no_edges("in_plane", case),
         GROUP,
         "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
     ),

@@ -151,42 +151,46 @@ def follow_facets(n, x, nodes, quads, across, alive, gap, watched, facet, foot, 
 
     across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; alive: (e,) facets that
     have not torn; in and out: facet (n,), foot (n, 6), past_rim (n,). Beyond the rim, and over a torn facet, the
-    distance is set to infinity: nothing to touch there. A particle that comes back from there within the gap [m] came
-    in from beside: the springs know nothing of it until it has been clear of the surface on the impact side, for a
+    distance is set to infinity: nothing to touch there. A particle that comes back from there within the gap (e,) [m]
+    came in from beside: the springs know nothing of it until it has been clear of the surface on the impact side, for a
     spring that starts stretched would make energy from nothing.
     """
     for a in prange(n):
         if not watched[a]:
             continue
         facet[a] = walk_to_foot(x[a], nodes, quads, across, alive, facet[a], foot[a])
-        past_rim[a] = foot[a, 2] == math.inf or (past_rim[a] and foot[a, 2] < gap)
+        past_rim[a] = foot[a, 2] == math.inf or (past_rim[a] and foot[a, 2] < gap[facet[a]])
         if past_rim[a]:
             foot[a, 2] = math.inf
 
 
 @njit(cache=True)
-def contact_forces(n, gap, stiffness, quads, watched, active, facet, foot, on_bird, on_plate):
-    """Contact forces [N] on particles (n, 3) and on nodes (m, 3), summed in particle order.
+def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, overlaps, on_bird, on_plate):
+    """Add contact forces [N] to those on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
-    gap [m]: distance from the mid-surface at which contact begins; stiffness [N/m].
-    Returns the number of touching particles, the deepest overlap [m] and the energy in the springs [J].
+    limits: gap (e,) [m], the distance from each facet's mid-surface at which contact begins, and the overlap (e,) [m]
+    beyond which a particle has passed through; stiffness [N/m]; out: overlaps (n,) [m].
+    Returns the number of touching particles, the deepest overlap [m], the energy in the springs [J], and how many have
+    passed.
     """
-    on_bird[:, :] = 0.0
-    on_plate[:, :] = 0.0
-    touching = 0
+    gap, most = limits
+    touching = passed = 0
     deepest = 0.0
     stored = 0.0
     for a in range(n):
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap:
+        overlaps[a] = 0.0
+        if not (watched[a] and active[a]) or foot[a, 2] >= gap[facet[a]]:
             continue
-        overlap = gap - foot[a, 2]
+        overlap = gap[facet[a]] - foot[a, 2]
+        overlaps[a] = overlap
         shape = bilinear(foot[a, 0], foot[a, 1])
         for c in range(3):
             force = stiffness * overlap * foot[a, 3 + c]
-            on_bird[a, c] = force
+            on_bird[a, c] += force
             for corner in range(4):
                 on_plate[quads[facet[a], corner], c] -= force * shape[corner]
         touching += 1
         deepest = max(deepest, overlap)
         stored += 0.5 * stiffness * overlap * overlap
-    return touching, deepest, stored
+        passed += overlap > most[facet[a]]
+    return touching, deepest, stored, passed

@@ -18,7 +18,7 @@ def force_on_disc(n, stiffness, gap, nodes, quads, watched, active, facet, foot,
     """
     force = 0.0
     for a in range(n):
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap:
+        if not (watched[a] and active[a]) or foot[a, 2] >= gap[facet[a]]:
             continue
         shape = bilinear(foot[a, 0], foot[a, 1])
         squared = 0.0
@@ -28,5 +28,5 @@ def force_on_disc(n, stiffness, gap, nodes, quads, watched, active, facet, foot,
                 offset += shape[corner] * nodes[quads[facet[a], corner], c]
             squared += offset * offset
         share = min(max((radius - math.sqrt(squared)) / width + 0.5, 0.0), 1.0)
-        force += share * stiffness * (gap - foot[a, 2])
+        force += share * stiffness * (gap[facet[a]] - foot[a, 2])
     return force

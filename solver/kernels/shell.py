@@ -74,17 +74,17 @@ def shell_strain(v, omega, quads, alive, frame, shape, dt, strain, hourglass_str
 
 
 @njit(cache=True, parallel=True)
-def shell_hourglass(hourglass_strain, shape, alive, thickness, elastic, coefficient, hourglass, work):
+def shell_hourglass(hourglass_strain, shape, alive, section, elastic, coefficient, hourglass, work):
     """Hourglass resultants by the stiffnesses of Belytschko, Lin & Tsay (1984); work [J] of the step per element.
 
-    elastic: E [Pa], nu; coefficient: dimensionless, 0.01 to 0.1.
+    section: (e,); elastic: thickness [m], E [Pa], nu of each section (s, 3); coefficient: dimensionless, 0.01 to 0.1.
     """
-    young, nu = elastic
-    shear = SHEAR_FACTOR * young / (2.0 * (1.0 + nu))
     for e in prange(shape.shape[0]):
         work[e] = 0.0
         if not alive[e]:
             continue
+        thickness, young, nu = elastic[section[e], 0], elastic[section[e], 1], elastic[section[e], 2]
+        shear = SHEAR_FACTOR * young / (2.0 * (1.0 + nu))
         area = shape[e, 4]
         bb = 2.0 * (shape[e, 0] ** 2 + shape[e, 1] ** 2 + shape[e, 2] ** 2 + shape[e, 3] ** 2)
         bending = coefficient * young * thickness**3 * bb / (192.0 * area)
@@ -131,10 +131,10 @@ def shell_forces(frame, shape, alive, resultant, hourglass, force):
 
 @njit(cache=True, parallel=True)
 def gather_nodal_forces(start, member, force, nodal):
-    """Sum of element forces at each node in a fixed order. start, member: rows of (4 element + corner) per node."""
+    """Add the element forces at each node to `nodal` in a fixed order; start, member: rows of 4 element + corner."""
     for p in prange(nodal.shape[0]):
         for i in range(6):
             total = 0.0
             for m in range(start[p], start[p + 1]):
                 total += force[member[m] // 4, member[m] % 4, i]
-            nodal[p, i] = total
+            nodal[p, i] += total

@@ -6,10 +6,10 @@ from numba import njit
 
 
 @njit(cache=True)
-def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, resultant, hourglass, work, taken):
+def erode_shells(layers, gone_layers, area, strain, hourglass_strain, alive, resultant, hourglass, work, taken):
     """Take away the elements whose layers have all failed; their mass stays at their nodes.
 
-    eps_p: (e, layers); failure_strain: a layer's largest plastic strain; area (e,) [m^2]; strain (e, 8),
+    layers: (e,) how many each has; gone_layers: (e, k) which have failed; area (e,) [m^2]; strain (e, 8),
     hourglass_strain (e, 9): increments of the step; in and out: alive (e,), resultant (e, 8), hourglass (e, 9), work
     (2, e): of the step, stress and hourglass [J]; taken (2, e): the same summed over time [J]. An element's force
     is zero at the end of the step in which it goes, so the end's half of the trapezoidal work is taken back.
@@ -17,12 +17,12 @@ def erode_shells(eps_p, failure_strain, area, strain, hourglass_strain, alive, r
     """
     gone = 0
     frozen, frozen_hourglass = 0.0, 0.0
-    for e in range(eps_p.shape[0]):
+    for e in range(gone_layers.shape[0]):
         if not alive[e]:
             continue
         failed = True
-        for k in range(eps_p.shape[1]):  # in a sound element the first layer already answers
-            if eps_p[e, k] < failure_strain:
+        for k in range(layers[e]):  # in a sound element the first layer already answers
+            if not gone_layers[e, k]:
                 failed = False
                 break
         if failed:

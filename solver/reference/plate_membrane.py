@@ -11,8 +11,8 @@ from numpy.polynomial import Legendre, Polynomial
 from scipy.optimize import minimize
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.plate.material import ShellMaterial
 from birdstrike.solver.reference.plate_ritz import outer
+from birdstrike.solver.target.section import ShellMaterial
 
 LENGTH, WIDTH, THICKNESS = 0.525, 0.430, 0.004
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)

@@ -9,11 +9,11 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
-from birdstrike.solver.sensors.sensor import Placed, Reading, Run, shell_is_gone, torn
+from birdstrike.solver.sensors.sensor import Along, Placed, Reading, Run, shell_is_gone, torn
 
 
 class Displacement(Placed):
-    """Interpolated by the shape functions of the element that holds the point.
+    """Interpolated by the shape functions of the element that holds the point; along: its direction, absent: the push.
 
     It is sampled at the instants themselves: the plate's inertia has limited its band.
     """
@@ -24,15 +24,18 @@ class Displacement(Placed):
     is_transducer: ClassVar = True
 
     kind: Literal["displacement"] = "displacement"
+    along: Along | None = None
 
     def reading(self, run: Run, /) -> Reading:
         from birdstrike.solver.kernels.contact import bilinear  # late: loading a case needs no compiled kernels
-        from birdstrike.solver.sensors.places import place_on
 
-        element, xi, eta = place_on(run.plate.mesh, self.at)
+        element, xi, eta = self.located(run)
         nodes, shape = run.plate.quads[element], np.array(bilinear(xi, eta))
-        rest = run.plate.x[nodes, 2].copy()
-        return lambda now: float(shape @ (rest - now.plate.x[nodes, 2]))
+        if self.along is None:
+            height = run.plate.x[nodes, 2].copy()
+            return lambda now: float(shape @ (height - now.plate.x[nodes, 2]))
+        rest, along = run.plate.x[nodes].copy(), np.array(self.along) / np.linalg.norm(self.along)
+        return lambda now: float(shape @ (now.plate.x[nodes] - rest) @ along)
 
     def sampled(self, clock: Array, time: Array, values: Array) -> Array:
         """Readings of every step on the user's clock [s]: interpolated."""
@@ -40,5 +43,5 @@ class Displacement(Placed):
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
         """Its node flies on freely once the shell has torn."""
-        if shell_is_gone(run, self.at):
+        if shell_is_gone(run, self):
             yield torn(name)

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.contact import bilinear
-from birdstrike.solver.plate.mesh import PlateMesh
+from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
+from birdstrike.solver.target.mesh import ShellMesh
 
 INSIDE = 1.0 + 1e-9
 
 
-def place_on(mesh: PlateMesh, at: tuple[float, float]) -> tuple[int, float, float]:
+def place_on(mesh: ShellMesh, at: tuple[float, float]) -> tuple[int, float, float]:
     """Facet, xi and eta of the point at (x, y) [m] along length and width of the undeformed shell (`mesh.surface`).
 
     Where the shell has several points there, the highest, which is on the impact side; beside the shell, the nearest
@@ -45,9 +45,23 @@ def in_plan(corners: Array, point: Array, iterations: int = 20) -> Array:
     return where
 
 
-def point_at(mesh: PlateMesh, element: int, xi: float, eta: float) -> Array:
+def point_at(mesh: ShellMesh, element: int, xi: float, eta: float) -> Array:
     """The point itself, (3,) [m]."""
     return np.array(bilinear(xi, eta)) @ mesh.nodes[mesh.quads[element]]
+
+
+def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tuple[int, float, float]:
+    """Facet, xi and eta of the place on the shells at rest, of one part or of all, that is nearest to a point (3,)."""
+    facets = np.arange(len(mesh.quads)) if part is None else mesh.parts[part]
+    middles = mesh.nodes[mesh.quads[facets]].mean(axis=1)
+    near = facets[np.argsort(np.linalg.norm(middles - point, axis=1), kind="stable")[:9]]
+    found = []
+    for facet in near:
+        foot = np.zeros(6)
+        if foot_on_facet(point, mesh.nodes, mesh.quads[facet], foot):
+            clamp_to_facet(point, mesh.nodes, mesh.quads[facet], foot)
+            found.append((abs(float(foot[2])), int(facet), float(foot[0]), float(foot[1])))
+    return min(found)[1:]
 
 
 def facets_around(quads: NDArray[np.int64], element: int, rings: int = 2) -> NDArray[np.int64]:

@@ -14,7 +14,6 @@ from birdstrike.solver.sensors.sensor import Placed, Reading, Run
 if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.bird.body import BirdBody
     from birdstrike.solver.contact import Contact
-    from birdstrike.solver.plate.mesh import PlateMesh
 
 FEWEST_SPACINGS = 3.0  # of a gauge's radius
 
@@ -34,7 +33,7 @@ class Pressure(Placed):
     radius: Annotated[float, Between("0.1 mm", "1000 mm")] = 0.01
 
     def reading(self, run: Run, /) -> Reading:
-        gauge = disc(self, run.plate.mesh, run.contact.spacing)
+        gauge = disc(self, run)
         return lambda now: gauge.pressure(now.bird, now.contact)
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
@@ -64,15 +63,16 @@ class Disc:
         """Normal contact force on the disc over its area [Pa]."""
         from birdstrike.solver.kernels.gauge import force_on_disc  # late: loading a case needs no compiled kernels
 
-        touching = (contact.quads, contact.watched, bird.active, contact.facet, contact.foot)
-        disc = (self.centre, self.radius, self.width)
-        force = force_on_disc(bird.n, contact.stiffness, contact.gap, self.nodes, *touching, *disc)
+        disc, force = (self.centre, self.radius, self.width), 0.0
+        for sheet in contact.sheets:
+            touching = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot)
+            force += force_on_disc(bird.n, contact.stiffness, sheet.gap, self.nodes, *touching, *disc)
         return force / (math.pi * (self.radius**2 + self.width**2 / 12.0))
 
 
-def disc(sensor: Pressure, mesh: PlateMesh, spacing: float) -> Disc:
-    """The disc of a pressure sensor under a bird of this particle spacing [m]."""
-    # late: loading a case needs no compiled kernels
-    from birdstrike.solver.sensors.places import place_on, point_at
+def disc(sensor: Pressure, run: Run) -> Disc:
+    """The disc of a pressure sensor."""
+    from birdstrike.solver.sensors.places import point_at  # late: loading a case needs no compiled kernels
 
-    return Disc(mesh.nodes, point_at(mesh, *place_on(mesh, sensor.at)), sensor.radius, spacing)
+    mesh = run.plate.mesh
+    return Disc(mesh.nodes, point_at(mesh, *sensor.located(run)), sensor.radius, run.contact.spacing)

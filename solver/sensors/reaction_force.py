@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
+from birdstrike.data.errors import UserError
 from birdstrike.solver.fields import Between
 from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
 
 
 class ReactionForce(Sensor):
-    """What a load cell under the frame would feel."""
+    """What a load cell under the frame would feel; support: under one set of nodes of a target's supports alone."""
 
     noise_range: ClassVar = Between("0 kN", "100000 kN")
     drift_range: ClassVar = Between("-1e6 kN/s", "1e6 kN/s")
@@ -19,13 +20,22 @@ class ReactionForce(Sensor):
 
     kind: Literal["reaction_force"] = "reaction_force"
 
-    def reading(self, _run: Run, /) -> Reading:
-        return lambda now: -float(now.reaction[2])
+    support: str | None = None
+
+    def reading(self, run: Run, /) -> Reading:
+        if self.support is None:
+            return lambda now: -float(now.reaction[2])
+        name, known = self.support, run.plate.supports.sets
+        if name not in known:
+            held = ", ".join(known) or "none"
+            raise UserError(f'a reaction_force sensor has support = "{name}", which holds nothing; supports: {held}')
+        return lambda now: -float(now.plate.supports.reaction_of(name, now.plate.nodes, now.contact.on_plate)[2])
+
+    def canonical(self) -> dict[str, Any]:
+        """Without a support that is not stated."""
+        return {key: value for key, value in super().canonical().items() if key != "support" or value is not None}
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
         """A plate with free edges has no frame to push."""
-        from birdstrike.solver.plate.boundary import NAMED  # late: loading a case needs no compiled kernels
-        from birdstrike.solver.plate.shell import Plate
-
-        if isinstance(run.plate, Plate) and run.plate.edges.stiffness == NAMED["free"]:
+        if run.plate.supports.free:
             yield f"sensors.{name}: a plate with free edges has no frame: its reaction force is zero"

@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import field_validator
 
-from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Section
 
 if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.bird.body import BirdBody
     from birdstrike.solver.contact import Contact
-    from birdstrike.solver.plate.rigid import Target
-    from birdstrike.solver.plate.shell import Plate
+    from birdstrike.solver.target.assembly import Target
+    from birdstrike.solver.target.shell_block import ShellBlock
 
 PLACE = Between("-2500 mm", "2500 mm")
+Component = Annotated[float, Between(-1.0, 1.0)]
+Along = tuple[Component, Component, Component]
+"""A direction in space, of any length up to 1 a component."""
 
 
 class Run(Protocol):
@@ -131,14 +133,33 @@ class Sensor(Section):
 
 
 class Placed(Sensor):
-    """A sensor at a place; at: from the plate's centre along length and width, on the undeformed plate [m]."""
+    """A sensor at a place; at: from the plate's centre along length and width, on the undeformed plate [m].
+
+    On a target of several parts it may be given by a point in space [m] and the part that it lies on, absent: any; the
+    nearest place at rest is taken.
+    """
 
     at: tuple[Annotated[float, PLACE], Annotated[float, PLACE]] = (0.0, 0.0)
+    point: tuple[Annotated[float, PLACE], Annotated[float, PLACE], Annotated[float, PLACE]] | None = None
+    part: str | None = None
 
     @property
     def place(self) -> tuple[float, float]:
         """Where it sits [m]."""
-        return self.at
+        return self.at if self.point is None else self.point[:2]
+
+    def canonical(self) -> dict[str, Any]:
+        """Without what a sensor on a plate does not have."""
+        unsaid = {key for key in ("point", "part", "along") if getattr(self, key, None) is None}
+        return {key: value for key, value in super().canonical().items() if key not in unsaid}
+
+    def located(self, run: Run, /) -> tuple[int, float, float]:
+        """Facet, xi and eta of its place."""
+        from birdstrike.solver.sensors.places import place_in_space, place_on  # late: it brings in compiled kernels
+
+        if self.point is None:
+            return place_on(run.plate.mesh, self.at)
+        return place_in_space(run.plate.mesh, np.array(self.point), self.part)
 
     @classmethod
     def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
@@ -159,20 +180,14 @@ def mean_over_interval(clock: Array, time: Array, values: Array) -> Array:
     return (np.interp(late, time, integral) - np.interp(early, time, integral)) / (late - early)
 
 
-def deformable(run: Run) -> Plate:
-    """The plate, if it strains; raises UserError."""
-    from birdstrike.solver.plate.shell import Plate  # late: loading a case needs no compiled kernels
-
-    if not isinstance(run.plate, Plate):
-        raise UserError("a rigid plate has no strain: leave out its strain sensors or plate.rigid")
-    return run.plate
+def deformable(run: Run) -> ShellBlock:
+    """The target's shells, if they strain; raises UserError."""
+    return run.plate.shells
 
 
-def shell_is_gone(run: Run, at: tuple[float, float]) -> bool:
-    """Whether the shell under a place has torn."""
-    from birdstrike.solver.sensors.places import place_on  # late: it brings in compiled kernels
-
-    return not run.plate.alive[place_on(run.plate.mesh, at)[0]]
+def shell_is_gone(run: Run, sensor: Placed) -> bool:
+    """Whether the shell under a sensor has torn."""
+    return not run.plate.alive[sensor.located(run)[0]]
 
 
 def torn(name: str) -> str:

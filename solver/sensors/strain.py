@@ -12,11 +12,23 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.data.units import ACCEPTED
 from birdstrike.solver.fields import Between, OneOf
-from birdstrike.solver.sensors.sensor import PLACE, Placed, PlateText, Reading, Run, deformable, shell_is_gone, torn
+from birdstrike.solver.sensors.sensor import (
+    PLACE,
+    Along,
+    Placed,
+    PlateText,
+    Reading,
+    Run,
+    deformable,
+    shell_is_gone,
+    torn,
+)
 
 if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a case has no use for
-    from birdstrike.solver.plate.shell import Plate
+    from birdstrike.solver.target.assembly import Target
 
+LEVEL = 0.7
+"""Cosine from which on two shells of an assembly are one surface to a gauge."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
 DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
@@ -24,10 +36,11 @@ DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 class Strain(Placed):
     """direction: from the length axis towards the width's [rad]; side: of the plate; length: of the gauge [m].
 
-    Absent, the length is that of a point. The elements' co-rotational increments of membrane strain and curvature sum
-    up in the plate (`Plate.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2
-    on the back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length
-    where it has one. The sum is the logarithmic strain, ln(L/L0).
+    along: the direction in space instead, laid on the shell, for gauges on webs and flanges. Absent, the length is that
+    of a point. The elements' co-rotational increments of membrane strain and curvature sum up in the shells
+    (`ShellBlock.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2 on the
+    back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length where
+    it has one. The sum is the logarithmic strain, ln(L/L0).
     """
 
     noise_range: ClassVar = Between(0.0, 1.0)
@@ -38,20 +51,36 @@ class Strain(Placed):
     direction: Annotated[float, DIRECTION] = 0.0
     side: Annotated[str, OneOf(("impact", "back"))] = "back"
     length: Annotated[float, LENGTH] | None = None
+    along: Along | None = None
+
+    @property
+    def toward(self) -> Array:
+        """Its direction: in plan (2,), or in space (3,) where it is given so."""
+        if self.along is None:
+            return np.array([math.cos(self.direction), math.sin(self.direction)])
+        return np.array(self.along) / np.linalg.norm(self.along)
+
+    def shifted(self, by: float) -> Strain:
+        """The gauge moved along itself [m]."""
+        if self.point is None:
+            x, y = np.array(self.at) + by * self.toward
+            return self.model_copy(update={"at": (float(x), float(y))})
+        toward = np.append(self.toward, 0.0)[:3]
+        return self.model_copy(update={"point": tuple(float(c) for c in np.array(self.point) + by * toward)})
 
     def elements(self, run: Run, /) -> NDArray[np.int64]:
         """Those that it feels; raises UserError for a plate that does not strain."""
-        return gauge_weights(self, deformable(run), run.contact.side)[0]
+        return gauge_weights(self, run)[0]
 
     def reading(self, run: Run, /) -> Reading:
-        plate = deformable(run)
-        near, share = gauge_weights(self, plate, run.contact.side)
-        rows = np.searchsorted(plate.watched, near)
-        return lambda _: math.expm1(float((share * plate.felt[rows]).sum()))
+        shells = deformable(run)
+        near, share = gauge_weights(self, run)
+        rows = np.searchsorted(shells.watched, near)
+        return lambda _: math.expm1(float((share * shells.felt[rows]).sum()))
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
         """Its strain stands still once the shell has torn."""
-        if shell_is_gone(run, self.at):
+        if shell_is_gone(run, self):
             yield torn(name)
 
     @classmethod
@@ -84,33 +113,45 @@ def _ends(name: str, table: Mapping[str, Any], plate: PlateText) -> Iterator[str
             )
 
 
-def gauge_weights(sensor: Strain, plate: Plate, side: int) -> tuple[NDArray[np.int64], Array]:
-    """Elements (k,) and the shares (k, 8) of their strains that a gauge feels. side: see `Contact`."""
-    toward = np.array([math.cos(sensor.direction), math.sin(sensor.direction)])
-    at = np.array(sensor.at)
+def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
+    """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
+    plate, toward = run.plate, sensor.toward
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
-    height = 0.5 * plate.thickness * side * (1.0 if sensor.side == "impact" else -1.0)
+    element = sensor.located(run)[0]
+    side = run.contact.side
+    if plate.mesh.parts:  # whose shells may be wound anyhow
+        side = 1 if plate.shells.frame[element, 8] >= 0.0 else -1
+    height = plate.skin[element] * (side * (1.0 if sensor.side == "impact" else -1.0))
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
-        x, y = at + 0.5 * (sensor.length or 0.0) * step * toward
-        add_point(total, share, plate, (float(x), float(y)), toward, height)
+        moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step)
+        add_point(total, share, plate, moved.located(run), toward, height)
     near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
     return near, total[near]
 
 
-def add_point(total: Array, share: float, plate: Plate, at: tuple[float, float], toward: Array, height: float) -> None:
-    """Add the shares of one point of a gauge to total (e, 8); toward: (2,) direction in plan, laid on each element."""
-    # late: loading a case needs no compiled kernels
-    from birdstrike.solver.sensors.places import blend, facets_around, place_on, point_at
+def add_point(
+    total: Array, share: float, plate: Target, where: tuple[int, float, float], toward: Array, height: float
+) -> None:
+    """Add the shares of one point of a gauge to total (e, 8).
 
-    element, xi, eta = place_on(plate.mesh, at)
+    where: facet, xi and eta; toward: direction in plan (2,) or in space (3,), laid on each element.
+    """
+    # late: loading a case needs no compiled kernels
+    from birdstrike.solver.sensors.places import blend, facets_around, point_at
+
+    element, xi, eta = where
     near = facets_around(plate.quads, element)
-    frame = plate.frame[near].reshape(-1, 3, 3)
+    frame = plate.shells.frame[near].reshape(-1, 3, 3)
+    own = plate.shells.frame[element].reshape(3, 3)
+    if plate.mesh.parts:  # over a joint the field is another
+        level = np.abs(frame[:, 2] @ own[2]) > LEVEL
+        near, frame = near[level], frame[level]
+    turned = np.sign(frame[:, 2] @ own[2])[:, None]
     centres = plate.mesh.nodes[plate.quads[near]].mean(axis=1) - point_at(plate.mesh, element, xi, eta)
-    own = plate.frame[element].reshape(3, 3)
-    along = frame[:, :2, :2] @ toward
+    along = frame[:, :2, : len(toward)] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)
     weight = share * blend(centres @ own[:2].T)[:, None]
     total[near, :3] += weight * felt
-    total[near, 3:6] += weight * height * felt
+    total[near, 3:6] += weight * height * turned * felt

@@ -26,7 +26,7 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key(say: Any) -> None:
     keys = {row[0].strip("`") for _, table in say.chapters() for row in table}
     assert [row[0] for _, table in say.chapters() for row in table if not row[4]] == []
     last = {key.rpartition(".")[2] for key in keys}
-    said = {**say.PLATE, **say.BIRD, **say.STRIKE, **say.SENSORS, **say.SETTINGS, **say.EXTERNAL}
+    said = {**say.PLATE, **say.TARGET, **say.BIRD, **say.STRIKE, **say.SENSORS, **say.SETTINGS, **say.EXTERNAL}
     assert set(said) <= keys
     assert {key.rpartition(".")[2] for key in (*say.NULL, *say.STRENGTH, *say.LAW)} <= last
 

@@ -10,8 +10,10 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.kernels.contact import foot_on_facet
-from birdstrike.solver.plate.mesh import plate_mesh, shell_mesh
-from birdstrike.solver.plate.shell import Plate, ShellMaterial
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
+from birdstrike.solver.target.rectangle import plate_of
+from birdstrike.solver.target.section import ShellMaterial
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 GAP_PARTICLE = 5e-3
@@ -37,11 +39,11 @@ def test_foot_of_the_perpendicular_on_a_skewed_facet():
     assert foot[2] == pytest.approx(np.linalg.norm(offset), rel=1e-9)
 
 
-def curved_plate() -> Plate:
+def curved_plate() -> Target:
     """A shallow saddle, so that facets are warped and meet at ridges of both kinds."""
     mesh = plate_mesh(0.2, 0.2, (10, 10))
     mesh.nodes[:, 2] = 0.4 * (mesh.nodes[:, 0] ** 2 - mesh.nodes[:, 1] ** 2)
-    return Plate(shell_mesh(mesh.nodes, mesh.quads), 0.004, STEEL, "free")
+    return plate_of(shell_mesh(mesh.nodes, mesh.quads), 0.004, STEEL, "free")
 
 
 def test_contact_conserves_linear_and_angular_momentum():
@@ -70,8 +72,8 @@ def test_nearest_facets_are_those_of_a_brute_force_search():
     shape = 0.25 * np.stack([(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)])
     surface = np.einsum("ck,eci->eki", shape, plate.x[plate.quads]).reshape(-1, 3)
     nearest = np.array([np.linalg.norm(surface - point, axis=1).min() for point in x])
-    found = np.isfinite(contact.foot[:, 2])
-    assert np.allclose(np.abs(contact.foot[found, 2]), nearest[found], atol=2e-4)
+    found = np.isfinite(contact.sheets[0].foot[:, 2])
+    assert np.allclose(np.abs(contact.sheets[0].foot[found, 2]), nearest[found], atol=2e-4)
     assert found.sum() > 25
     assert (nearest[~found] > contact.gap + GAP_PARTICLE).all(), "only what is out of reach may be left out"
 
@@ -79,7 +81,7 @@ def test_nearest_facets_are_those_of_a_brute_force_search():
 @pytest.mark.parametrize("offset", [0.0, 0.0037])
 def test_a_particle_bounces_without_loss(offset):
     """On a free plate: energy and momentum of particle plus plate are kept; the springs give back what they took."""
-    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    plate = plate_of(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
     x = np.array([[offset, 0.5 * offset, 0.5 * (0.004 + GAP_PARTICLE) + 1e-4]])
     bird = particles(x, np.array([[20.0, 0.0, -10.0]]))
     contact = Contact(bird, plate)
@@ -90,7 +92,9 @@ def test_a_particle_bounces_without_loss(offset):
         bird.acceleration[:] = 0.0
         plate.update_forces(dt if step else 0.0)
         contact.update_forces(bird, plate)
-        energy += contact.work(bird, plate, dt if step else 0.0) + plate.work.sum() + plate.hourglass_work.sum()
+        energy += (
+            contact.work(bird, plate, dt if step else 0.0) + plate.shells.work.sum() + plate.shells.hourglass_work.sum()
+        )
         kick = dt if step else 0.5 * dt
         contact.kick(bird, kick, 0.0)
         bird.drift(dt)
@@ -105,22 +109,22 @@ def test_a_particle_bounces_without_loss(offset):
 
 
 def test_beyond_the_rim_nothing_is_touched():
-    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    plate = plate_of(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
     bird = particles(np.array([[0.103, 0.0, 0.001]]), np.zeros((1, 3)))
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
     assert contact.touching == 0
 
 
-def bowl(radius: float = 0.5, flipped: bool = False) -> Plate:
+def bowl(radius: float = 0.5, flipped: bool = False) -> Target:
     """A curved panel, z = x^2/(2 R); flipped: its facets wound so that the normals point away from z > 0."""
     mesh = plate_mesh(0.2, 0.2, (10, 10))
     mesh.nodes[:, 2] = mesh.nodes[:, 0] ** 2 / (2.0 * radius)
     quads = mesh.quads[:, ::-1].copy() if flipped else mesh.quads
-    return Plate(shell_mesh(mesh.nodes, quads), 0.004, STEEL, "free")
+    return plate_of(shell_mesh(mesh.nodes, quads), 0.004, STEEL, "free")
 
 
-def layer_on(plate: Plate, radius: float, depth: float) -> Bird:
+def layer_on(plate: Target, radius: float, depth: float) -> Bird:
     """Particles `depth` [m] inside first contact with the panel, on its z > 0 side."""
     x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.07, 0.07, 9), np.linspace(-0.07, 0.07, 9)))
     lift = 0.5 * (plate.thickness + GAP_PARTICLE) - depth
@@ -158,9 +162,9 @@ def test_both_windings_give_the_same_forces():
     assert np.abs(forces[0][1] - forces[1][1]).max() < 1e-6 * np.abs(forces[0][1]).max()
 
 
-def torn_plate() -> Plate:
+def torn_plate() -> Target:
     """Flat, 20 mm facets, the four around the centre torn out."""
-    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    plate = plate_of(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
     centres = plate.x[plate.quads].mean(axis=1)
     plate.alive[np.abs(centres[:, :2]).max(axis=1) < 0.02] = False
     return plate
@@ -173,7 +177,7 @@ def test_a_torn_facet_touches_nothing_and_its_neighbours_do():
     contact.update_forces(bird, plate)
     assert contact.touching == 1
     assert contact.on_bird[2, 2] > 0.0
-    assert contact.past_rim.tolist() == [True, True, False]
+    assert contact.sheets[0].past_rim.tolist() == [True, True, False]
 
 
 def test_a_particle_flies_through_the_hole_and_is_not_caught_from_below():
@@ -193,7 +197,7 @@ def test_a_particle_flies_through_the_hole_and_is_not_caught_from_below():
 
 def test_tearing_under_a_particle_freezes_what_its_spring_held():
     """The contact's own account then holds only the springs that are left; what was lost stands under eroded."""
-    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    plate = plate_of(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
     bird = particles(np.array([[0.01, 0.01, 0.00451], [0.05, 0.05, 0.00451]]), np.tile([0.0, 0.0, -10.0], (2, 1)))
     contact = Contact(bird, plate)
     dt = 1e-7
@@ -202,7 +206,7 @@ def test_tearing_under_a_particle_freezes_what_its_spring_held():
         contact.update_energies(bird, plate, dt if step else 0.0)
         bird.x[: bird.n] += dt * bird.v[: bird.n]
     held = contact.stored
-    plate.alive[contact.facet[0]] = False
+    plate.alive[contact.sheets[0].facet[0]] = False
     contact.update_forces(bird, plate)
     bird.v[:] = 0.0
     contact.update_energies(bird, plate, dt)
@@ -213,19 +217,21 @@ def test_tearing_under_a_particle_freezes_what_its_spring_held():
 
 def test_the_foot_goes_round_the_corner_of_a_hole():
     """From a facet beside the hole to the one across its corner, over the sound facet between them."""
-    plate = Plate(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
+    plate = plate_of(plate_mesh(0.2, 0.2, (10, 10)), 0.004, STEEL, "free")
     bird = particles(np.array([[0.0199, 0.0190, 0.003]]), np.zeros((1, 3)))
     contact = Contact(bird, plate)
     contact.update_forces(bird, plate)
-    start = plate.quads[contact.facet[0]]
-    torn = next(f for f in contact.across[contact.facet[0]] if plate.x[plate.quads[f], 0].mean() > 0.02)
+    start = plate.quads[contact.sheets[0].facet[0]]
+    torn = next(
+        f for f in contact.sheets[0].across[contact.sheets[0].facet[0]] if plate.x[plate.quads[f], 0].mean() > 0.02
+    )
     plate.alive[torn] = False
     contact.search(bird, plate)
-    assert (plate.quads[contact.facet[0]] == start).all()
+    assert (plate.quads[contact.sheets[0].facet[0]] == start).all()
     bird.x[0, :2] = 0.0211, 0.0201
-    contact.follow(bird, plate, np.ones(1, np.bool_))
-    assert contact.foot[0, 2] == pytest.approx(0.003)
-    assert plate.x[plate.quads[contact.facet[0]]].mean(axis=0)[:2] == pytest.approx([0.03, 0.03])
+    contact.sheets[0].follow(bird, plate, np.ones(1, np.bool_))
+    assert contact.sheets[0].foot[0, 2] == pytest.approx(0.003)
+    assert plate.x[plate.quads[contact.sheets[0].facet[0]]].mean(axis=0)[:2] == pytest.approx([0.03, 0.03])
 
 
 def test_a_bird_that_starts_inside_the_plate_is_told_what_to_change():

@@ -72,7 +72,8 @@ def test_a_force_that_appears_at_depth_creates_energy():
     assert balance.contact_created(contact) < 1e-3
     strike.bird.x[: strike.bird.n, 2] -= 0.1 * contact.spacing
     contact.update_forces(strike.bird, strike.plate)
-    depth = np.maximum(contact.gap - contact.foot[contact.watched, 2], 0.0)
+    sheet = contact.sheets[0]
+    depth = np.maximum(sheet.gap[0] - sheet.foot[sheet.watched, 2], 0.0)
     springs = 0.5 * contact.stiffness * float((depth**2).sum())
     created = (springs - contact.energies["contact"]) / balance.normal_energy
     assert balance.contact_created(contact) == pytest.approx(created, rel=1e-9)

@@ -80,7 +80,7 @@ def test_a_late_record_is_met_by_the_clock_and_not_charged_to_the_model(results:
 
 def test_a_plate_that_yielded_keeps_the_mean_of_its_last_swing(results: Results) -> None:
     """Swings about 2 mm after a short push, with the bird gone."""
-    period = first_period(results.case.plate)
+    period = first_period(results.case)
     assert period is not None
     time = np.linspace(0.0, 8e-3, 1601)
     swing = 2e-3 + 1e-3 * np.sin(2 * np.pi * time / period)

@@ -6,31 +6,20 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.plasticity_problems import jones_plate, nurick_plate, shear_stress_at_rate
-from birdstrike.solver.kernels.plasticity import return_to_yield
-from birdstrike.solver.plate.shell import ShellMaterial
+from birdstrike.solver.kernels.metal import EPS_P, FLOW, hardened
+from birdstrike.solver.target.point import Layer
+from birdstrike.solver.target.section import ShellMaterial
 
-NO_RATE = (0.0, 1.0)
 STEEL = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, beta=1.0)
 
 
 def uniaxial(material: ShellMaterial, strains: np.ndarray) -> tuple[np.ndarray, float]:
     """Axial stress along a path of axial strain with the lateral stress held at zero by iteration."""
-    stress, back, eps_p = np.zeros(3), np.zeros(3), 0.0
-    young, nu = material.elastic
-    plane = young / (1.0 - nu**2)
-    history = []
+    layer, history = Layer(material.row()), []
     for increment in np.diff(strains):
-        low, high = -2.0 * abs(increment), 2.0 * abs(increment)
-        for _ in range(80):
-            lateral = 0.5 * (low + high)
-            s, b = stress.copy(), back.copy()
-            s[0] += plane * (increment + nu * lateral)
-            s[1] += plane * (lateral + nu * increment)
-            after = return_to_yield(s, b, eps_p, material.elastic, material.hardening, NO_RATE)
-            low, high = (lateral, high) if s[1] < 0.0 else (low, lateral)
-        stress, back, eps_p = s, b, after
-        history.append(stress[0])
-    return np.array(history), eps_p
+        layer.pull(float(increment))
+        history.append(layer.stress[0])
+    return np.array(history), layer.eps_p
 
 
 def test_uniaxial_tension_follows_the_tangent_modulus():
@@ -58,17 +47,19 @@ def test_reverse_yield_shows_the_kind_of_hardening(beta, factor):
 
 def test_pure_shear_yields_at_the_von_mises_stress():
     perfect = ShellMaterial(200e9, 0.3, 7800.0, 250e6)
-    stress = np.array([0.0, 0.0, 400e6])
-    return_to_yield(stress, np.zeros(3), 0.0, perfect.elastic, perfect.hardening, NO_RATE)
-    assert stress[2] == pytest.approx(250e6 / np.sqrt(3.0), rel=1e-12)
+    layer = Layer(perfect.row())
+    layer.strain(np.array([0.0, 0.0, 400e6 / 77e9]))
+    assert layer.stress[2] == pytest.approx(250e6 / np.sqrt(3.0), rel=1e-12)
 
 
 def test_returned_stress_lies_on_the_yield_surface():
     rng = np.random.default_rng(5)
     for _ in range(200):
-        stress, back = rng.normal(0.0, 1e9, 3), rng.normal(0.0, 3e7, 3)
-        eps_p = return_to_yield(stress, back, 0.01, STEEL.elastic, STEEL.hardening, NO_RATE)
-        xi = stress - back
+        layer = Layer(STEEL.row())
+        layer.stress[:], layer.back[:] = rng.normal(0.0, 1e9, 3), rng.normal(0.0, 3e7, 3)
+        layer.memory[[EPS_P, FLOW]] = 0.01, hardened(layer.row, 0.01)[0]
+        layer.strain(np.zeros(3))
+        xi, eps_p = layer.stress - layer.back, layer.eps_p
         equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
         yield_now = STEEL.yield_stress + STEEL.hardening[1] * eps_p
         assert equivalent <= yield_now * (1.0 + 1e-10)
@@ -91,17 +82,17 @@ def test_rate_hardening_never_lets_the_return_run_away():
     for _ in range(300):
         constants = 10.0 ** rng.uniform((-3.0, -0.5), (7.0, 1.0))
         metal = ShellMaterial(200e9, 0.3, 7800.0, 250e6, 2e9, rng.uniform(), *constants)
-        stress, back, dt = rng.normal(0.0, 1e9, 3), np.zeros(3), 10.0 ** rng.uniform(-9, -4)
-        trial = stress.copy()
-        eps_p = return_to_yield(stress, back, 0.0, metal.elastic, metal.hardening, metal.rate(dt))
-        xi = stress - back
+        layer, dt = Layer(metal.row()), 10.0 ** rng.uniform(-9, -4)
+        layer.stress[:] = trial = rng.normal(0.0, 1e9, 3)
+        layer.strain(np.zeros(3), dt)
+        xi, eps_p = layer.stress - layer.back, layer.eps_p
         equivalent = np.sqrt(xi[0] ** 2 - xi[0] * xi[1] + xi[1] ** 2 + 3.0 * xi[2] ** 2)
         static = 250e6 + metal.hardening[1] * eps_p
         if eps_p > 0.0:
             factor = 1.0 + (eps_p / dt / metal.rate_c) ** (1.0 / metal.rate_p)
             assert equivalent == pytest.approx(factor * static, rel=1e-8)
         else:
-            assert (stress == trial).all()
+            assert (layer.stress == trial).all()
 
 
 def test_impulsively_loaded_plates_keep_the_published_deflections():

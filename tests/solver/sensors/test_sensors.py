@@ -12,19 +12,20 @@ from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.target_problems import gauge_under_a_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
-from birdstrike.solver.plate.mesh import PlateMesh, plate_mesh, shell_mesh
-from birdstrike.solver.plate.rigid import RigidPlate, Target
-from birdstrike.solver.plate.shell import Plate, ShellMaterial
 from birdstrike.solver.sensors.places import blend, place_on, point_at
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import ShellMesh, plate_mesh, shell_mesh
+from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
+from birdstrike.solver.target.section import ShellMaterial
 
 ALUMINIUM = ShellMaterial(71e9, 0.3, 2780.0)
 THICKNESS = 0.01
 
 
-def distorted(radius: float = math.inf) -> PlateMesh:
+def distorted(radius: float = math.inf) -> ShellMesh:
     """A 200 x 160 mm mesh of skewed quadrilaterals, flat or on the panel z = x^2/(2 R)."""
     mesh = plate_mesh(0.2, 0.16, (10, 8))
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.rim)
@@ -40,7 +41,7 @@ def strike_on(plate: Target, side: int = 1) -> SimpleNamespace:
     )
 
 
-def read(plate: Plate, move, sensors: dict[str, Sensor], side: int = 1) -> dict[str, float]:
+def read(plate: Target, move, sensors: dict[str, Sensor], side: int = 1) -> dict[str, float]:
     """Readings after `move(plate)` has set velocities and one step of 1 s was taken."""
     strike = strike_on(plate, side)
     found = readings(sensors, strike)  # pyright: ignore[reportArgumentType]
@@ -57,7 +58,7 @@ def test_a_place_on_any_quadrilaterals_is_found(radius, at):
 
 
 def test_displacement_of_a_linear_field_is_exact_anywhere():
-    plate = Plate(distorted(0.3), THICKNESS, ALUMINIUM, "free")
+    plate = plate_of(distorted(0.3), THICKNESS, ALUMINIUM, "free")
     sensors = {"a": SENSORS.validate({"kind": "displacement", "at": ["13 mm", "-37 mm"]})}
     found = readings(sensors, strike_on(plate))  # pyright: ignore[reportArgumentType]
     plate.x[:, 2] -= 0.002 + 0.03 * plate.x[:, 0] - 0.05 * plate.x[:, 1]
@@ -72,11 +73,11 @@ def gauge(at=("13 mm", "-37 mm"), **fields) -> Sensor:
 def test_gauges_read_a_known_membrane_strain_in_their_direction():
     """exx 2e-4, eyy -1e-4, gxy 3e-4: e(a) = exx c^2 + eyy s^2 + gxy c s, on both sides, at the rim, over a length."""
 
-    def stretch(plate: Plate) -> None:
+    def stretch(plate: Target) -> None:
         x, y = plate.x[:, 0], plate.x[:, 1]
         plate.v[:, 0], plate.v[:, 1] = 2e-4 * x + 3e-4 * y, -1e-4 * y
 
-    plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
+    plate = plate_of(distorted(), THICKNESS, ALUMINIUM, "free")
     turned = {f"at_{a}": gauge(direction=f"{a} deg", side="impact") for a in (0, 30, 90, 135)}
     others = {"rim": gauge(("99 mm", "79 mm")), "long": gauge(length="20 mm", direction="30 deg"), "back": gauge()}
     found = read(plate, stretch, turned | others)
@@ -94,16 +95,16 @@ def test_gauges_read_a_known_membrane_strain_in_their_direction():
 def test_gauges_read_a_known_bending_on_their_side():
     """Cylindrical bending of radius r, impact side out: +t/(2r) there, -t/(2r) on the back, nothing across."""
 
-    def bend(plate: Plate) -> None:
+    def bend(plate: Target) -> None:
         plate.omega[:, 1] = plate.x[:, 0] / 50.0
 
     sensors = {"top": gauge(side="impact"), "back": gauge(side="back"), "across": gauge(direction="90 deg")}
-    plate = Plate(distorted(), THICKNESS, ALUMINIUM, "free")
+    plate = plate_of(distorted(), THICKNESS, ALUMINIUM, "free")
     found = read(plate, bend, sensors)
     assert found["top"] == pytest.approx(THICKNESS / 2.0 / 50.0, rel=2e-4)
     assert found["back"] == pytest.approx(-THICKNESS / 2.0 / 50.0, rel=2e-4)
     assert found["across"] == pytest.approx(0.0, abs=1e-12)
-    struck_from_below = read(Plate(distorted(), THICKNESS, ALUMINIUM, "free"), bend, sensors, -1)
+    struck_from_below = read(plate_of(distorted(), THICKNESS, ALUMINIUM, "free"), bend, sensors, -1)
     assert struck_from_below["top"] == pytest.approx(found["back"])
 
 
@@ -112,9 +113,9 @@ def test_a_gauge_along_a_curved_panel_follows_its_surface():
     mesh = plate_mesh(0.2, 0.16, (20, 8))
     angle = mesh.nodes[:, 0] / 0.3
     mesh.nodes[:, 0], mesh.nodes[:, 2] = 0.3 * np.sin(angle), 0.3 * (1.0 - np.cos(angle))
-    plate = Plate(shell_mesh(mesh.nodes, mesh.quads), 1e-6, ALUMINIUM, "free")
+    plate = plate_of(shell_mesh(mesh.nodes, mesh.quads), 1e-6, ALUMINIUM, "free")
 
-    def grow(plate: Plate) -> None:
+    def grow(plate: Target) -> None:
         plate.v[:, 0], plate.v[:, 2] = 1e-4 * plate.x[:, 0], 1e-4 * (plate.x[:, 2] - 0.3)
 
     found = read(
@@ -126,7 +127,7 @@ def test_a_gauge_along_a_curved_panel_follows_its_surface():
 
 def test_a_stretched_gauge_reads_engineering_strain():
     """A bar stretched to 1.5 times its length in many steps reads 0.5: (L - L0)/L0, not the logarithm."""
-    plate = Plate(plate_mesh(0.2, 0.16, (4, 4)), THICKNESS, ALUMINIUM, "free")
+    plate = plate_of(plate_mesh(0.2, 0.16, (4, 4)), THICKNESS, ALUMINIUM, "free")
     strike = strike_on(plate)
     reading = readings({"e": gauge(("0 mm", "0 mm"))}, strike)["e"]  # pyright: ignore[reportArgumentType]
     start = plate.x[:, 0].copy()
@@ -152,18 +153,18 @@ def test_surface_strain_of_the_loaded_clamped_plate():
     S. P. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Table 35 (nu = 0.3).
     """
     a, q = 0.4, 1e4
-    plate = Plate(plate_mesh(a, a, (24, 24)), THICKNESS, ALUMINIUM, "clamped")
+    plate = plate_of(plate_mesh(a, a, (24, 24)), THICKNESS, ALUMINIUM, "clamped")
     sensors = {"centre": gauge(("0 mm", "0 mm")), "edge": gauge(("200 mm", "0 mm"), side="impact")}
     strike = strike_on(plate)
     found = readings(sensors, strike)  # pyright: ignore[reportArgumentType]
     load = np.zeros_like(plate.x)
-    np.add.at(load[:, 2], plate.quads.ravel(), -np.repeat(0.25 * q * plate.shape[:, 4], 4))
+    np.add.at(load[:, 2], plate.quads.ravel(), -np.repeat(0.25 * q * plate.shells.shape[:, 4], 4))
     dt = 0.9 * plate.stable_step()
     for step in range(2500):
         plate.update_forces(dt if step else 0.0)
         plate.kick_and_drift(dt, dt, load)
-        plate.v *= 1.0 - 7000.0 * dt
-        plate.omega *= 1.0 - 7000.0 * dt
+        plate.v[:] *= 1.0 - 7000.0 * dt
+        plate.omega[:] *= 1.0 - 7000.0 * dt
     rigidity = 71e9 * THICKNESS**3 / (12.0 * (1.0 - 0.3**2))
     centre = 0.0231 * q * a**2 / (rigidity * 1.3) * 0.5 * THICKNESS
     edge = 0.0513 * q * a**2 / rigidity * 0.5 * THICKNESS
@@ -175,7 +176,7 @@ def test_surface_strain_of_the_loaded_clamped_plate():
 def test_a_pressure_gauge_reads_the_pressure_on_it(rigid):
     """A layer of particles, one on each square of edge d and each pushing with p d^2, reads p."""
     mesh, spacing, pressure = plate_mesh(0.2, 0.16, (10, 8)), 5e-3, 3e6
-    plate = RigidPlate(mesh, THICKNESS) if rigid else Plate(mesh, THICKNESS, ALUMINIUM, "clamped")
+    plate = rigid_plate_of(mesh, THICKNESS) if rigid else plate_of(mesh, THICKNESS, ALUMINIUM, "clamped")
     grid = np.stack(np.meshgrid(np.arange(-12, 13), np.arange(-12, 13)), axis=-1).reshape(-1, 2) * spacing
     height = 0.5 * (THICKNESS + spacing) - pressure * spacing / SEED.bulk_modulus
     bird = Bird(

@@ -7,9 +7,11 @@ import pytest
 
 from birdstrike.data.histories import Histories
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.plate.mesh import plate_mesh
-from birdstrike.solver.plate.shell import Plate, ShellMaterial
 from birdstrike.solver.simulate import simulate
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import plate_mesh
+from birdstrike.solver.target.rectangle import plate_of
+from birdstrike.solver.target.section import ShellMaterial
 
 FAST = {
     "bird.particles": "500",
@@ -51,18 +53,18 @@ def test_a_slow_bird_tears_nothing():
     assert slow.summary["energies_J"]["plate_eroded"] == 0.0
 
 
-def stretched(rotation: float) -> tuple[Plate, list[tuple[int, float]]]:
+def stretched(rotation: float) -> tuple[Target, list[tuple[int, float]]]:
     """A single shell pulled (and bent) until nothing is left: its failed layers and force at each step."""
     metal = ShellMaterial(70e9, 0.3, 2700.0, 300e6, 0.0, failure_strain=0.05)
-    plate = Plate(plate_mesh(0.01, 0.01, (1, 1)), 0.002, metal, "free")
+    plate = plate_of(plate_mesh(0.01, 0.01, (1, 1)), 0.002, metal, "free")
     right = plate.x[:, 0] > 0.0
     history = []
     for _ in range(400):
         plate.v[right, 0], plate.omega[right, 1] = 1.0, rotation
-        plate.x += 5e-6 * plate.v
+        plate.x[:] += 5e-6 * plate.v
         plate.update_forces(5e-6)
         plate.update_energies()
-        failed = int((plate.eps_p[0] >= 0.05).sum())
+        failed = int((plate.shells.eps_p[0] >= 0.05).sum())
         history.append((failed, float(np.abs(plate.nodal[:, :3]).max())))
     return plate, history
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,13 @@ from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)
-class PlateMesh:
-    """Nodes and quadrilaterals of a shell.
+class ShellMesh:
+    """Nodes and quadrilaterals of shells.
 
     nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side; across (e, 4): facet beyond each side,
     -1 at the rim, see `contact`; rim (r,): nodes of the free border; surface (m, 2): the nodes' coordinates [m] along
-    length and width on the surface itself (arc length on a curved panel), in which sensors are placed.
+    length and width on the surface itself (arc length on a curved panel), in which sensors are placed; parts: facets of
+    each named part.
     """
 
     nodes: Array
@@ -24,6 +26,7 @@ class PlateMesh:
     across: NDArray[np.int64]
     rim: NDArray[np.int64]
     surface: Array
+    parts: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
 
     def edge_lengths(self) -> Array:
         """Length of border that belongs to each node of the rim: half of either border side it ends, (r,) [m]."""
@@ -40,16 +43,20 @@ class PlateMesh:
         summed = np.zeros_like(self.nodes)
         for corner in range(4):
             np.add.at(summed, self.quads[:, corner], vectors)
+        size = np.linalg.norm(summed, axis=1)
+        area = np.bincount(self.quads.ravel(), np.repeat(np.linalg.norm(vectors, axis=1), 4), len(summed))
+        for node in np.flatnonzero(size <= 1e-6 * area):  # facets wound against each other: the first of them
+            summed[node] = vectors[np.argmax((self.quads == node).any(axis=1))]
         return summed / np.linalg.norm(summed, axis=1, keepdims=True)
 
 
-def plate_mesh(length: float, width: float, elements: tuple[int, int]) -> PlateMesh:
+def plate_mesh(length: float, width: float, elements: tuple[int, int]) -> ShellMesh:
     """Flat rectangular mesh in z = 0, centred at the origin; the impact side is z > 0."""
     surface, quads = rectangle(length, width, elements)
     return shell_mesh(np.column_stack([surface, np.zeros(len(surface))]), quads, surface)
 
 
-def cylindrical_panel(length: float, width: float, radius: float, elements: tuple[int, int]) -> PlateMesh:
+def cylindrical_panel(length: float, width: float, radius: float, elements: tuple[int, int]) -> ShellMesh:
     """Panel curved about the width's direction, its crown at the origin and convex to the impact side z > 0.
 
     length: along the arc, `radius` of the mid-surface [m]; the axis runs along y at z = -radius.
@@ -70,7 +77,7 @@ def rectangle(length: float, width: float, elements: tuple[int, int]) -> tuple[A
     return points, np.column_stack([corner, corner + ny + 1, corner + ny + 2, corner + 1]).astype(np.int64)
 
 
-def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = None) -> PlateMesh:
+def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = None) -> ShellMesh:
     """Any mesh of quadrilaterals with its facet neighbours and the nodes of its rim."""
     flat = np.sort(sides_of(quads), axis=1)
     _, label, count = np.unique(flat, axis=0, return_inverse=True, return_counts=True)
@@ -81,7 +88,7 @@ def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = N
     across[one], across[other] = other // 4, one // 4
     rim = np.unique(flat[count[label.ravel()] == 1])
     flattened = nodes[:, :2].copy() if surface is None else surface
-    return PlateMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
+    return ShellMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
 
 
 def sides_of(quads: NDArray[np.int64]) -> NDArray[np.int64]:

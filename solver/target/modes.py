@@ -12,39 +12,41 @@ from scipy.sparse import coo_array, csc_array, diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.plate.material import ShellMaterial
-from birdstrike.solver.plate.mesh import shell_mesh
-from birdstrike.solver.plate.shell import Plate
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import shell_mesh
+from birdstrike.solver.target.nodes import Nodes
+from birdstrike.solver.target.shell_block import ShellBlock
+from birdstrike.solver.target.supports import NAMED, rim_supports
 
 STEP = 1e-7  # of an element's size: rounding and curvature of the forces both far below 1e-6
 
 
-def element_stiffnesses(plate: Plate) -> Array:
+def element_stiffnesses(plate: Target) -> Array:
     """Stiffness (e, 24, 24) [N/m, N, N m] of every element as it lies now: node by node x, y, z and rotations."""
-    e = len(plate.quads)
+    shells, e = plate.shells, len(plate.quads)
     apart = shell_mesh(plate.x[plate.quads].reshape(-1, 3), np.arange(4 * e).reshape(e, 4))
-    metal = ShellMaterial(*plate.material.elastic, plate.material.density)
-    trial = Plate(apart, plate.thickness, metal, "free")
-    size = float(np.sqrt(trial.shape[:, 4].min()))
+    block = ShellBlock(apart.nodes, apart.quads, [one.elastic() for one in shells.sections], shells.section)
+    trial = Target(apart, Nodes(apart.nodes), [block], rim_supports(apart, NAMED["free"]))
+    size = float(np.sqrt(block.shape[:, 4].min()))
     columns = []
     for freedom in range(24):
         node, axis = divmod(freedom, 6)
         columns.append([])
         for sign in (1.0, -1.0):
             trial.clear_stress()
-            trial.stress[:], trial.hourglass[:] = plate.stress, plate.hourglass
-            trial.resultant[:] = plate.resultant
+            block.stress[:], block.hourglass[:] = shells.stress, shells.hourglass
+            block.resultant[:] = shells.resultant
             trial.x[:], trial.v[:], trial.omega[:] = apart.nodes, 0.0, 0.0
             motion, amount = (trial.v, STEP * size) if axis < 3 else (trial.omega, STEP)
             motion[node::4, axis % 3] = sign * amount
-            trial.x += trial.v
+            trial.x[:] += trial.v
             trial.update_forces(1.0)
             columns[-1].append(trial.nodal.reshape(e, 24) / (2.0 * amount))
     return np.stack([minus - plus for plus, minus in columns], axis=2)
 
 
-def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
-    """Symmetric stiffness and diagonal mass of the freedoms that the frame does not hold, in nodal axes of the edges.
+def stiffness_and_mass(plate: Target) -> tuple[csc_array, Array]:
+    """Symmetric stiffness and diagonal mass of the freedoms that the frame does not hold, in nodal axes.
 
     Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` holds the others.
     """
@@ -60,9 +62,9 @@ def stiffness_and_mass(plate: Plate) -> tuple[csc_array, Array]:
     return csc_array(turn @ stiffness @ turn.T), mass
 
 
-def edge_stiffness(plate: Plate) -> csc_array:
+def edge_stiffness(plate: Target) -> csc_array:
     """The edge springs' own part (6 m, 6 m)."""
-    edges, m = plate.edges, len(plate.x)
+    edges, m = plate.supports, len(plate.x)
     across = edges.normal[:, :, None] * edges.normal[:, None, :]
     in_plane, transverse, rotational = (edges.springs[:, i, None, None] for i in range(3))
     block = np.zeros((len(edges.nodes), 6, 6))
@@ -73,22 +75,22 @@ def edge_stiffness(plate: Plate) -> csc_array:
     return csc_array(coo_array((block.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
 
 
-def nodal_axes(plate: Plate) -> csc_array:
+def nodal_axes(plate: Target) -> csc_array:
     """Turns global components into those of each node's own axes, (6 m, 6 m)."""
     m = len(plate.x)
     freedom = np.arange(6 * m).reshape(2 * m, 3)
     rows, columns = np.repeat(freedom, 3, axis=1), np.tile(freedom, (1, 3))
-    axes = np.repeat(plate.edges.axes, 2, axis=0)
+    axes = np.repeat(plate.nodes.axes, 2, axis=0)
     return csc_array(coo_array((axes.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
 
 
-def free_freedoms(plate: Plate) -> NDArray[np.int64]:
+def free_freedoms(plate: Target) -> NDArray[np.int64]:
     """Numbers of the freedoms that the frame does not hold."""
-    held = (plate.edges.held[:, None] >> np.arange(6)) & 1
+    held = (plate.nodes.held[:, None] >> np.arange(6)) & 1
     return np.flatnonzero(held.ravel() == 0)
 
 
-def natural_frequencies(plate: Plate, count: int = 3) -> tuple[Array, Array]:
+def natural_frequencies(plate: Target, count: int = 3) -> tuple[Array, Array]:
     """Lowest `count` frequencies [Hz] of the plate as it is now, and their shapes (count, m, 6) in nodal axes.
 
     A plate that the frame leaves free to move as a whole has first up to six of about 0 Hz (below 0.1 % of the others).
@@ -104,7 +106,7 @@ def natural_frequencies(plate: Plate, count: int = 3) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(squared[order], 0.0)) / (2.0 * np.pi), shapes[order].reshape(count, -1, 6)
 
 
-def static_deflection(plate: Plate, load: Array) -> Array:
+def static_deflection(plate: Target, load: Array) -> Array:
     """Small displacements (m, 6) [m, rad] in nodal axes under nodal forces (m, 3) [N]."""
     stiffness, mass = stiffness_and_mass(plate)
     free = free_freedoms(plate)

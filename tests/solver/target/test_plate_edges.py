@@ -7,9 +7,9 @@ import pytest
 
 from birdstrike.data.errors import UserError
 from birdstrike.reports.verification.plate_problems import central_load, relaxed_deflection, shells
-from birdstrike.solver.plate.boundary import EdgeStiffness
-from birdstrike.solver.plate.modes import natural_frequencies
 from birdstrike.solver.reference.plate_membrane import von_karman_deflection
+from birdstrike.solver.target.modes import natural_frequencies
+from birdstrike.solver.target.supports import EdgeStiffness
 
 SPRINGS = EdgeStiffness(in_plane=2e9, transverse=5e9, rotational=2e5)
 
@@ -43,11 +43,11 @@ def test_springs_hold_half_k_u_squared():
         plate.update_forces(dt if step else 0.0)
         plate.update_energies()
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, load)
-    u = plate.edges.displacement
-    across = (u[:, :3] * plate.edges.normal).sum(axis=1)
+    u = plate.supports.displacement
+    across = (u[:, :3] * plate.supports.normal).sum(axis=1)
     along = (u[:, :3] ** 2).sum(axis=1) - across**2
     parts = np.stack([along, across**2, (u[:, 3:] ** 2).sum(axis=1)], axis=1)
-    assert plate.energies["plate_edges"] == pytest.approx(0.5 * (plate.edges.springs * parts).sum(), rel=1e-9)
+    assert plate.energies["plate_edges"] == pytest.approx(0.5 * (plate.supports.springs * parts).sum(), rel=1e-9)
 
 
 def test_tributary_lengths_make_up_the_border():
@@ -83,7 +83,7 @@ def test_preload_rests_on_springs():
         plate.update_forces(dt if step else 0.0)
         plate.kick_and_drift(dt, dt, none)
     assert np.abs(plate.x - plate.mesh.nodes).max() < 1e-12
-    assert np.allclose(plate.stress[:, :, 0], 50e6)
+    assert np.allclose(plate.shells.stress[:, :, 0], 50e6)
 
 
 def test_a_preload_needs_a_hold():

@@ -14,8 +14,8 @@ from birdstrike.reports.verification.shell_problems import (
 from birdstrike.solver.build import flight_to_panel
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.plate.mesh import cylindrical_panel
 from birdstrike.solver.simulate import simulate
+from birdstrike.solver.target.mesh import cylindrical_panel
 
 
 def test_scordelis_lo_roof():
@@ -35,7 +35,7 @@ def test_pinched_hemisphere():
 def test_the_loop_comes_to_rest_at_the_static_deflection():
     """Dynamic relaxation of the roof under a hundredth of its weight, by the time loop with mass damping."""
     plate, load, read = scordelis_lo_plate(8)
-    plate.damping = 20.0
+    plate.nodes.damping = 20.0
     dt = 0.9 * plate.stable_step()
     for step in range(int(0.6 / dt)):
         plate.update_forces(dt if step else 0.0)

@@ -1,0 +1,65 @@
+"""A mesh of named parts with named sets of nodes: what a generator or a mesh file gives, before thickness and metal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+
+
+@dataclass(frozen=True)
+class PartMesh:
+    """Shells of named parts.
+
+    nodes (m, 3) [m]; quads (e, 4), a triangle's last node twice; part (e,): place of each in `parts`; sets: nodes by
+    the name of their set.
+    """
+
+    nodes: Array
+    quads: NDArray[np.int64]
+    part: NDArray[np.int64]
+    parts: tuple[str, ...]
+    sets: Mapping[str, NDArray[np.int64]]
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A flat or curved grid of shells of one part: points (a, b, 3) [m]."""
+
+    part: str
+    points: Array
+
+
+def merged(patches: list[Patch], tolerance: float = 1e-9) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+    """Nodes, quadrilaterals and patch of each, nodes at one place being one; numbered as the patches come.
+
+    tolerance: of a place [m].
+    """
+    points = np.concatenate([patch.points.reshape(-1, 3) for patch in patches])
+    _, first, same = np.unique(
+        np.round(points / tolerance).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
+    order = np.argsort(first)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    same, quads, owner, offset = number[same.ravel()], [], [], 0
+    for at, patch in enumerate(patches):
+        a, b, _ = patch.points.shape
+        corner = offset + (np.arange(a - 1)[:, None] * b + np.arange(b - 1)).ravel()
+        quads.append(same[np.stack([corner, corner + b, corner + b + 1, corner + 1], axis=1)])
+        owner.append(np.full(len(corner), at))
+        offset += a * b
+    return points[first[order]], np.concatenate(quads), np.concatenate(owner)
+
+
+def divided(places: list[float], size: float) -> Array:
+    """Coordinates from the first of rising places to the last, each of them met, in steps near `size` [m]."""
+    pieces = [places[:1]]
+    for low, high in pairwise(places):
+        pieces.append(list(np.linspace(low, high, max(round((high - low) / size), 1) + 1)[1:]))
+    return np.array([place for piece in pieces for place in piece])

@@ -1,0 +1,183 @@
+"""Blocks of four-node shells: their state and one step of their forces; and shells that never move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.arrays import node_rows
+from birdstrike.solver.kernels.metal import EPS_P, FLOW, MEMORY
+from birdstrike.solver.kernels.shell import gather_nodal_forces, shell_forces, shell_hourglass, shell_strain
+from birdstrike.solver.kernels.shell_erosion import erode_shells
+from birdstrike.solver.kernels.shell_geometry import shell_geometry
+from birdstrike.solver.kernels.shell_stress import update_shell_stress
+from birdstrike.solver.kernels.sums import total
+from birdstrike.solver.target.nodes import Nodes
+from birdstrike.solver.target.section import Section, SectionTable
+
+HOURGLASS_COEFFICIENT = 0.05
+ENERGIES = ("plate_internal", "plate_hourglass", "plate_eroded")
+
+
+class ShellBlock:
+    """Shells of one or several sections; quads (e, 4) of nodes, section (e,): which one each element has.
+
+    nodes: of the target at rest, (m, 3) [m]; scaled_inertia: rotary inertia of at least area/12 per mass in place of
+    thickness^2/12, so that thin shells do not rule the step (T. J. R. Hughes, M. Cohen & M. Haroun, Nucl. Eng. Des. 46
+    (1978) 203); like the mesh's own error, what it changes falls with the square of the shells' size.
+    """
+
+    def __init__(
+        self,
+        nodes: Array,
+        quads: NDArray[np.int64],
+        sections: Sequence[Section],
+        section: NDArray[np.int64] | None = None,
+        scaled_inertia: bool = False,
+    ) -> None:
+        e = len(quads)
+        self.rest, self.quads, self.scaled_inertia = nodes, quads, scaled_inertia
+        self.sections, self.table = list(sections), SectionTable(sections)
+        self.section = np.zeros(e, np.int64) if section is None else section
+        self.thickness = self.table.elastic[self.section, 0]
+        self.facets, self.skin, self.alive = quads, 0.5 * self.thickness, np.ones(e, np.bool_)
+        self.can_fail = any(one.can_fail for one in self.sections)
+        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 9))
+        self.start, self.member = node_rows(quads, len(nodes))
+        self.clear_stress()
+        self.watch(np.empty(0, np.int64))
+        self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, 9))
+        self.force = np.zeros((e, 4, 6))
+        self.works, self.taken = np.zeros((2, e)), np.zeros((2, e))
+        shell_geometry(nodes, quads, self.alive, self.frame, self.shape)
+        self.size = np.sqrt(self.shape[:, 4])
+        self.energies: dict[str, float] = dict.fromkeys(ENERGIES, 0.0)
+        self.lost = (0, 0.0, 0.0)
+
+    @property
+    def eps_p(self) -> Array:
+        """Plastic strain of every layer, (e, k)."""
+        return self.memory[:, :, EPS_P]
+
+    @property
+    def work(self) -> Array:
+        """Work of the stresses over the step that ended, (e,) [J]."""
+        return self.works[0]
+
+    @property
+    def hourglass_work(self) -> Array:
+        """Work of the hourglass forces over the step that ended, (e,) [J]."""
+        return self.works[1]
+
+    @property
+    def eroded(self) -> int:
+        """Elements that are gone."""
+        return int(np.count_nonzero(~self.alive))
+
+    def clear_stress(self) -> None:
+        """Stress-free, and no memory of plastic strain."""
+        e, k = len(self.quads), int(self.table.layers.max())
+        self.stress, self.back = np.zeros((e, k, 3)), np.zeros((e, k, 3))
+        self.memory, self.gone = np.zeros((e, k, MEMORY)), np.zeros((e, k), np.bool_)
+        self.memory[:, :, FLOW] = self.table.start[self.section, None]
+        self.resultant, self.hourglass = np.zeros((e, 8)), np.zeros((e, 9))
+
+    def watch(self, elements: NDArray[np.int64]) -> None:
+        """From now on, `felt` (k, 8) sums the strain increments of these elements (k,), for strain gauges."""
+        self.watched, self.felt = elements, np.zeros((len(elements), 8))
+
+    def add_mass(self, nodes: Nodes) -> None:
+        """A quarter of each element to each corner; unscaled inertia is that of the thickest section that meets it."""
+        density = np.array([section.density for section in self.sections])[self.section]
+        share = 0.25 * density * self.thickness * self.shape[:, 4]
+        mass = np.bincount(self.quads.ravel(), np.repeat(share, 4), minlength=len(nodes))
+        nodes.mass += mass
+        if self.scaled_inertia:
+            rotary = share * np.maximum(self.thickness**2, self.shape[:, 4]) / 12.0
+            nodes.inertia += np.bincount(self.quads.ravel(), np.repeat(rotary, 4), minlength=len(nodes))
+            return
+        thickest = np.zeros(len(nodes))
+        np.maximum.at(thickest, self.quads.ravel(), np.repeat(self.thickness, 4))
+        nodes.inertia += mass * thickest**2 / 12.0
+
+    def prestress(self, along_x: float, along_y: float) -> None:
+        """Add membrane stresses [Pa] along x and y."""
+        first, second = self.frame[:, 0:3], self.frame[:, 3:6]
+        for axis, value in ((0, along_x), (1, along_y)):
+            a, b = first[:, axis], second[:, axis]
+            self.stress += value * np.stack([a * a, b * b, a * b], axis=1)[:, None, :]
+
+    def add_forces(self, nodes: Nodes, dt: float) -> None:
+        """Stress over the step that ended, and the forces of the present shape added to `nodes.nodal`."""
+        shell_geometry(nodes.x, self.quads, self.alive, self.frame, self.shape)
+        self.stress_increment(nodes, dt)
+        shell_forces(self.frame, self.shape, self.alive, self.resultant, self.hourglass, self.force)
+        gather_nodal_forces(self.start, self.member, self.force, nodes.nodal)
+
+    def stress_increment(self, nodes: Nodes, dt: float) -> None:
+        """Strains from the half-step velocities, then layers, resultants, hourglass forces, and who failed."""
+        rates = (nodes.v, nodes.omega, self.quads, self.alive, self.frame, self.shape, dt)
+        shell_strain(*rates, self.strain, self.hourglass_strain)
+        self.felt += self.strain[self.watched]
+        area, table = self.shape[:, 4], self.table
+        sections = (self.section, table.first, table.heights, table.rows)
+        layers = (self.stress, self.back, self.memory, self.gone)
+        where = (area, self.alive, sections, self.size, dt)
+        update_shell_stress(self.strain, *where, layers, self.resultant, self.works[0])
+        hourglass = (self.section, table.elastic, HOURGLASS_COEFFICIENT, self.hourglass, self.works[1])
+        shell_hourglass(self.hourglass_strain, self.shape, self.alive, *hourglass)
+        if self.can_fail:
+            step = (area, self.strain, self.hourglass_strain, self.alive, self.resultant, self.hourglass)
+            count = table.layers[self.section]
+            self.lost = erode_shells(count, self.gone, *step, self.works, self.taken)
+
+    def update_energies(self) -> None:
+        """Works of the step that ended [J]; what an eroded element had taken in is frozen as `plate_eroded`."""
+        _, internal, hourglass = self.lost
+        self.energies["plate_internal"] += total(self.works[0]) - internal
+        self.energies["plate_hourglass"] += total(self.works[1]) - hourglass
+        self.energies["plate_eroded"] += internal + hourglass
+
+    def von_mises(self) -> Array:
+        """Largest von Mises stress through the thickness of each element, (e,) [Pa]."""
+        s = self.stress
+        squared = s[..., 0] ** 2 - s[..., 0] * s[..., 1] + s[..., 1] ** 2 + 3.0 * s[..., 2] ** 2
+        return np.sqrt(squared.max(axis=1))
+
+    def elastic(self) -> ShellBlock:
+        """The same elements at rest, without yielding."""
+        sections = [one.elastic() for one in self.sections]
+        return ShellBlock(self.rest, self.quads, sections, self.section, self.scaled_inertia)
+
+
+class RigidShells:
+    """Shells that neither move nor strain; they carry no momentum, so their nodes must be held."""
+
+    def __init__(self, quads: NDArray[np.int64], thickness: float) -> None:
+        self.facets, self.thickness = quads, np.full(len(quads), thickness)
+        self.skin: Array = 0.5 * self.thickness
+        self.alive = np.ones(len(quads), np.bool_)
+        self.eps_p, self.eroded = np.zeros((len(quads), 1)), 0
+        self.energies: dict[str, float] = dict.fromkeys(ENERGIES[:2], 0.0)
+
+    def add_mass(self, nodes: Nodes) -> None:
+        """None."""
+
+    def add_forces(self, nodes: Nodes, dt: float) -> None:
+        """None."""
+
+    def update_energies(self) -> None:
+        """Nothing is stored."""
+
+    def clear_stress(self) -> None:
+        """There is none."""
+
+    def elastic(self) -> None:
+        """It does not strain."""
+
+    def von_mises(self) -> Array:
+        """Not known to a rigid plate, given as 0."""
+        return np.zeros(len(self.facets))

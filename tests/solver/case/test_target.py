@@ -1,0 +1,147 @@
+"""A case's target of several parts: its mesh, its hash, its dotted keys, its errors, and effects on the part struck."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.build import build_plate, rest_mesh
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.sections import quantity_at
+from birdstrike.solver.case.target import Target
+from birdstrike.solver.target.generators.registry import GENERATORS
+
+PANEL = load_case("openradioss_panel")
+ANGLE = {"section": "L", "flange": "25 mm"}
+
+
+def target_of(case: Case) -> Target:
+    assert case.target is not None
+    return case.target
+
+
+def panel_mesh(**changes: str):
+    table = {"kind": "stiffened_panel", "length": "500 mm", "width": "400 mm", "element_size": "20 mm"}
+    table |= {"stiffeners": 3, "pitch": "130 mm", "height": "40 mm"}
+    return GENERATORS.validate(table | changes).mesh()
+
+
+@pytest.mark.parametrize("section", [{}, ANGLE], ids=["blade", "angle"])
+def test_a_panel_has_its_dimensions_and_its_joints_share_nodes(section):
+    mesh = panel_mesh(**section)
+    corners = mesh.nodes[mesh.quads]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+    each = [float(area[mesh.part == number].sum()) for number in range(2)]
+    assert each[0] == pytest.approx(0.5 * 0.4)
+    assert each[1] == pytest.approx(3 * 0.4 * (0.04 + (0.025 if section else 0.0)))
+    shared = np.intersect1d(mesh.quads[mesh.part == 0], mesh.quads[mesh.part == 1])
+    assert len(shared) == 3 * 21, "every node of a web's foot is the skin's"
+    assert np.unique(np.round(mesh.nodes, 9), axis=0).shape == mesh.nodes.shape
+    sides = np.sqrt(area)
+    assert sides.min() > 0.010
+    assert sides.max() < 0.030
+
+
+def test_sets_hold_the_nodes_that_they_name():
+    mesh = panel_mesh()
+    x, y, z = mesh.nodes[mesh.sets["edges"]].T
+    assert ((np.abs(x) > 0.2499) | (np.abs(y) > 0.1999)).all()
+    assert (z < -1e-6).sum() == 2 * 3 * 2, "the webs' ends below the skin"
+    assert len(np.union1d(mesh.sets["skin_edges"], mesh.sets["stiffener_ends"])) == len(mesh.sets["edges"])
+
+
+def test_load_cells_share_the_rim_of_a_flat_plate_alike():
+    """Every node of the rim is in one cell; springs of all cells are those of the whole rim, an eighth each."""
+    case = load_case("flat_plate_002", {"target.generator.element_size": "25 mm"})
+    mesh, supports = target_of(case).source.mesh(), build_plate(case).supports
+    cells = [mesh.sets[f"cell_{i}"] for i in range(1, 9)]
+    assert np.array_equal(np.sort(np.concatenate(cells)), mesh.sets["edges"])
+    middles = np.array([mesh.nodes[cell][:, :2].mean(axis=0) for cell in cells])
+    assert middles[0] == pytest.approx([0.3, 0.0], abs=0.013)
+    assert middles[2] == pytest.approx([0.0, 0.3], abs=0.013)
+    assert middles[5] == pytest.approx([-0.25, -0.25], abs=0.03)
+    each = [supports.springs[supports.sets[f"cell_{i}"], 1].sum() for i in range(1, 9)]
+    assert each == pytest.approx([2000e6 * 0.3] * 8)
+
+
+def test_the_target_is_built_as_the_case_says():
+    plate = build_plate(PANEL.overlaid({"target": {"generator": {"element_size": "25 mm"}}}))
+    volume = 0.003 * (0.5 * 0.5 + 2 * 0.5 * 0.04)
+    assert plate.mass.sum() == pytest.approx(2780.0 * volume, rel=1e-9)
+    assert np.count_nonzero(plate.fixed) == 2 * 4 * 20 // 2 + 2 * 2 * 2
+    assert not plate.one_sided
+    assert np.isfinite(plate.nodes.axes).all()
+
+
+def test_a_target_s_keys_can_be_sought_and_change_its_hash():
+    key = "target.parts.skin.thickness"
+    mark = quantity_at(key)
+    assert mark is not None
+    assert mark.unit == "m"
+    assert quantity_at("target.materials.aluminium.a") is not None
+    assert quantity_at("target.parts.skin.material") is None
+    thicker = PANEL.with_values({key: 0.0031})
+    assert target_of(thicker).parts["skin"].thickness == pytest.approx(0.0031)
+    assert case_hash(thicker) != case_hash(PANEL)
+    assert case_hash(PANEL.with_values({key: 0.003})) == case_hash(PANEL)
+
+
+def test_another_mesh_keeps_the_panel():
+    finer = PANEL.with_mesh(500, (100, 100))
+    assert target_of(finer).source.element_size == pytest.approx(0.005)
+    assert finer.bird.particles == 500
+    assert len(rest_mesh(PANEL).quads) == 2900
+
+
+def test_effects_on_the_plate_act_on_the_part_that_is_struck():
+    acted = PANEL.with_effects({"plate_thickness": 1e-4, "plate_yield": 1e7, "plate_density": 20.0})
+    target = target_of(acted.resolved())
+    assert target.parts["skin"].thickness == pytest.approx(0.0031)
+    assert target.parts["stiffeners"].thickness == pytest.approx(0.003)
+    assert target.materials["aluminium"].density == pytest.approx(2800.0)
+    assert getattr(target.materials["aluminium"], "a") == pytest.approx(360e6)  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [("plate_hardening", "no tangent_modulus"), ("plate_preload", "takes no preload")],
+)
+def test_an_effect_that_the_target_cannot_carry_is_refused_by_name(effect, said):
+    with pytest.raises(CaseError, match=rf"effects\.{effect}.*{said}"):
+        PANEL.with_effects({effect: 1e6}).resolved()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"target.parts.skin.material": "steel"}, 'parts.skin.material = "steel", unknown; materials: aluminium'),
+        ({"target.supports.rim": "clamped"}, "supports.rim, a set of nodes that does not exist; sets: edges"),
+        ({"target.parts.rib.thickness": "2 mm", "target.parts.rib.material": "aluminium"}, "parts.rib, which the mesh"),
+        ({"target.materials.aluminium.law": "granite"}, "granite is unknown; available: bilinear, power"),
+        ({"target.generator.pitch": "600 mm"}, "puts 2 stiffeners beyond"),
+        ({"target.generator.flange": "20 mm"}, 'flange is the inner flange of section = "L"'),
+        ({"target.parts.skin.thickness": "3 m"}, "outside 0.1 mm .. 50 mm; millimetres"),
+        ({"plate.length": "500 mm"}, "plate and target are both given"),
+        ({"target.materials.aluminium.b": 426}, "has no unit"),
+    ],
+)
+def test_a_wrong_target_is_told_by_name(changes, said):
+    with pytest.raises(CaseError) as caught:
+        load_case("openradioss_panel", changes)
+    assert said in str(caught.value)
+
+
+def test_springs_are_shared_out_over_the_edges_of_skin_and_webs():
+    changes = {"target.supports.edges": {"in_plane": "100 N/mm^2"}, "target.generator.element_size": "50 mm"}
+    supports = build_plate(load_case("openradioss_panel", changes)).supports
+    edge = 4 * 0.5 + 2 * 2 * 0.04
+    assert supports.springs[:, 0].sum() == pytest.approx(100e6 * edge)
+    assert not supports.springs[:, 1:].any(), "what is not stated is rigid"
+
+
+def test_a_part_without_a_thickness_is_told():
+    table = PANEL.table
+    del table["target"]["parts"]["stiffeners"]
+    with pytest.raises(CaseError, match=r"has no parts\.stiffeners: give it a thickness and a material"):
+        load_case(table)

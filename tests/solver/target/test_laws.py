@@ -1,0 +1,202 @@
+"""Laws of the target's materials against their closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.integrate import solve_ivp
+from scipy.optimize import bisect
+
+from birdstrike.solver.kernels.metal import FLOW, WEAR
+from birdstrike.solver.target.laws.interface import Metal
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
+from birdstrike.solver.target.point import Layer
+
+ALUMINIUM = {"young": "73 GPa", "poisson": 0.3, "density": "2780 kg/m^3"}
+POWER = ALUMINIUM | {"law": "power", "a": "350 MPa", "b": "426 MPa", "n": 0.34}
+TABLE = ALUMINIUM | {
+    "law": "tabulated",
+    "plastic_strain": [0.0, 0.02, 0.1],
+    "flow_stress": ["300 MPa", "380 MPa", "450 MPa"],
+}
+BILINEAR = ALUMINIUM | {"law": "bilinear", "yield_stress": "345 MPa", "tangent_modulus": "700 MPa"}
+TITANIUM = {
+    "law": "johnson_cook",
+    "young": "112.2 GPa",
+    "poisson": 0.339,
+    "density": "4428 kg/m^3",
+    "a": "1098 MPa",
+    "b": "1092 MPa",
+    "n": 0.93,
+    "c": 0.014,
+}
+HEAT = {"m": 1.1, "melt": "1878.15 K", "specific_heat": "560 J/kg/K"}
+DAMAGE = {"D": [-0.09, 0.25, -0.50, 0.014, 3.87]}
+
+
+def layer_of(table: dict, size: float = 1e-3) -> Layer:
+    return Layer(TARGET_LAWS.validate(table).row(), size)
+
+
+def flow(table: dict, eps_p: float) -> float:
+    """The hardening curve as its definition has it [Pa]."""
+    if table["law"] == "power":
+        return 350e6 + 426e6 * eps_p**0.34
+    if table["law"] == "tabulated":
+        return float(np.interp(eps_p, [0.0, 0.02, 0.1], [300e6, 380e6, 450e6]))
+    modulus = 73e9 * 700e6 / (73e9 - 700e6)
+    return 345e6 + modulus * eps_p
+
+
+def closed(table: dict, strain: float, elastic: float, stress: float, plastic: float) -> float:
+    """Plastic strain of a proportional path.
+
+    strain = elastic sigma + plastic eps_p, sigma = stress flow(eps_p): no more is to be solved.
+    """
+
+    def off(eps: float) -> float:
+        return elastic * stress * flow(table, eps) + plastic * eps - strain
+
+    return float(bisect(off, 1e-12, 1.0, xtol=1e-15))  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("table", [POWER, TABLE, BILINEAR], ids=lambda table: table["law"])
+@pytest.mark.parametrize("steps", [1, 40])
+def test_hardening_in_shear_and_in_biaxial_tension(table, steps):
+    """Proportional paths: exact in one step and in many."""
+    shear = layer_of(table)
+    for _ in range(steps):
+        shear.strain(np.array([0.0, 0.0, 0.08 / steps]))
+    eps = closed(table, 0.08, 1.0 / (73e9 / 2.6), 1.0 / math.sqrt(3.0), math.sqrt(3.0))
+    assert shear.eps_p == pytest.approx(eps, rel=1e-6)
+    assert shear.stress[2] == pytest.approx(flow(table, eps) / math.sqrt(3.0), rel=1e-6)
+    biaxial = layer_of(table)
+    for _ in range(steps):
+        biaxial.strain(np.array([0.03 / steps, 0.03 / steps, 0.0]))
+    eps = closed(table, 0.03, 0.7 / 73e9, 1.0, 0.5)
+    assert biaxial.stress[:2] == pytest.approx(flow(table, eps), rel=1e-6)
+
+
+@pytest.mark.parametrize("table", [POWER, TABLE], ids=lambda table: table["law"])
+def test_hardening_in_uniaxial_tension(table):
+    layer = layer_of(table)
+    for _ in range(20):
+        layer.pull(0.05 / 20)
+    eps = closed(table, 0.05, 1.0 / 73e9, 1.0, 1.0)
+    assert layer.stress[0] == pytest.approx(flow(table, eps), rel=1e-6)
+    assert layer.stress[1] == pytest.approx(0.0, abs=1.0)
+
+
+@pytest.mark.parametrize("rate", [1.0, 1e3])
+def test_johnson_cook_stress_at_rate(rate):
+    """Steady shear: the flow stress times 1 + c ln of the plastic rate of the very step; without heat."""
+    layer, dt = layer_of(TITANIUM), 0.1 / rate / 200
+    for _ in range(200):
+        before = layer.eps_p
+        layer.strain(np.array([0.0, 0.0, rate * dt]), dt)
+    plastic_rate = (layer.eps_p - before) / dt
+    static = 1098e6 + 1092e6 * layer.eps_p**0.93
+    factor = 1.0 + 0.014 * max(math.log(plastic_rate), 0.0)
+    assert layer.stress[2] * math.sqrt(3.0) == pytest.approx(factor * static, rel=1e-6)
+    assert factor > 1.08 if rate > 1.0 else factor == 1.0
+
+
+def test_johnson_cook_heats_as_its_differential_equation():
+    """Adiabatic shear at rate0: the temperature of dT = share sigma deps/(rho c), about 47 K at a strain of 0.1."""
+    layer, steps = layer_of(TITANIUM | HEAT | {"c": 0.0}), 20000
+    for _ in range(steps):
+        layer.strain(np.array([0.0, 0.0, 0.2 / steps]))
+
+    def heating(eps: float, warm: np.ndarray) -> np.ndarray:
+        softened = 1.0 - (warm / 1580.0) ** 1.1
+        return 0.9 / (4428.0 * 560.0) * (1098e6 + 1092e6 * eps**0.93) * softened
+
+    truth = solve_ivp(heating, (0.0, layer.eps_p), [0.0], rtol=1e-11, atol=1e-9).y[0, -1]
+    assert layer.heat == pytest.approx(truth, rel=2e-5)
+    coarse = layer_of(TITANIUM | HEAT | {"c": 0.0})
+    for _ in range(steps // 2):
+        coarse.strain(np.array([0.0, 0.0, 0.4 / steps]))
+    assert 2.0 * layer.heat - coarse.heat == pytest.approx(truth, rel=1e-6), "first order in the step"
+    at_tenth = solve_ivp(heating, (0.0, 0.1), [0.0], rtol=1e-10).y[0, -1]
+    assert at_tenth == pytest.approx(42.0, abs=6.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "strain"),
+    [([0.0, 0.0, 1.0], 0.160), ([1.0, 1.0, 0.0], 0.25 * math.exp(-1.0 / 3.0) - 0.09)],
+    ids=["shear", "biaxial"],
+)
+def test_johnson_cook_damage_at_constant_triaxiality(path, strain):
+    """The sum grows as plastic strain over the strain at fracture: 0.160 in shear, 0.0891 in equal biaxial tension."""
+    layer = layer_of(TITANIUM | DAMAGE | {"c": 0.0})
+    while layer.memory[WEAR] < 0.9:
+        layer.strain(2e-4 * np.array(path))
+    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(strain, rel=1e-6)
+    while not layer.failed:
+        layer.strain(2e-4 * np.array(path))
+    assert layer.eps_p == pytest.approx(strain, abs=4e-4)
+
+
+def test_johnson_cook_damage_in_uniaxial_tension_and_at_rate():
+    layer = layer_of(TITANIUM | DAMAGE | {"c": 0.0})
+    for _ in range(60):
+        layer.pull(1e-3)
+    assert layer.eps_p / layer.memory[WEAR] == pytest.approx(0.25 * math.exp(-0.5 / 3.0) - 0.09, rel=1e-6)
+    fast, rate = layer_of(TITANIUM | DAMAGE | {"c": 0.0}), 1e3 * math.sqrt(3.0)
+    expected = 0.0
+    for _ in range(100):
+        before = fast.eps_p
+        fast.strain(np.array([0.0, 0.0, 1e-3]), 1e-3 / rate)
+        growth = fast.eps_p - before
+        if growth > 0.0:
+            expected += growth / (0.160 * (1.0 + 0.014 * math.log(growth / (1e-3 / rate))))
+    assert fast.memory[WEAR] == pytest.approx(expected, rel=1e-6)
+    assert fast.eps_p / fast.memory[WEAR] == pytest.approx(0.160 * 1.0967, rel=2e-3)
+
+
+@pytest.mark.parametrize("size", [4e-3, 2e-3, 1e-3])
+def test_fracture_energy_is_spent_on_every_mesh(size):
+    """Beyond the failure strain an element softens: its plastic work per area of crack is the fracture energy, G_f."""
+    layer = layer_of(
+        BILINEAR | {"tangent_modulus": "0 MPa", "failure_strain": 0.05, "fracture_energy": "20 kN/m"}, size
+    )
+    energy, step, steps = 0.0, 2e-4 * 1e-3 / size, 0
+    while not layer.failed:
+        before, eps_p = layer.stress[2], layer.eps_p
+        layer.strain(np.array([0.0, 0.0, step]))
+        growth = (layer.eps_p - eps_p) * (layer.eps_p > 0.05)
+        energy += math.sqrt(3.0) * 0.5 * (before + layer.stress[2]) * growth * size
+        steps += 1
+        assert steps < 200000
+    assert energy == pytest.approx(20e3, rel=0.02)
+
+
+def test_a_layer_without_failure_never_fails():
+    law = TARGET_LAWS.validate(POWER)
+    assert isinstance(law, Metal)
+    layer = Layer(law.row())
+    for _ in range(100):
+        layer.strain(np.array([0.0, 0.0, 0.1]))
+    assert not layer.failed
+    assert layer.memory[FLOW] == pytest.approx(350e6 + 426e6 * layer.eps_p**0.34, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"plastic_strain": [0.0, 0.02]}, "3 of flow_stress"),
+        ({"plastic_strain": [0.01, 0.02, 0.1]}, "must begin at 0"),
+        ({"flow_stress": ["300 MPa", "290 MPa", "450 MPa"]}, "falls"),
+    ],
+)
+def test_a_wrong_table_is_refused(change, said):
+    table = TABLE | change
+    found = list(TARGET_LAWS["tabulated"].broken_rules(table, "target.materials.skin"))
+    try:
+        TARGET_LAWS.validate(table)
+    except ValidationError as error:
+        found += [one["msg"] for one in error.errors()]
+    assert any(said in line for line in found)

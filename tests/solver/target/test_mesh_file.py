@@ -1,0 +1,159 @@
+"""Meshes from files: the same target as from the generator, and faults that are told by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.build import build_plate
+from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.target.generators.registry import GENERATORS
+from birdstrike.solver.target.part_mesh import PartMesh
+
+PANEL = {"kind": "stiffened_panel", "length": "500 mm", "width": "500 mm", "element_size": "50 mm"}
+PANEL |= {"stiffeners": 2, "pitch": "200 mm", "height": "40 mm"}
+MESH: PartMesh = GENERATORS.validate(PANEL).mesh()
+COARSE = {"target.generator.element_size": "50 mm"}
+
+
+def written(path: Path, nodes: np.ndarray = MESH.nodes, quads: np.ndarray = MESH.quads, sets: bool = True) -> Path:
+    """The panel in the format that the file's ending names, with names where the format has them."""
+    part = MESH.part if len(quads) == len(MESH.part) else np.zeros(len(quads), np.int64)
+    more: dict[str, Any] = {}
+    if path.suffix == ".inp":
+        more["cell_sets"] = {name: [np.flatnonzero(part == i)] for i, name in enumerate(MESH.parts)}
+        more["point_sets"] = {"edges": MESH.sets["edges"]} if sets else {}
+    elif path.suffix == ".msh":
+        more["cell_data"] = {"gmsh:physical": [part + 1], "gmsh:geometrical": [part + 1]}
+        more["field_data"] = {name: np.array([i + 1, 2]) for i, name in enumerate(MESH.parts)}
+    else:
+        more["cell_data"] = {"nastran:ref" if path.suffix == ".bdf" else "part": [part + 1]}
+    kind = {"file_format": "gmsh22", "binary": False} if path.suffix == ".msh" else {}
+    meshio.Mesh(nodes, [("quad", quads)], **more).write(path, **kind)
+    return path
+
+
+def table_with(path: Path, **target: Any) -> dict[str, Any]:
+    """The shipped panel's case with the mesh of a file in place of the generator."""
+    table = load_case("openradioss_panel").table
+    del table["target"]["generator"]
+    table["target"] |= {"mesh": str(path), "mesh_unit": "m", **target}
+    return table
+
+
+def test_the_target_of_a_file_is_that_of_the_generator_bit_for_bit(tmp_path):
+    """Same nodes, shells, masses and holds: the solver is given the same numbers, so it gives the same histories."""
+    ours = build_plate(load_case(table_with(written(tmp_path / "panel.inp"))))
+    theirs = build_plate(load_case("openradioss_panel", COARSE))
+    for name in ("x", "quads", "mass", "inertia", "skin", "fixed", "fixed_rotation"):
+        assert np.array_equal(getattr(ours, name), getattr(theirs, name)), name
+    assert np.array_equal(ours.shells.section, theirs.shells.section)
+
+
+@pytest.mark.parametrize("ending", [".inp", ".msh", ".vtu"])
+def test_formats_hold_the_same_mesh(tmp_path, ending):
+    named = ("skin", "stiffeners") if ending != ".vtu" else ("part_1", "part_2")
+    parts = {name: {"thickness": "3 mm", "material": "aluminium"} for name in named}
+    table = table_with(written(tmp_path / f"panel{ending}"), parts=parts, supports={"free_edges": "clamped"})
+    plate = build_plate(load_case(table))
+    assert np.array_equal(plate.x, MESH.nodes)
+    assert np.array_equal(plate.quads, MESH.quads)
+    assert np.array_equal(plate.shells.section, MESH.part)
+
+
+def test_the_hash_holds_the_mesh_s_content_and_not_its_name(tmp_path):
+    one, same = written(tmp_path / "one.inp"), written(tmp_path / "same.inp")
+    moved = MESH.nodes.copy()
+    moved[40, 0] += 1e-4
+    other = written(tmp_path / "other.inp", moved)
+    first, second, third = (case_hash(load_case(table_with(path))) for path in (one, same, other))
+    assert first == second
+    assert first != third
+
+
+def test_a_file_in_millimetres_is_the_same_panel(tmp_path):
+    path = written(tmp_path / "panel.inp", 1e3 * MESH.nodes)
+    plate = build_plate(load_case(table_with(path, mesh_unit="mm")))
+    assert plate.x == pytest.approx(MESH.nodes, abs=1e-15)
+
+
+def test_the_origin_moves_the_mesh_under_the_bird(tmp_path):
+    path = written(tmp_path / "panel.inp", MESH.nodes + np.array([0.3, 0.0, 0.1]))
+    plate = build_plate(load_case(table_with(path, origin=["300 mm", "0 mm", "100 mm"])))
+    assert plate.x == pytest.approx(MESH.nodes, abs=1e-12)
+
+
+def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and quadrilaterals with one fault each."""
+    nodes, quads = MESH.nodes.copy(), MESH.quads.copy()
+    if kind == "twice":
+        quads = np.vstack([quads, quads[:1, ::-1]])
+    elif kind == "point":
+        quads[3, 3] = quads[3, 2]
+    elif kind == "warped":
+        nodes[quads[45, 0], 2] += 0.06
+    elif kind == "loose":
+        nodes = np.vstack([nodes, nodes[quads[0]] + [0.0, 0.0, 0.05]])
+        quads = np.vstack([quads, [np.arange(len(nodes) - 4, len(nodes))]])
+    return nodes, quads
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("twice", "1 shells (number 121) lie on the nodes of another"),
+        ("point", "1 shells (number 4) have corners at one place"),
+        ("warped", "are warped by more than 20 degrees"),
+        ("loose", "it falls into 2 pieces that share no node"),
+    ],
+)
+def test_a_mesh_that_would_spoil_any_run_is_refused(tmp_path, kind, said):
+    nodes, quads = wrong_quads(kind)
+    parts = {"skin": {"thickness": "3 mm", "material": "aluminium"}}
+    given = {} if kind in ("point", "warped") else {"parts": parts}
+    path = written(tmp_path / "wrong.inp", nodes, quads, sets=False)
+    with pytest.raises(CaseError) as caught:
+        load_case(table_with(path, supports={}, **given))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"mesh_unit": "in"}, "would it be in m?"),
+        ({"mesh_unit": "furlong"}, "unknown; available: m, cm, mm, in"),
+        ({"mesh": "nowhere.inp"}, "cannot be read"),
+        ({"struck": "roof"}, 'struck = "roof", a part that the mesh has not; its parts: skin, stiffeners'),
+        ({"supports": {"rim": "clamped"}}, "a set of nodes that does not exist; sets: free_edges, edges"),
+    ],
+)
+def test_what_a_file_has_not_is_told_by_name(tmp_path, changes, said):
+    path = written(tmp_path / "panel.inp")
+    with pytest.raises(CaseError) as caught:
+        load_case(table_with(path, **changes))
+    assert said in str(caught.value)
+
+
+def test_a_mesh_of_inches_called_metres_is_told(tmp_path):
+    path = written(tmp_path / "panel.inp", MESH.nodes / 0.0254)
+    with pytest.raises(CaseError, match=r"it is 19\.69 m across in target\.mesh_unit = m.*would it be in cm or in"):
+        load_case(table_with(path))
+
+
+def test_a_unit_must_be_stated(tmp_path):
+    table = table_with(written(tmp_path / "panel.inp"))
+    del table["target"]["mesh_unit"]
+    with pytest.raises(CaseError, match="has no mesh_unit: say in which unit"):
+        load_case(table)
+
+
+def test_triangles_are_refused_with_what_to_do(tmp_path):
+    path = tmp_path / "triangles.inp"
+    meshio.Mesh(MESH.nodes, [("triangle", MESH.quads[:, :3])]).write(path)
+    with pytest.raises(CaseError, match="holds triangle; a target is of four-node shells: mesh it with quadrilaterals"):
+        load_case(table_with(path))

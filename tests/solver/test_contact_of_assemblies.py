@@ -1,0 +1,213 @@
+"""Contact on any facets: T-joints, corners, overlaps, rims, both sides; no particle gets through, none gains energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from birdstrike.data.histories import Array
+from birdstrike.reports.verification.columns import SEED
+from birdstrike.solver.bird.sph import Bird
+from birdstrike.solver.contact import Contact
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import shell_mesh
+from birdstrike.solver.target.nodes import Nodes
+from birdstrike.solver.target.section import Section, ShellMaterial
+from birdstrike.solver.target.sheets import sheets_of
+from birdstrike.solver.target.shell_block import ShellBlock
+from birdstrike.solver.target.supports import NAMED, rim_supports
+
+STEEL = ShellMaterial(200e9, 0.3, 7800.0)
+SPACING = 5e-3
+THICKNESS = (0.004, 0.008)
+SIZE = 0.02
+CELLS = 5
+
+
+Numbers = NDArray[np.int64]
+
+
+def grid(origin: Array, along: Array, across: Array, cells: tuple[int, int]) -> tuple[Array, Numbers]:
+    """Points and quadrilaterals of a flat rectangle of SIZE-sized shells."""
+    steps = [(i, j) for i in range(cells[0] + 1) for j in range(cells[1] + 1)]
+    points = np.array([origin + i * SIZE * along + j * SIZE * across for i, j in steps])
+    row = cells[1] + 1
+    corner = np.array([i * row + j for i in range(cells[0]) for j in range(cells[1])])
+    return points, np.stack([corner, corner + row, corner + row + 1, corner + 1], axis=1)
+
+
+def joined(*grids: tuple[Array, Numbers]) -> tuple[Array, Numbers, Numbers]:
+    """Grids with their common nodes merged: nodes, quadrilaterals, and which grid each is of."""
+    points = np.concatenate([nodes for nodes, _ in grids])
+    _, first, same = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
+    offsets = np.cumsum([0, *(len(nodes) for nodes, _ in grids)])
+    quads = np.concatenate([same.ravel()[quads + at] for (_, quads), at in zip(grids, offsets, strict=False)])
+    part = np.repeat(np.arange(len(grids)), [len(quads) for _, quads in grids])
+    return points[first], quads.astype(np.int64), part.astype(np.int64)
+
+
+X, Y, Z = np.eye(3)
+
+
+def stiffened(blades: tuple[float, ...] = (0.0,), flipped: bool = False) -> Target:
+    """A skin of 0.2 x 0.1 m in z = 0 with blades at x on the side z < 0, all of whose facets can be wound anyhow."""
+    skin = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
+    plates = [grid(np.array([x, -0.05, 0.0]), -Z, Y, (2, CELLS)) for x in blades]
+    nodes, quads, part = joined(skin, *plates)
+    if flipped:
+        quads[::3] = quads[::3, ::-1]
+    return target_of(nodes, quads, np.minimum(part, 1))
+
+
+def target_of(nodes: Array, quads: Numbers, section: Numbers) -> Target:
+    mesh = shell_mesh(nodes, quads)
+    sections = [Section(thickness, STEEL.density, STEEL.row()) for thickness in THICKNESS]
+    block = ShellBlock(nodes, quads, sections, section)
+    return Target(mesh, Nodes(nodes), [block], rim_supports(mesh, NAMED["clamped"]))
+
+
+def particles(x: Array, v: Array) -> Bird:
+    return Bird(x, v, SEED.rho0 * SPACING**3, 1.2 * SPACING, SEED, (1.0, 2.0))
+
+
+def fly(target: Target, bird: Bird, steps: int, dt: float, pull: Array | float = 0.0) -> Contact:
+    """Particles without forces among themselves, pulled by `pull` [m/s^2], against a target that stands still."""
+    contact = Contact(bird, target)
+    for step in range(steps):
+        contact.update_forces(bird, target)
+        contact.update_energies(bird, target, dt if step else 0.0)
+        bird.v[: bird.n] += (dt if step else 0.5 * dt) * (contact.on_bird / bird.masses[:, None] + pull)
+        bird.x[: bird.n] += dt * bird.v[: bird.n]
+    return contact
+
+
+def test_a_skin_goes_on_over_a_joint_and_the_blade_is_a_sheet_of_its_own():
+    target = stiffened((-0.04, 0.04), flipped=True)
+    sheets = sheets_of(target.x, target.quads)
+    assert sorted(len(sheet.facets) for sheet in sheets) == [10, 10, 50]
+    skin = max(sheets, key=lambda sheet: len(sheet.facets))
+    assert np.count_nonzero(skin.across < 0) == 2 * (10 + CELLS), "only the skin's own rim has no neighbour"
+    corners = target.x[skin.quads]
+    up = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])[:, 2]
+    assert (up > 0.0).all() or (up < 0.0).all(), "wound alike, whichever way the mesh was"
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("slant", [0.0, 0.9])
+def test_no_particle_gets_through_a_skin_over_a_joint(flipped, slant):
+    """Dropped on both sides of two joints and onto them, straight and aslant: all come back, with their energy."""
+    target = stiffened((-0.04, 0.04), flipped)
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.05, 0.05, 41), np.linspace(-0.02, 0.02, 5)))
+    start = np.column_stack([x, y, np.full_like(x, 0.5 * (THICKNESS[0] + SPACING) + 2e-4)])
+    bird = particles(start, np.tile([40.0 * slant, 0.0, -40.0], (len(x), 1)))
+    energy = bird.kinetic_energy()
+    contact = fly(target, bird, 600, 1e-7)
+    assert (bird.x[: bird.n, 2] > 0.5 * THICKNESS[0]).all()
+    assert bird.v[: bird.n, 2] == pytest.approx(40.0, rel=1e-3)
+    assert bird.kinetic_energy() == pytest.approx(energy, rel=1e-3)
+    assert contact.deepest == 0.0
+    assert abs(contact.energies["contact"]) < 1e-3 * energy
+
+
+def test_no_particle_that_slides_over_a_joint_gets_through():
+    """Pressed onto the skin by 2e6 m/s^2 and sliding at 100 m/s: before sheets, all that met a joint fell through."""
+    target = stiffened((-0.04, 0.04))
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.05, 0.05, 41), np.linspace(-0.02, 0.02, 5)))
+    start = np.column_stack([x, y, np.full_like(x, 0.5 * (THICKNESS[0] + SPACING) + 1e-5)])
+    bird = particles(start, np.tile([100.0, 0.0, -1.0], (len(x), 1)))
+    contact = fly(target, bird, 1500, 2e-7, np.array([0.0, 0.0, -2e6]))
+    assert (bird.x[: bird.n, 2] > 0.4 * (THICKNESS[0] + SPACING)).all()
+    assert contact.touching > 0
+
+
+def test_a_particle_in_a_corner_touches_both_walls():
+    """Behind the skin beside a blade, pressed 0.5 mm into both: pushed from each along its own normal."""
+    target = stiffened()
+    inside = 0.5 * (np.array(THICKNESS) + SPACING) - 5e-4
+    bird = particles(np.array([[inside[1], 0.01, -inside[0]]]), np.zeros((1, 3)))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    assert contact.touching == 2
+    push = contact.stiffness * 5e-4
+    assert contact.on_bird[0] == pytest.approx([push, 0.0, -push], abs=1e-6 * push)
+
+
+@pytest.mark.parametrize("speed", [[30.0, 0.0, 30.0], [30.0, 5.0, 20.0], [-25.0, 0.0, 30.0]])
+def test_a_particle_bounces_out_of_a_corner_without_loss(speed):
+    """Into the corner of skin and blade from behind; it leaves with its energy, on the side that it came from."""
+    target = stiffened()
+    side = -np.sign(speed[0])
+    bird = particles(np.array([[0.010 * side, 0.01, -0.008]]), np.array([speed]))
+    energy = bird.kinetic_energy()
+    fly(target, bird, 3500, 1e-7)
+    assert bird.x[0, 0] * side > 0.0
+    assert bird.x[0, 2] < 0.0
+    assert bird.kinetic_energy() == pytest.approx(energy, rel=2e-3)
+    assert bird.v[0, 2] < 0.0
+    assert bird.v[0, 0] * side > 0.0
+
+
+def test_a_free_edge_is_touched_and_pushes_along_the_line_from_it():
+    """A particle that flies at a blade's free edge from below is thrown back, without gaining energy."""
+    target = stiffened()
+    bird = particles(np.array([[0.0005, 0.013, -0.049]]), np.array([[0.0, 0.0, 30.0]]))
+    energy = bird.kinetic_energy()
+    fly(target, bird, 2000, 1e-7)
+    assert bird.v[0, 2] < 0.0, "thrown back by the edge"
+    assert bird.kinetic_energy() == pytest.approx(energy, rel=2e-3)
+
+
+def test_an_angle_s_outer_corner_is_touched_once():
+    """A sharp fold: two sheets, one edge. From outside at 45 degrees the edge pushes once, along the bisector."""
+    one = grid(np.array([0.0, -0.05, 0.0]), X, Y, (3, CELLS))
+    other = grid(np.array([0.0, -0.05, 0.0]), -Z, Y, (3, CELLS))
+    nodes, quads, _ = joined(one, other)
+    target = target_of(nodes, quads, np.zeros(len(quads), np.int64))
+    assert len(sheets_of(nodes, quads)) == 2
+    gap = 0.5 * (THICKNESS[0] + SPACING)
+    away = (gap - 4e-4) / np.sqrt(2.0)
+    bird = particles(np.array([[-away, 0.013, away]]), np.zeros((1, 3)))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    assert contact.touching == 1
+    push = contact.stiffness * 4e-4 / np.sqrt(2.0)
+    assert contact.on_bird[0] == pytest.approx([-push, 0.0, push], abs=1e-3 * push)
+
+
+def test_overlapping_skins_are_touched_one_after_the_other():
+    """Two parallel skins 6 mm apart: a particle above touches the upper alone, with the gap of its own thickness."""
+    one = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
+    other = grid(np.array([-0.1, -0.05, -0.006]), X, Y, (10, CELLS))
+    nodes, quads, part = joined(one, other)
+    target = target_of(nodes, quads, part)
+    bird = particles(np.array([[0.0, 0.0, 0.5 * (THICKNESS[0] + SPACING) - 2e-4]]), np.zeros((1, 3)))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    assert contact.touching == 1
+    assert contact.on_bird[0, 2] == pytest.approx(contact.stiffness * 2e-4)
+
+
+def test_forces_on_particles_and_nodes_are_equal_and_opposite():
+    target = stiffened((-0.04, 0.0, 0.04), flipped=True)
+    rng = np.random.default_rng(2)
+    x = rng.uniform([-0.09, -0.04, -0.03], [0.09, 0.04, 0.005], (800, 3))
+    bird = particles(x, np.zeros_like(x))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    assert contact.touching > 100
+    scale = np.abs(contact.on_bird).sum()
+    assert np.abs(contact.on_bird.sum(axis=0) + contact.on_plate.sum(axis=0)).max() < 1e-13 * scale
+    moment = np.cross(bird.x[: bird.n], contact.on_bird).sum(axis=0)
+    moment += np.cross(target.x, contact.on_plate).sum(axis=0)
+    assert np.abs(moment).max() < 1e-6 * scale * 0.1
+
+
+def test_a_bare_joint_s_edge_is_touched_once_the_skin_has_torn():
+    target = stiffened()
+    skin = np.abs(target.x[target.quads][:, :, 2]).max(axis=1) == 0.0
+    bird = particles(np.array([[0.0, 0.013, 0.009]]), np.array([[0.0, 0.0, -30.0]]))
+    target.alive[skin] = False
+    contact = fly(target, bird, 2000, 1e-7)
+    assert bird.v[0, 2] > 0.0, "thrown back by the blade's edge"
+    assert contact.touching == 0
