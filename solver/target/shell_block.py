@@ -43,7 +43,8 @@ class ShellBlock:
         self.sections, self.table = list(sections), SectionTable(sections)
         self.section = np.zeros(e, np.int64) if section is None else section
         self.thickness = self.table.elastic[self.section, 0]
-        self.facets, self.skin, self.alive = quads, 0.5 * self.thickness, np.ones(e, np.bool_)
+        self.facets, self.alive = quads, np.ones(e, np.bool_)
+        self.skin: Array = 0.5 * self.thickness
         self.can_fail = any(one.can_fail for one in self.sections)
         self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 9))
         self.start, self.member = node_rows(quads, len(nodes))
