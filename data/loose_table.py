@@ -226,7 +226,7 @@ def _with_clocks(table: LooseTable) -> LooseTable:
     heads = list(table.heads) or [Head(str(j + 1)) for j in range(table.width)]
     remarks = list(table.remarks)
     for j in clocks:
-        begin = next(cells[j] for cells in rows if cells[j])
+        begin = next(cells[j] for cells in rows if ":" in cells[j])
         days, last, zero = 0, Decimal(0), _seconds(begin)
         for (line, _), cells in zip(table.rows, rows, strict=True):
             if not cells[j]:

@@ -292,7 +292,7 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
             share = f"{100 * score.verified_relative:.1f} % of the peak"
             sensor = channel.replace("_", " ")
             yield f"  The simulation at these values differs from the record's {sensor} by {size} RMS, {share}."
-    if not inversion.cloud.inside:
+    if not inversion.prior_predictive.inside:
         yield "  No values within the ranges produce the whole record: believe no parameter before that is explained."
     if closed.get("diagnosis"):
         yield from (f"  {line}" for line in diagnosis_lines(closed["diagnosis"]))
@@ -329,6 +329,8 @@ def command(
     from birdstrike.data.errors import UserError
     from birdstrike.questions.answers import Answers, about, read_answers
 
+    if record is not None and not record.expanduser().is_file():
+        raise UserError(f"RECORD = {record} is no file here; give the path of the measured file")
     if answers is not None:
         asked = Answers(about(read_answers(answers), record))
         begun = begin(asked, out, say)

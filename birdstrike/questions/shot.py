@@ -21,7 +21,7 @@ from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_
 from birdstrike.questions.clock import duration
 from birdstrike.solver.bird.shape import SHAPES
 from birdstrike.solver.fields import Between
-from birdstrike.solver.plate.boundary import NAMED
+from birdstrike.solver.target.supports import NAMED
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import PLACE
 from birdstrike.solver.sensors.strain import DIRECTION

@@ -35,7 +35,7 @@ class Baselines:
 
 def unfit(record: Measured, case: Case, first: Case, channels: Sequence[str]) -> str:
     """Why a baseline cannot serve the first shot, its channels; empty where it can. Known before any simulation."""
-    if case.plate != first.plate:
+    if case.plate != first.plate or case.target != first.target:
         return "its case has another plate; a baseline must be a shot at the same rig"
     if not any(channel in record.channels for channel in channels):
         own = ", ".join(record.channels)

@@ -218,7 +218,8 @@ def test_every_missing_part_is_named_with_its_command(tmp_path: Path) -> None:
         report(tmp_path)
     lines = caught.value.errors
     assert f"birdstrike run-doe CASE --out {tmp_path / 'doe'}" in lines[0]
-    assert all("birdstrike train-and-invert" in line for line in lines[1:])
+    assert "birdstrike train-and-invert" in lines[1]
+    assert f"birdstrike diagnose CASE --measured CSV --out {tmp_path / 'diagnosis'}" in lines[2]
     assert [name for name in ("inversion.json", "verification.csv") if any(name in line for line in lines)] == [
         "inversion.json",
         "verification.csv",

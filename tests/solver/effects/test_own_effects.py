@@ -57,6 +57,6 @@ def test_an_effect_changes_a_numerical_setting(own: Callable[[Change], None]) ->
 def test_an_effect_that_would_change_what_is_recorded_is_refused_with_the_reason(own: Callable[[Change], None]) -> None:
     own(lambda case, x: {"time": {"end": f"{case.time.end * (1.0 + x)} s"}})
     with pytest.raises(
-        CaseError, match=r"effects\.own = .*`change` sets time; an effect acts on plate, bird, impact, "
+        CaseError, match=r"effects\.own = .*`change` sets time; an effect acts on plate, target, bird, impact, "
     ):
         CASE.with_effects({"own": 0.1})
