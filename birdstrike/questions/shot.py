@@ -21,10 +21,10 @@ from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_
 from birdstrike.questions.clock import duration
 from birdstrike.solver.bird.shape import SHAPES
 from birdstrike.solver.fields import Between
-from birdstrike.solver.target.supports import NAMED
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.sensors.sensor import PLACE
 from birdstrike.solver.sensors.strain import DIRECTION
+from birdstrike.solver.target.supports import NAMED
 
 LEAVE = "leave"
 KIND_OF_UNIT = {"m": "displacement", "": "strain", "N": "reaction_force", "Pa": "pressure"}

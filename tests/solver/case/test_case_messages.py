@@ -51,7 +51,7 @@ WORDS = [
         "~ = gelatine is unknown; available: null, elastic, plastic_kinematic, hydrodynamic; one of your own: an "
         "installed package's entry point of the group birdstrike.bird_materials",
     ),
-    ("plate.mesh", "plate.msh", "~ is not a key of a case; plate.elements = [50, 40] divides a rectangle into shells; a mesh"),
+    ("plate.mesh", "plate.msh", "~ is not a key of a case; plate.elements = [50, 40] divides a rectangle into"),
     ("bird.mesh", "bird.k", "~ is not a key of a case; no mesh file is read: bird.method, lattice"),
 ]
 
