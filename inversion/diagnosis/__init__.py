@@ -5,5 +5,5 @@ Read in this order: `plan` (which simulations), `simulations` (run and stored), 
 `responses` (to effects), `instrument`, `discrepancy` (error of the model's form), `shots` (a record
 and its setup), `system` (all records stacked), `hypotheses` (the models and their priors), `evidence`, `ranking`,
 `baseline`, `solver_update`, `alarm`, `power`, `next_measurement`, `before_and_after`, `answer`,
-`pipeline` (the procedure), `diagnose` (the command).
+`model_file` (what `explore` draws), `pipeline` (the procedure), `diagnose` (the command).
 """

@@ -110,7 +110,7 @@ def baseline_shapes(fits: Mapping[str, tuple[Shot, Fit]], shapes: Mapping[str, S
     curves: dict[str, Array] = {}
     for shot, fit in fits.values():
         smooth = discrepancy_of(fit)
-        grid = shot.split(shot.setup.grid(fit.places.z[shot.group][None])[0])
+        grid = shot.setup.split(shot.setup.grid(fit.places.z[shot.group][None])[0])
         for i, trace in enumerate(shot.record.traces):
             own = np.interp(shot.setup.time, trace.middle, smooth[shot.record.channel == i])
             draws.setdefault(trace.name, []).append(own)

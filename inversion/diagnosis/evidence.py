@@ -152,9 +152,9 @@ class Judge:
         turned = helmert(groups, full=True) if groups > 1 else np.eye(1)
         return np.kron(turned, np.eye((at.stop - at.start) // groups))
 
-    def same_bird(self, weights: Array) -> float | None:
-        """Probability that the baselines' birds are the shots', from the nodes' weights; None without baselines."""
-        return float(weights[self.apart < max(BIRDS_APART)].sum()) if len(self.system.groups) > 1 else None
+    def same_bird(self, weights: Array) -> float:
+        """Probability that the baselines' birds are the shots', from the nodes' weights; 0 without baselines."""
+        return float(weights[self.apart < max(BIRDS_APART)].sum())
 
     @cached_property
     def other_grams(self) -> Grams:

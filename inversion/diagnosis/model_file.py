@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.surrogate.weights import emulator_table, process_table
 
 FILE = "model.npz"
@@ -79,34 +79,26 @@ def _effect(one: Suspect) -> Table:
 
 def _system(setup: Setup) -> Table:
     """The emulator of a case, its mesh correction over fractions of the ranges, the responses, the runs."""
-    campaign = {label: run for label, run in setup.runs.items() if label.startswith("coarse ")}
-    points = setup.plan.unit[[int(label.split()[1]) for label in campaign]]
-    curves = {
-        name: np.array([np.interp(setup.time, run.time, run.channels[name]) for run in campaign.values()])
-        for name in setup.channels
-    }
+    done = setup.plan.finished(setup.runs)
+    points = setup.plan.unit[done]
+    curves = np.array([stack(setup.runs[f"coarse {i}"], setup.time, setup.channels) for i in done])
     return {
         **emulator_table(setup.emulator),
         "mesh": {
-            "mean": _split(setup, setup.mesh.mean),
-            "directions": _split(setup, setup.mesh.directions),
+            "mean": setup.split(setup.mesh.mean),
+            "directions": setup.split(setup.mesh.directions),
             "processes": [process_table(process) for process in setup.mesh.processes],
         },
         "responses": {name: _response(setup, one) for name, one in setup.responses.items()},
-        "runs": {"parameters": setup.plan.space.to_physical(points), "curves": curves},
+        "runs": {"parameters": setup.plan.space.to_physical(points), "curves": setup.split(curves)},
     }
 
 
 def _response(setup: Setup, one: Response) -> Table:
     """signature and slopes (k, m) by channel, centre (k,), knots: magnitude in plausible sizes -> size of response."""
     return {
-        "signature": _split(setup, one.signature),
-        "slopes": _split(setup, one.slopes),
+        "signature": setup.split(one.signature),
+        "slopes": setup.split(one.slopes),
         "centre": one.centre,
         "knots": np.array(one.knots),
     }
-
-
-def _split(setup: Setup, grid: Array) -> dict[str, Array]:
-    """channel -> (..., m) of stacked curves (..., channels * m)."""
-    return dict(zip(setup.channels, np.split(grid, len(setup.channels), axis=-1), strict=True))

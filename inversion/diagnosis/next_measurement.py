@@ -133,7 +133,7 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     """(r + q, r + q) that one more sensor in the shot adds; None where its curves are missing or zero."""
     setup, fit = shot.setup, ranking.fits[NONE]
     runs, plan = setup.runs, setup.plan
-    done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
+    done = plan.finished(runs)
     t = np.linspace(0.0, float(setup.time[-1]), POINTS)
     curves = np.array([stack(runs[f"coarse {i}"], t, [name]) for i in done])
     peak = float(np.abs(curves).max())

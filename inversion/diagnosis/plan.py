@@ -9,7 +9,7 @@ holds no even term and no error of the emulator. A one-sided effect is absent in
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -94,6 +94,10 @@ class Plan:
     def campaign(self) -> dict[str, Case]:
         """The coarse campaign."""
         return {f"coarse {i}": self.at(self.coarse, i) for i in range(len(self.unit))}
+
+    def finished(self, labels: Container[str]) -> list[int]:
+        """Points of the campaign whose coarse simulation is among the labels."""
+        return [i for i in range(len(self.unit)) if f"coarse {i}" in labels]
 
     def fine_points(self) -> tuple[int, ...]:
         """Points of the campaign that are simulated on the fine mesh."""

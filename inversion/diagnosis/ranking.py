@@ -131,12 +131,10 @@ class Ranking:
         return found
 
     @property
-    def same_bird(self) -> float | None:
-        """Probability that the baselines' birds are of the shots' recipe; None without baselines."""
+    def same_bird(self) -> float:
+        """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
         judge = self.fits[NONE].judge
-        same = {label: judge.same_bird(one.weights) for label, one in self.evidence.items()}
-        known = {label: own for label, own in same.items() if own is not None}
-        return sum(self.shares[label] * own for label, own in known.items()) if known else None
+        return sum(self.shares[label] * judge.same_bird(one.weights) for label, one in self.evidence.items())
 
     @property
     def families(self) -> dict[str, float]:

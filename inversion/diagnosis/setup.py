@@ -48,6 +48,10 @@ class Setup:
         """(q, channels * m) of the emulator alone."""
         return stacked_curves(self.emulator, self.plan.space.to_physical(z), self.channels)
 
+    def split(self, grid: Array) -> dict[str, Array]:
+        """channel -> (..., m) of stacked curves (..., channels * m)."""
+        return dict(zip(self.channels, np.split(grid, len(self.channels), axis=-1), strict=True))
+
     def jacobian(self, z: Array) -> Array:
         """(channels * m, k) derivative of the curves with respect to the fractions z (k,)."""
         k = len(z)
@@ -126,7 +130,7 @@ def fractions(plan: Plan, theta: Array) -> Array:
 
 def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) -> Dataset:
     """The campaign's finished runs."""
-    done = [i for i in range(len(plan.unit)) if f"coarse {i}" in runs]
+    done = plan.finished(runs)
     histories = [runs[f"coarse {i}"] for i in done]
     space = plan.space
     return Dataset(

@@ -195,13 +195,9 @@ class Shot:
         """(q, n) of curves (q, grid)."""
         return np.asarray((self.sampler @ curves.T).T)
 
-    def split(self, grid: Array) -> dict[str, Array]:
-        """channel -> (m,) of a stacked curve (grid,)."""
-        return dict(zip(self.setup.channels, np.split(grid, len(self.setup.channels)), strict=True))
-
     def instrument_signature(self, fault: InstrumentEffect, grid: Array) -> Array:
         """(n,) change of the record by one plausible size of a fault, on the curves (grid,)."""
-        parts = self.split(grid)
+        parts = self.setup.split(grid)
         moved = [
             signature(fault.effect.name, fault.size, self.setup.time, part) if c in fault.sensors else 0.0 * part
             for c, part in parts.items()
@@ -228,12 +224,9 @@ class Shot:
     @cached_property
     def shapes(self) -> dict[str, Shape]:
         """channel -> the discrepancy in time, from what meshes differ by."""
-        draws = self.setup.mesh_draws
-        middle = self.split(self.setup.grid(np.full((1, len(self.setup.lows)), 0.5))[0])
-        parts = np.split(draws, len(self.setup.channels), axis=1)
-        return {
-            c: shape_of(part, middle[c], self.setup.time) for c, part in zip(self.setup.channels, parts, strict=True)
-        }
+        draws = self.setup.split(self.setup.mesh_draws)
+        middle = self.setup.split(self.setup.grid(np.full((1, len(self.setup.lows)), 0.5))[0])
+        return {channel: shape_of(part, middle[channel], self.setup.time) for channel, part in draws.items()}
 
 
 def read_shot(

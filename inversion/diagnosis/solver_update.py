@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NONE, suspects
 from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
@@ -35,37 +35,38 @@ NEAR = 0.3  # of a magnitude: within it of one that was simulated the response i
 
 @dataclass(frozen=True)
 class Wanted:
-    """One effect to be simulated: magnitude b in plausible sizes, parameters z (k,); cases with and without it."""
+    """One effect to be simulated: its response so far, magnitude b in plausible sizes, parameters z (k,)."""
 
-    suspect: Suspect
+    response: Response
     b: float
     z: Array
-    cases: Mapping[str, Case]
+
+    @property
+    def name(self) -> str:
+        """Of the effect."""
+        return self.response.known.name
 
 
 def update(ranking: Ranking, strikes: Strikes) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
-    wanted = [_wanted(ranking, label, first.setup, first.group) for label in _labels(ranking)]
+    wanted = [_wanted(ranking, label, first.group) for label in _labels(ranking)]
     wanted = [one for one in wanted if not _known(one)]
     if any(one.response.simulated for one in problem.found if one.response):
-        wanted = [one for one in wanted if _bends(one.suspect)]
+        wanted = [one for one in wanted if any(_bent(one.response, b) for b in one.response.simulated)]
     if not wanted:
         return problem
-    runs = strikes.run({label: case for one in wanted for label, case in one.cases.items()})
-    responses = dict(first.setup.responses)
+    setup = first.setup
+    runs = strikes.run({label: case for one in wanted for label, case in _cases(one, setup).items()})
+    stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
+    responses = dict(setup.responses)
     for one in wanted:
-        response = responses[one.suspect.name]
-        changes = [
-            stack(runs[f"{one.suspect.name} there {i}"], first.setup.time, first.setup.channels)
-            - stack(runs[f"{one.suspect.name} without {i}"], first.setup.time, first.setup.channels)
-            for i in range(REPLICATES)
-            if f"{one.suspect.name} there {i}" in runs and f"{one.suspect.name} without {i}" in runs
-        ]
+        pairs = [(f"{one.name} there {i}", f"{one.name} without {i}") for i in range(REPLICATES)]
+        changes = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
         if changes:
-            responses[one.suspect.name] = updated(response, one.b, np.array(changes), one.z)
-    return _with_responses(problem, first.setup, responses)
+            responses[one.name] = updated(responses[one.name], one.b, np.array(changes), one.z)
+    return _with_responses(problem, setup, responses)
 
 
 def _farther(response: Response, h: float) -> float:
@@ -76,21 +77,19 @@ def _farther(response: Response, h: float) -> float:
     last = max(response.simulated, default=0.0)
     if h >= 0.97 * response.limits[1]:
         return FARTHER * max(last, response.knots[-1][0])
-    if last and h > response.h(last) and response.h(last) < BENT * last:
+    if last and h > response.h(last) and _bent(response, last):
         return FARTHER * last
     return 0.0
 
 
 def _known(one: Wanted) -> bool:
     """Whether the effect was simulated by itself at nearly this magnitude."""
-    response = one.suspect.response
-    return response is not None and any(abs(b - one.b) <= NEAR * abs(one.b) for b in response.simulated)
+    return any(abs(b - one.b) <= NEAR * abs(one.b) for b in one.response.simulated)
 
 
-def _bends(suspect: Suspect) -> bool:
-    """Whether simulations showed a response that is not linear."""
-    response = suspect.response
-    return response is not None and any(abs(response.h(b)) < BENT * abs(b) for b in response.simulated)
+def _bent(response: Response, b: float) -> bool:
+    """Whether the response to b plausible sizes is clearly smaller than a linear one."""
+    return abs(response.h(b)) < BENT * abs(b)
 
 
 def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Response]) -> Problem:
@@ -118,8 +117,8 @@ def _labels(ranking: Ranking) -> list[str]:
     return found[:MOST]
 
 
-def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
-    """Cases at the fit of one effect."""
+def _wanted(ranking: Ranking, label: str, group: str) -> Wanted:
+    """Magnitude and parameters at the fit of one effect."""
     one, evidence = ranking.models[label].members[0], ranking.evidence[label]
     assert one.response is not None
     fit = ranking.fits.get(label, ranking.fits[NONE])
@@ -130,11 +129,15 @@ def _wanted(ranking: Ranking, label: str, setup: Setup, group: str) -> Wanted:
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
-    cases: dict[str, Case] = {}
+    return Wanted(one.response, b, fit.places.z[group])
+
+
+def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
+    """Replicates with the effect and without it, by label."""
+    plan, cases = setup.plan, dict[str, Case]()
     for i in range(REPLICATES):
-        z = np.clip(fit.places.z[group] + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
-        plan = setup.plan
+        z = np.clip(one.z + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
         base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, 3))), len(plan.signs) + i)
         cases[f"{one.name} without {i}"] = base
-        cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: b * one.size})
-    return Wanted(one, b, fit.places.z[group], cases)
+        cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
+    return cases
