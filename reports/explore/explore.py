@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from birdstrike.data.errors import UserError
@@ -20,6 +19,7 @@ from birdstrike.data.units import ACCEPTED, factor
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.explore.view import View
 from birdstrike.reports.sections.reproducibility import installed
+from birdstrike.reports.template import page_template
 from birdstrike.surrogate.weights import student_table
 
 PAGE = "explore.html"
@@ -62,16 +62,9 @@ def explore(folder: str | Path, out: str | Path | None = None) -> Path:
 
 def page(views: Sequence[View], name: str) -> str:
     """The page as HTML text; nothing in it points outside."""
-    environment = Environment(
-        loader=PackageLoader("birdstrike.reports.explore", "page"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     text, numbers = packed(content(views))
     own = files("birdstrike.reports.explore") / "page"
-    return environment.get_template("page.html.j2").render(
+    return page_template("birdstrike.reports.explore", "page", "page.html.j2").render(
         title=f"Explore {name}: {', '.join(shot['name'] for shot in views[0].shots)}",
         views=views,
         view=views[0],

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from birdstrike.reports.blocks import Section
 from birdstrike.reports.sections.reproducibility import installed
+from birdstrike.reports.template import page_template
 
 
 def rendered(
@@ -19,15 +18,8 @@ def rendered(
     beside: str = "",
 ) -> str:
     """HTML text of a page; switches: of the curves that its figures can hide; beside: the file of `explore`."""
-    environment = Environment(
-        loader=PackageLoader("birdstrike.reports.page", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     version = installed("birdstrike")
-    return environment.get_template("template.html.j2").render(
+    return page_template("birdstrike.reports.page", ".", "template.html.j2").render(
         title=title,
         subtitle=subtitle,
         sections=sections,
