@@ -99,8 +99,8 @@ def _coarse_plate(case: Case) -> list[str]:
             f"the target's mesh is too coarse: expect an error of about {error:.0%} in the peak displacement ({size}); "
             f"{remedy}, and measure what is left with birdstrike converge"
         ]
-    if error == (between := max(map(partial(interpolation_error, case), case.sensors), default=0.0)):
-        name = next(name for name in case.sensors if interpolation_error(case, name) == between)
+    name = max(case.sensors, key=partial(interpolation_error, case))
+    if interpolation_error(case, name) == error:
         size = f"{name} lies inside a shell, where the reading is interpolated between the nodes"
     return [
         f"plate.elements = {list(elements)} is too coarse: expect an error of about {error:.0%} in the peak "

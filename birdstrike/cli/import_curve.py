@@ -125,7 +125,7 @@ def command(
     if decimal not in ("", ",", "."):
         raise UserError(f'--decimal {decimal} is no mark of decimals; write --decimal "," or --decimal "."')
     columns = dict(_pair(text) for text in sensor)
-    factors = {name: _factor(text) for name, text in _of_sensors("--scale", scale, columns).items()}
+    factors = {name: factor_of(text) for name, text in _of_sensors("--scale", scale, columns).items()}
     units = {name: unit for name, (_, unit, _) in factors.items() if unit}
     units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
     record = import_curve(
@@ -191,7 +191,7 @@ def _of_sensors(option: str, texts: Iterable[str], sensors: Mapping[str, str]) -
     return found
 
 
-def _factor(text: str) -> tuple[float, str, str]:
+def factor_of(text: str) -> tuple[float, str, str]:
     """A factor, and where it has a unit such as mm/V the unit it gives and the one it takes."""
     match = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(?:(\S.*?)\s*/\s*([^/]+?))?\s*", text)
     try:

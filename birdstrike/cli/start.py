@@ -107,14 +107,14 @@ def _consistent(asked: Answers) -> tuple[Shot, Case]:
     """Answers that make a valid case; those that do not go together are asked again, or raise UserError."""
     import tomllib
 
-    from birdstrike.cli.import_curve import _factor
+    from birdstrike.cli.import_curve import factor_of
     from birdstrike.data.errors import CaseError, UserError
     from birdstrike.questions.case_file import case_text
     from birdstrike.questions.shot import Interview
     from birdstrike.solver.case.case import load_case
 
     while True:
-        shot = Interview(asked, _factor).shot()
+        shot = Interview(asked, factor_of).shot()
         try:
             return shot, load_case(tomllib.loads(case_text(shot)))
         except CaseError as error:
@@ -233,7 +233,7 @@ def _imported(begun: Begun, shift: float) -> None:
     """Write the record, its clock shifted [s], by the reader of `birdstrike import`."""
     from dataclasses import replace
 
-    from birdstrike.cli.import_curve import _factor, import_curve
+    from birdstrike.cli.import_curve import factor_of, import_curve
     from birdstrike.data.curves import read_measured, write_measured
 
     shot, text = begun.shot, f"{1e6 * shift:.1f} us"
@@ -242,7 +242,7 @@ def _imported(begun: Begun, shift: float) -> None:
         note = f"{text} was added to the clock of {shot.record.name}."
         write_measured(begun.record, replace(record, time=record.time + shift, provenance=(*record.provenance, note)))
         return
-    factors = {name: _factor(column.scale) for name, column in shot.columns.items()}
+    factors = {name: factor_of(column.scale) for name, column in shot.columns.items()}
     units = {name: unit for name, (_, unit, _) in factors.items() if unit}
     units |= {name: column.unit for name, column in shot.columns.items() if column.unit}
     import_curve(

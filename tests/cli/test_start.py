@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from birdstrike.cli.app import app
-from birdstrike.cli.import_curve import _factor
+from birdstrike.cli.import_curve import factor_of
 from birdstrike.cli.start import begin
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.questions.answers import Answers, read_answers
@@ -121,7 +121,7 @@ def test_a_column_is_by_default_what_its_unit_or_its_name_says(tmp_path: Path) -
     rows = [f"{10 * i},{0.001 * i},{i},{i},{i},{i},20" for i in range(40)]
     path = tmp_path / "many.csv"
     path.write_text("\n".join([head, *rows]), encoding="utf-8")
-    shot = Interview(Answers({"record": {"file": str(path)}}), _factor).shot()
+    shot = Interview(Answers({"record": {"file": str(path)}}), factor_of).shot()
     kinds = {name: (column.name, column.sensor["kind"]) for name, column in shot.columns.items()}
     assert kinds == {
         "displacement_centre": ("laser", "displacement"),
