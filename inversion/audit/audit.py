@@ -21,7 +21,7 @@ from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import make_experiments
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -76,10 +76,10 @@ def audit(
     if make or forms:
         declared = case if isinstance(case, Case) else load_case(case)
         declared = declared.with_sensors(FOURTH) if case == CASE else declared
-        with Strikes(place / "truths", (), choice.workers, retry=choice.retry) as strikes:
+        with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
-                    make_experiments(declared, made, strikes.run, count, choice.seed, forms=other)
+                    make_experiments(declared, made, simulations.run, count, choice.seed, forms=other)
     source = made if folder is None else Path(folder)
     found = [one for one in find_experiments(source) if channels in (None, len(read_measured(one.shots[0]).channels))]
     if not found:
@@ -119,7 +119,7 @@ def _score(name: str, one: Experiment, answer: dict[str, Any], place: Path, opti
     """The truth is opened after the record has been answered."""
     case, held = load_case(one.case), None if one.heldout is None else read_measured(one.heldout)
     store = place / "diagnoses" / case_hash(case) / "runs"
-    check = Strikes(store, (), options.workers, retry=options.retry) if options.check else None
+    check = Simulations(store, (), options.workers, retry=options.retry) if options.check else None
     with check or nullcontext():
         simulate = check.run if check else None
         return score(name, answer, read_truth(one.truth), case, simulate, one.baseline is not None, held)

@@ -26,7 +26,7 @@ CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
 SHARES = {CLEAN: 0.30, SINGLE: 0.54, PAIR: 0.08, OUTSIDE: 0.08}
 """Of the truths. More single effects than the diagnosis' prior has, because most criteria are about them; the
 reliability of the probabilities is weighted back to the prior."""
-SMALLEST, LARGEST = 0.8, 3.0  # plausible sizes of a planted effect
+SMALLEST, LARGEST = 0.8, 3.0  # plausible sizes of an effect in a truth
 PARTICLES, SHELLS, SHELLS_OF_FORM = 8, 2, 3  # times those declared
 JITTER = 0.05  # of the particle spacing
 INSIDE = 0.05  # of a parameter's range: distance of a truth from its ends
@@ -44,7 +44,7 @@ class Drawn:
     """One truth.
 
     number: of the draw, which all records of it share; parameters, clean: SI values of the shots and of the baseline;
-    planted: label as in the answer -> SI magnitude; what, outside: something that no effect describes, in words and as
+    effects: label as in the answer -> SI magnitude; what, outside: something that no effect describes, in words and as
     a table of the case; form: the model that makes the truth; seed: of the lattices.
     """
 
@@ -52,7 +52,7 @@ class Drawn:
     kind: str
     parameters: Mapping[str, float]
     clean: Mapping[str, float]
-    planted: Mapping[str, float]
+    effects: Mapping[str, float]
     form: str
     seed: int
     what: str = ""
@@ -68,9 +68,9 @@ def draw(case: Case, seed: int, number: int, forms: bool, attempt: int = 0) -> D
     kind = str(np.random.default_rng([seed, number]).choice(list(SHARES), p=list(SHARES.values())))
     form = str(rng.choice([HEXAHEDRA, OTHER_LAW])) if forms else OWN
     what, outside = _outside(case, rng) if kind == OUTSIDE else ("", {})
-    planted = _bearable(case, {SINGLE: 1, PAIR: 2}.get(kind, 0), rng)
+    acting = _bearable(case, {SINGLE: 1, PAIR: 2}.get(kind, 0), rng)
     theta, clean = _parameters(case, rng), _parameters(case, rng)
-    return Drawn(number, kind, theta, clean, planted, form, int(rng.integers(1_000_000)), what, outside)
+    return Drawn(number, kind, theta, clean, acting, form, int(rng.integers(1_000_000)), what, outside)
 
 
 def _parameters(case: Case, rng: Generator) -> dict[str, float]:
@@ -87,7 +87,7 @@ def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
             continue
         acting = {label: _magnitude(case, name_of(label), rng) for label in labels}
         try:
-            with_planted(case, acting, SHOTS[0]).resolved()
+            with_effects_of(case, acting, SHOTS[0]).resolved()
         except UserError:
             continue
         return acting
@@ -154,7 +154,7 @@ def roles(drawn: Drawn, case: Case, shots: int = len(SHOTS)) -> dict[str, Case]:
     found = {shot: truth_case(case, drawn, i, shot) for i, shot in enumerate(SHOTS[:shots])}
     found[HELDOUT] = truth_case(case, drawn, len(SHOTS), SHOTS[0])
     found[BASELINE] = truth_case(case, drawn, len(SHOTS) + 1, BASELINE)
-    if drawn.planted:
+    if drawn.effects:
         found[WITHOUT] = truth_case(case, drawn, 0, WITHOUT)
         for p in case.parameters():
             for sign in (-1.0, 1.0):
@@ -181,7 +181,7 @@ def truth_case(case: Case, drawn: Drawn, lattice: int, role: str) -> Case:
     found = found.overlaid({"bird": bird, "time": {"end": quantity_text(case.time.end + SPARE, "s")}})
     if formed:
         found = replaced(found, form_table(found, drawn.form))
-    return found if role in (BASELINE, WITHOUT) else with_planted(found, drawn.planted, role)
+    return found if role in (BASELINE, WITHOUT) else with_effects_of(found, drawn.effects, role)
 
 
 def form_table(case: Case, form: str) -> Raw:
@@ -219,9 +219,9 @@ def _merged(raw: Any, table: Mapping[str, Any]) -> Raw:
     return found
 
 
-def with_planted(case: Case, planted: Mapping[str, float], shot: str) -> Case:
+def with_effects_of(case: Case, effects: Mapping[str, float], shot: str) -> Case:
     """The case with effects by their labels (SI), those of another shot left out."""
-    acting = {label: value for label, value in planted.items() if value and label.partition("@")[2] in ("", shot)}
+    acting = {label: value for label, value in effects.items() if value and label.partition("@")[2] in ("", shot)}
     common = {name_of(label): value for label, value in acting.items() if "." not in label}
     found = case.with_effects({**case.effects, **common}) if common else case
     table = {}

@@ -37,7 +37,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Truth:
-    """What was planted, SI.
+    """What the truth has, SI.
 
     draw: the truth that several records share; form: the model that made it; time: (n,) [s]; curves: role -> sensor ->
     (n,) without noise; slopes: parameter -> sensor -> (n,) change over the whole of its range.
@@ -105,11 +105,11 @@ def read_truth(path: Path) -> Truth:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         if content["kind"] not in KINDS:
             raise ValueError(f'kind = "{content["kind"]}" is none of {", ".join(KINDS)}')
-        planted = {label: float(value) for label, value in content.get("effects", {}).items()}
+        effects = {label: float(value) for label, value in content.get("effects", {}).items()}
         parameters = {name: float(value) for name, value in content.get("parameters", {}).items()}
         time, curves, slopes = read_curves(path, content)
         named = (content.get("draw", path.name.removesuffix(TRUTH)), content.get("form", OWN), content.get("what", ""))
-        return Truth(content["kind"], *named, planted, parameters, time, curves, slopes)
+        return Truth(content["kind"], *named, effects, parameters, time, curves, slopes)
     except (KeyError, TypeError, ValueError, OSError) as error:
         raise UserError(
             f"{path} is no truth file: {error}; make experiments with: birdstrike audit --make N"

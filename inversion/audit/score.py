@@ -16,7 +16,7 @@ from scipy.linalg import block_diag, cholesky, solve_triangular
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.audit.draws import CLEAN, HELDOUT, OWN, SHOTS, SINGLE, WITHOUT, name_of, with_planted
+from birdstrike.inversion.audit.draws import CLEAN, HELDOUT, OWN, SHOTS, SINGLE, WITHOUT, name_of, with_effects_of
 from birdstrike.inversion.audit.records import Truth
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, family_of
@@ -215,8 +215,8 @@ def remaining_error(
     try:
         cases = {
             "before": case.with_values(fitted),
-            "after": with_planted(case.with_values(corrected), {one["name"]: one["magnitude"]}, SHOTS[0]),
-            "oracle": with_planted(case.with_values(truth.parameters), truth.effects, SHOTS[0]),
+            "after": with_effects_of(case.with_values(corrected), {one["name"]: one["magnitude"]}, SHOTS[0]),
+            "oracle": with_effects_of(case.with_values(truth.parameters), truth.effects, SHOTS[0]),
         }
         histories = simulate(cases)
     except (UserError, RunFailed):

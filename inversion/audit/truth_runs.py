@@ -132,7 +132,7 @@ def _columns(
         for sensor in case.sensors:
             values = np.interp(time, one.time, one.channels[sensor])
             found[role, sensor] = np.where(time < 0.0, drifts.get(sensor, 0.0) * time, values)
-    for p in case.parameters() if drawn.planted else ():
+    for p in case.parameters() if drawn.effects else ():
         low, high = (histories[f"{SLOPE} {p.name} {sign}"] for sign in ("-1", "+1"))
         ends = np.clip(drawn.parameters[p.name] + np.array([-1, 1]) * STEP * (p.high - p.low), p.low, p.high)
         share = float(ends[1] - ends[0]) / (p.high - p.low)
@@ -147,7 +147,7 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
     if role in (BASELINE, WITHOUT):
         return {}
     found = {}
-    for label, value in drawn.planted.items():
+    for label, value in drawn.effects.items():
         name, _, sensor = label.split("@")[0].partition(".")
         if name == "sensor_drift":
             those = [sensor] if sensor else [n for n, s in case.sensors.items() if s.kind == "displacement"]
@@ -156,9 +156,9 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
 
 
 def visible(drawn: Drawn, layout: Layout) -> dict[str, float]:
-    """The planted effects that a record can show: a fault of a sensor that it does not have is not there."""
+    """The effects of a truth that a record can show: a fault of a sensor that it does not have is not there."""
     shown = {}
-    for label, value in drawn.planted.items():
+    for label, value in drawn.effects.items():
         sensor = label.split("@")[0].partition(".")[2]
         if not sensor or sensor in layout.channels:
             shown[label] = value
@@ -181,9 +181,9 @@ def _write(
     for role, ending, channels in _files(case, layout):
         record = {sensor: clean[role, sensor] for sensor in channels}
         write_measured(folder / f"{name}{ending}", noisy(case, time, record, rng))
-    planted = visible(drawn, layout)
-    kind = {0: CLEAN, 1: SINGLE, 2: PAIR}[len(planted)] if drawn.planted else drawn.kind
-    truth = Truth(kind, curves, drawn.form, drawn.what, planted, drawn.parameters)
+    shown = visible(drawn, layout)
+    kind = {0: CLEAN, 1: SINGLE, 2: PAIR}[len(shown)] if drawn.effects else drawn.kind
+    truth = Truth(kind, curves, drawn.form, drawn.what, shown, drawn.parameters)
     write_atomically(folder / f"{name}{TRUTH}", truth_text(truth, f"{curves}{CURVES}"))
 
 

@@ -19,7 +19,7 @@ from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.evidence import BIRDS_APART, UNNAMED, Judge
+from birdstrike.inversion.diagnosis.evidence import BIRDS_APART, UNNAMED, ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 
@@ -33,23 +33,25 @@ def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
     Pairs and something else are left out.
     """
     found: dict[str, float | None] = {}
-    judges: dict[int, Judge] = {}
+    testers: dict[int, ModelTester] = {}
     for label, model in ranking.models.items():
         if len(model.members) > 1 or label == SOMETHING_ELSE:
             continue
         fit = ranking.fits.get(label, ranking.fits["none"])
-        judge = judges.setdefault(id(fit), at_shares(fit))
+        tester = testers.setdefault(id(fit), at_shares(fit))
         sizes = ranking.evidence[label].h
-        logs = np.array([judge.model(model, list(sizes), np.array([i])).log_evidence for i in range(len(SHARES))])
+        logs = np.array([tester.model(model, list(sizes), np.array([i])).log_evidence for i in range(len(SHARES))])
         found[label] = smallest(logs)
     return found
 
 
-def at_shares(fit: Fit) -> Judge:
-    """The fit's system judged at common shares."""
-    combinations = np.repeat(SHARES[:, None], len(fit.judge.kinds), axis=1)
+def at_shares(fit: Fit) -> ModelTester:
+    """The fit's system tested at common shares."""
+    combinations = np.repeat(SHARES[:, None], len(fit.tester.kinds), axis=1)
     own = (max(BIRDS_APART),)  # a bird of its own: the least that a model could need
-    return Judge(fit.system, fit.judge.known, fit.judge.places, fit.judge.scale, combinations, (UNNAMED[0],), own)
+    return ModelTester(
+        fit.system, fit.tester.known, fit.tester.places, fit.tester.scale, combinations, (UNNAMED[0],), own
+    )
 
 
 def smallest(logs: Array) -> float | None:
@@ -73,21 +75,27 @@ def alarm(ranking: Ranking, seed: int = 0, draws: int = DRAWS) -> float:
     priors = np.array([ranking.models[label].prior for label in labels])
     other = ranking.models[SOMETHING_ELSE].prior
     rng = np.random.default_rng(seed)
-    p = [_at(fit.judge, int(node), labels, priors, other, rng, draws) for node in kept]
+    p = [_at(fit.tester, int(node), labels, priors, other, rng, draws) for node in kept]
     return float(np.average(p, weights=weights[kept]))
 
 
 def _at(
-    judge: Judge, node: int, labels: list[str], priors: Array, other_prior: float, rng: np.random.Generator, draws: int
+    tester: ModelTester,
+    node: int,
+    labels: list[str],
+    priors: Array,
+    other_prior: float,
+    rng: np.random.Generator,
+    draws: int,
 ) -> float:
     """The p-value at one set of amplitudes."""
-    system, amplitudes = judge.system, judge.combinations[node]
-    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
+    system, amplitudes = tester.system, tester.combinations[node]
+    free, sizes = tester.free, tester.sizes(np.array([node]))[0]
     wanted = [0, *free, *(system.at[label].start for label in labels)]
     white, smooth = [], []
     for block, other, a in zip(system.blocks, system.other, amplitudes, strict=True):
         scale = 1.0 / np.sqrt(1.0 + a**2 * block.lam)
-        white.append(scale[:, None] * (block.T @ judge.columns[np.ix_(block.rows, wanted)]))
+        white.append(scale[:, None] * (block.T @ tester.columns[np.ix_(block.rows, wanted)]))
         more = block.T @ (other.F - block.F) @ block.T.T
         smooth.append(scale[:, None] * more * scale)
     x = np.vstack(white)
@@ -98,7 +106,7 @@ def _at(
     def whitened(columns: Array) -> Array:
         return columns - u @ (shrink[:, None] * (u.T @ columns))
 
-    out = whitened(np.column_stack([x[:, 0], judge.scale * x[:, 1 + r :]]))
+    out = whitened(np.column_stack([x[:, 0], tester.scale * x[:, 1 + r :]]))
     S = whitened(whitened(np.asarray(block_diag(*smooth))).T)
     values, vectors = np.linalg.eigh(0.5 * (S + S.T))
     samples = rng.standard_normal((draws, len(x)))

@@ -26,7 +26,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import rounded
 from birdstrike.solver.case.case import Case
@@ -503,8 +503,8 @@ def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
     return {"sensors": sensors, "numerical": {}, "numerical_share": share, "numerical_enlarged": 1.0}
 
 
-def strike_figures(
-    ranking: Ranking, strikes: Strikes, shot: Shot, runs: Mapping[str, SolverRun], chosen: str | None
+def simulation_counts(
+    ranking: Ranking, simulations: Simulations, shot: Shot, runs: Mapping[str, SolverRun], chosen: str | None
 ) -> dict[str, Any]:
     """Simulations run and found stored, and by how much the solver leaves the fits, by channel, SI."""
     labels = {"before": NONE, "after": chosen}
@@ -514,8 +514,8 @@ def strike_figures(
         if label is not None and (key := f"{shot.name} {state_name}") in runs
     }
     campaign = sum(label.startswith("coarse ") for label in shot.setup.runs)
-    counts = {"campaign": campaign, "paid": strikes.paid, "reused": strikes.reused}
-    return {**counts, "emulator_error": off, "failed": dict(strikes.failures)}
+    counts = {"campaign": campaign, "paid": simulations.paid, "reused": simulations.reused}
+    return {**counts, "emulator_error": off, "failed": dict(simulations.failures)}
 
 
 def remainder_figures(ranking: Ranking) -> dict[str, Any] | None:

@@ -126,8 +126,8 @@ def baseline_shapes(fits: Mapping[str, tuple[Shot, Fit]], shapes: Mapping[str, S
 def discrepancy_of(fit: Fit) -> Array:
     """(n,) posterior mean of the discrepancy of a single calibrated shot, in the record's units."""
     system = fit.system
-    best = fit.judge.combinations[int(fit.evidence.weights.argmax())]
-    left = fit.judge.columns[:, 0] - fit.judge.columns[:, fit.judge.free] @ fit.evidence.z
+    best = fit.tester.combinations[int(fit.evidence.weights.argmax())]
+    left = fit.tester.columns[:, 0] - fit.tester.columns[:, fit.tester.free] @ fit.evidence.z
     found = np.zeros(len(left))
     for block, a in zip(system.blocks, best, strict=True):
         covariance = block.F + a**2 * block.U

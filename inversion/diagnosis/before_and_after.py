@@ -13,12 +13,12 @@ import numpy as np
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
-from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
@@ -90,9 +90,9 @@ def _predicted(
     members = tuple(one for one in hypothesis.members if any(shot.name in one.shots for shot in kept))
     places = replace(fit.places, h={one.label: fit.places.h.get(one.label, 0.0) for one in members})
     system = build(kept, found, places, known, problem.shapes, problem.options)
-    judge = Judge(system, known, places.h, problem.scale)
+    tester = ModelTester(system, known, places.h, problem.scale)
     model = replace(hypothesis, members=members)
-    evidence = judge.model(model, [places.h[one.label] for one in members] if members else None)
+    evidence = tester.model(model, [places.h[one.label] for one in members] if members else None)
     shot, points = held
     k = len(shot.setup.lows)
     at = system.groups.index(shot.group) * k if shot.group in system.groups else None
@@ -125,15 +125,15 @@ def expected_residual(shot: Shot, problem: Problem, model: Hypothesis, fit: Fit)
     Noise, numerical error and discrepancy at the likeliest amplitudes; what the baselines' residuals tell of the shot's
     is its mean, and no part of its spread (conditional normal distribution).
     """
-    system, evidence, columns = fit.system, fit.evidence, fit.judge.columns
+    system, evidence, columns = fit.system, fit.evidence, fit.tester.columns
     node = int(evidence.weights.argmax())
-    J, unnamed = columns[:, system.at["J"]], fit.judge.unnamed[node] * columns[:, system.at["unnamed"]]
+    J, unnamed = columns[:, system.at["J"]], fit.tester.unnamed[node] * columns[:, system.at["unnamed"]]
     stated = columns[:, system.at["nuisance"]]
-    left = columns[:, 0] - J @ fit.judge.rotation @ evidence.z[: J.shape[1]]
+    left = columns[:, 0] - J @ fit.tester.rotation @ evidence.z[: J.shape[1]]
     for one, size in zip(model.members, evidence.h, strict=True):
         left = left - size * columns[:, system.at[one.label].start]
     whole = unnamed @ unnamed.T + stated @ stated.T
-    amplitudes = fit.judge.combinations[node]
+    amplitudes = fit.tester.combinations[node]
     for block, amplitude in zip(system.blocks, amplitudes, strict=True):
         whole[np.ix_(block.rows, block.rows)] += block.F + amplitude**2 * block.U
     counts = [len(own.record.values) for own in problem.shots]
@@ -190,13 +190,13 @@ def _instruments(case: Case, faults: Sequence[tuple[Suspect, float]]) -> Raw:
 
 
 def run_at(
-    wanted: Mapping[str, tuple[Shot, Fit, Hypothesis]], strikes: Strikes
+    wanted: Mapping[str, tuple[Shot, Fit, Hypothesis]], simulations: Simulations
 ) -> tuple[dict[str, SolverRun], dict[str, str]]:
     """Runs by label, and why the others failed."""
     cases = {label: case_at(*one) for label, one in wanted.items()}
-    runs = strikes.run(cases)
+    runs = simulations.run(cases)
     found = {label: SolverRun(cases[label], carried(wanted[label][0], histories)) for label, histories in runs.items()}
-    return found, {label: strikes.failures[label] for label in cases if label not in runs}
+    return found, {label: simulations.failures[label] for label in cases if label not in runs}
 
 
 def carried(shot: Shot, histories: Histories) -> Array:

@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, 
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
 from birdstrike.inversion.diagnosis.shots import read_shot
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case
 
@@ -91,14 +91,14 @@ def diagnose(
     further = () if doe is None else (Path(doe) / "runs",)
     with (
         choice.counter() as shown,
-        Strikes(folder / "runs", further, choice.workers, shown, choice.retry) as strikes,
+        Simulations(folder / "runs", further, choice.workers, shown, choice.retry) as simulations,
     ):
-        setups = all_setups(shots, clean, strikes, choice)
+        setups = all_setups(shots, clean, simulations, choice)
         read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
         records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
         baselines = read_baselines(records, channels_of(shots))
         held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
-        found = Pipeline(read_shots, baselines, choice, strikes, warnings).diagnosis(held)
+        found = Pipeline(read_shots, baselines, choice, simulations, warnings).diagnosis(held)
     copy_case(shots[0].case, folder)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
@@ -197,7 +197,7 @@ def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:
 
 
 def all_setups(
-    shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], strikes: Strikes, choice: DiagnosisOptions
+    shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], simulations: Simulations, choice: DiagnosisOptions
 ) -> dict[str, Setup]:
     """Setups by the case's hash, one for each different case, with the measured channels."""
     found: dict[str, Setup] = {}
@@ -208,7 +208,7 @@ def all_setups(
         channels = [channel for channel in channels_of(shots) if channel in one.case.sensors]
         plan = make_plan(one.case, choice.runs, choice.seed)
         with choice.display(f"Simulations and emulator of {one.case.name}") as progress:
-            found[key] = make_setup(plan, channels, simulate_plan(plan, strikes), progress)
+            found[key] = make_setup(plan, channels, simulate_plan(plan, simulations), progress)
     return found
 
 

@@ -109,7 +109,7 @@ class Reduced:
     logdet: Array
 
 
-class Judge:
+class ModelTester:
     """Evaluates models on one system.
 
     places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node

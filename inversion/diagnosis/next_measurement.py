@@ -15,7 +15,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
-from birdstrike.inversion.diagnosis.evidence import Judge
+from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE
 from birdstrike.inversion.diagnosis.plan import PREFIX, slope
 from birdstrike.inversion.diagnosis.ranking import Ranking
@@ -60,7 +60,7 @@ def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     ][:MOST]
     if len(compared) < 2:
         return None
-    gram, columns = record_information(ranking.fits[NONE].judge, compared, _likeliest(ranking, compared))
+    gram, columns = record_information(ranking.fits[NONE].tester, compared, _likeliest(ranking, compared))
     sizes = np.array([float(ranking.evidence[label].h[0]) for label in compared])
     weights = np.array([ranking.shares[label] for label in compared])
     now = expected(gram, columns, sizes, weights)
@@ -92,20 +92,20 @@ def _baseline(ranking: Ranking, compared: list[str], sizes: Array, weights: Arra
     if any(shot.baseline for shot in problem.shots):
         return []
     node = _likeliest(ranking, compared)
-    now = fit.judge.combinations[node]
-    left = np.minimum(now, [remainder(kind) for kind in fit.judge.kinds])
-    own = (float(fit.judge.unnamed[node]),)
-    judge = Judge(fit.system, problem.known, fit.judge.places, fit.judge.scale, left[None], own)
-    value = expected(*record_information(judge, compared, 0), sizes, weights)
+    now = fit.tester.combinations[node]
+    left = np.minimum(now, [remainder(kind) for kind in fit.tester.kinds])
+    own = (float(fit.tester.unnamed[node]),)
+    tester = ModelTester(fit.system, problem.known, fit.tester.places, fit.tester.scale, left[None], own)
+    value = expected(*record_information(tester, compared, 0), sizes, weights)
     return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
 
 
-def record_information(judge: Judge, compared: list[str], node: int) -> tuple[Array, int]:
+def record_information(tester: ModelTester, compared: list[str], node: int) -> tuple[Array, int]:
     """(r + q, r + q) information of the record on parameters (prior included) and effects; r."""
-    free, sizes = judge.free, judge.sizes(np.array([node]))[0]
-    index = np.concatenate([free, [judge.system.at[label].start for label in compared]])
+    free, sizes = tester.free, tester.sizes(np.array([node]))[0]
+    index = np.concatenate([free, [tester.system.at[label].start for label in compared]])
     scale = np.concatenate([sizes, np.ones(len(compared))])
-    gram = scale[:, None] * judge.grams.node(node)[np.ix_(index, index)] * scale
+    gram = scale[:, None] * tester.grams.node(node)[np.ix_(index, index)] * scale
     gram[: len(free), : len(free)] += np.eye(len(free))
     return gram, len(free)
 
@@ -147,7 +147,7 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     at = fit.system.groups.index(shot.group) * k
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
     signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
-    J = J @ fit.judge.rotation.T * fit.judge.sizes(np.array([node]))[0, : J.shape[1]]
+    J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]
     J = np.hstack([J, _unnamed(ranking, shot, signatures, node)])
     G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
     X = np.column_stack([J, *G])
@@ -160,10 +160,10 @@ def _unnamed(ranking: Ranking, shot: Shot, signatures: Mapping[str, Array], node
 
     0 for other sensors' errors; the nuisances, whose size is stated, are taken as known there.
     """
-    judge = ranking.fits[NONE].judge
-    first, last = judge.system.at["unnamed"].start, judge.system.at["nuisance"].stop
+    tester = ranking.fits[NONE].tester
+    first, last = tester.system.at["unnamed"].start, tester.system.at["nuisance"].stop
     own = np.array([signatures[name] for name in shot.setup.responses]).reshape(len(shot.setup.responses), POINTS).T
-    return judge.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
+    return tester.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
 
 
 def _response(

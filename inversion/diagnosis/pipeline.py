@@ -23,8 +23,8 @@ from birdstrike.inversion.diagnosis.answer import (
     pair_figures,
     remainder_figures,
     sentence_of,
+    simulation_counts,
     state,
-    strike_figures,
     verdict_of,
 )
 from birdstrike.inversion.diagnosis.baseline import (
@@ -43,7 +43,7 @@ from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, rank
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.system import Places
@@ -97,7 +97,7 @@ class Pipeline:
     shots: tuple[Shot, ...]
     baselines: Baselines
     options: DiagnosisOptions
-    strikes: Strikes
+    simulations: Simulations
     warnings: tuple[str, ...] = ()
 
     def diagnosis(self, heldout: Shot | None = None) -> Diagnosis:
@@ -106,7 +106,7 @@ class Pipeline:
             problem = self.problem()
             ranking = rank(problem, progress)
             for _ in range(UPDATES):
-                again = update(ranking, self.strikes)
+                again = update(ranking, self.simulations)
                 if again is ranking.problem:
                     break
                 ranking = rank(again, progress)
@@ -179,7 +179,7 @@ class Pipeline:
             shots=tuple(self._shot_figures(ranking, one, chosen, runs) for one in self.shots),
             held_out=_side_by_side(held, chosen),
             case_after=None,
-            strikes=strike_figures(ranking, self.strikes, shot, runs, chosen),
+            strikes=simulation_counts(ranking, self.simulations, shot, runs, chosen),
             warnings=self._warnings(ranking, chosen, figures, failed),
             refused=shot.setup.refused,
             record={"path": shot.name, "simulated": False},
@@ -199,7 +199,7 @@ class Pipeline:
             wanted[f"{shot.name} before"] = (shot, ranking.fits[NONE], ranking.models[NONE])
             if chosen:
                 wanted[f"{shot.name} after"] = (shot, ranking.fits[chosen], ranking.models[chosen])
-        return run_at(wanted, self.strikes)
+        return run_at(wanted, self.simulations)
 
     def _held_out(self, ranking: Ranking, chosen: str | None, heldout: Shot | None) -> dict[str, list[Held]]:
         """Parts of the data that each model predicts."""

@@ -22,7 +22,7 @@ SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided 
 
 def information(fit: Fit, labels: list[str]) -> Array:
     """(labels, labels) information on the effects' h, parameters and unnamed errors free, at the likeliest node."""
-    index, quick = fit.judge.singles
+    index, quick = fit.tester.singles
     own = [index[label] for label in labels]
     return quick.S[int(fit.evidence.weights.argmax())][np.ix_(own, own)]
 
@@ -42,7 +42,7 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
     """Effect -> share of its signature that the parameters imitate."""
     fit = ranking.fits[NONE]
     labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
-    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    gram = fit.tester.grams.node(int(fit.evidence.weights.argmax()))
     whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
     left = np.diag(information(fit, labels))
     shares = 1.0 - left / np.maximum(whole, 1e-300)
@@ -74,11 +74,11 @@ def biases(ranking: Ranking) -> dict[str, dict[str, float]]:
     fit, shot = ranking.fits[NONE], ranking.problem.shots[0]
     space, at = shot.setup.plan.space, fit.system.at
     labels = [label for label, model in ranking.models.items() if len(model.members) == 1]
-    gram = fit.judge.grams.node(int(fit.evidence.weights.argmax()))
+    gram = fit.tester.grams.node(int(fit.evidence.weights.argmax()))
     J, own = np.arange(at["J"].start, at["J"].stop), np.array([at[label].start for label in labels])
     node = np.array([int(fit.evidence.weights.argmax())])
-    prior = np.diag(fit.judge.sizes(node)[0, : len(J)] ** -2.0)
-    moved = PRIOR_SD * fit.judge.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
+    prior = np.diag(fit.tester.sizes(node)[0, : len(J)] ** -2.0)
+    moved = PRIOR_SD * fit.tester.rotation.T @ np.linalg.solve(prior + gram[np.ix_(J, J)], gram[np.ix_(J, own)])
     k = len(space.names)
     first = fit.system.groups.index(shot.group) * k
     z = np.clip(fit.places.z[shot.group], STEP, 1.0 - STEP)

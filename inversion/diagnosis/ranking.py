@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
-from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, ModelTester, credible_set, probabilities
 from birdstrike.inversion.diagnosis.hypotheses import (
     NONE,
     SOMETHING_ELSE,
@@ -31,11 +31,11 @@ CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 @dataclass(frozen=True)
 class Fit:
-    """A model where it fits: system about there, its judge, its evidence there."""
+    """A model where it fits: system about there, its tester, its evidence there."""
 
     places: Places
     system: System
-    judge: Judge
+    tester: ModelTester
     evidence: Evidence
 
     def interval(self, group: str, k: int) -> tuple[Array, Array]:
@@ -64,21 +64,21 @@ class Problem:
         """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
         places = start or self.start()
         members = hypothesis.members
-        fit = self._judged(hypothesis, places, members)
+        fit = self._tested(hypothesis, places, members)
         for _ in range(steps):
             following = self._moved(fit, hypothesis)
             moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
             places = following
-            fit = self._judged(hypothesis, places, members)
+            fit = self._tested(hypothesis, places, members)
             if moved < CLOSE:
                 break
         return fit
 
-    def _judged(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
+    def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
-        judge = Judge(system, self.known, places.h, self.scale)
+        tester = ModelTester(system, self.known, places.h, self.scale)
         sizes = [places.h[one.label] for one in members] if places.h else None
-        return Fit(places, system, judge, judge.model(hypothesis, sizes))
+        return Fit(places, system, tester, tester.model(hypothesis, sizes))
 
     def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
         """The posterior mean, inside the emulator's box and the effects' limits."""
@@ -133,8 +133,8 @@ class Ranking:
     @property
     def same_bird(self) -> float:
         """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
-        judge = self.fits[NONE].judge
-        return sum(self.shares[label] * judge.same_bird(one.weights) for label, one in self.evidence.items())
+        tester = self.fits[NONE].tester
+        return sum(self.shares[label] * tester.same_bird(one.weights) for label, one in self.evidence.items())
 
     @property
     def families(self) -> dict[str, float]:
@@ -153,7 +153,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     systems = [none, other, *_as_baseline(problem, models[NONE], none)]
     begins: dict[str, Fit] = {}
     for label in singles:
-        tried = [(fit.judge.model(models[label]), fit) for fit in systems]
+        tried = [(fit.tester.model(models[label]), fit) for fit in systems]
         evidence[label], begins[label] = min(tried, key=lambda one: _astray(*one))
     progress(0.5)
     fits = {NONE: none, SOMETHING_ELSE: other}
@@ -229,28 +229,28 @@ def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, 
     pairs = [one for one in models.values() if len(one.members) == 2]
     if not pairs:
         return {}
-    judge = about.judge
+    tester = about.tester
     weights = about.evidence.weights
     kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
-    quick = _quick_pairs(judge, pairs, int(weights.argmax()))
-    reference = judge.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
+    quick = _quick_pairs(tester, pairs, int(weights.argmax()))
+    reference = tester.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
     offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
     found: dict[str, Evidence] = {}
     order = np.argsort(-quick)
     for rank_of, i in enumerate(order):
         one = pairs[int(i)]
         if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
-            full = judge.model(one, only=kept)
+            full = tester.model(one, only=kept)
             found[one.label] = replace(full, log_evidence=full.log_evidence + offset)
         else:
             found[one.label] = _as_single(one, evidence[_better(one, evidence)])
     return found
 
 
-def _quick_pairs(judge: Judge, pairs: list[Hypothesis], node: int) -> Array:
+def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:
     """(pairs,) log evidence at one node, without the doubt of signatures."""
-    index, quick = judge.singles
-    gram, pull = judge.scale**2 * quick.S[node], judge.scale * quick.S[node][:, 0]
+    index, quick = tester.singles
+    gram, pull = tester.scale**2 * quick.S[node], tester.scale * quick.S[node][:, 0]
     found = np.empty(len(pairs))
     for j, pair in enumerate(pairs):
         at = [index[m.label] for m in pair.members]

@@ -13,7 +13,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Response, learn_responses
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
@@ -85,13 +85,13 @@ def smooth_variance(process: object, u: Array) -> float:
     return max(variance - float(process.nugget), 0.0)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def simulate_plan(plan: Plan, strikes: Strikes) -> dict[str, Histories]:
+def simulate_plan(plan: Plan, simulations: Simulations) -> dict[str, Histories]:
     """All histories of a plan that finished; raises RunFailed when too few of the campaign or of the fine mesh did."""
-    runs = strikes.run({**plan.meshes(), **plan.campaign(), **plan.responses()})
+    runs = simulations.run({**plan.meshes(), **plan.campaign(), **plan.responses()})
     for kind, needed in (("coarse", len(plan.space.names) + 3), ("fine", len(plan.space.names) + 3)):
         count = sum(label.startswith(kind) for label in runs)
         if count < needed:
-            reasons = next(iter(strikes.failures.values()), "")
+            reasons = next(iter(simulations.failures.values()), "")
             raise RunFailed(f"{count} {kind} simulations finished, {needed} are needed: {reasons}", "check the case")
     return runs
 

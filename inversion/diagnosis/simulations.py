@@ -22,10 +22,10 @@ from birdstrike.solver.simulate import simulate
 Shown = Callable[[RunCounts], None]
 
 
-class Strikes:
+class Simulations:
     """Runs cases; a context, because its workers live as long as it does.
 
-    store: where new runs go; read: further stores in which a run may already lie. paid, reused: strikes so far.
+    store: where new runs go; read: further stores in which a run may already lie. paid, reused: simulations so far.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Strikes:
         self.retry = retry
         self._stack, self._pool = ExitStack(), None
 
-    def __enter__(self) -> Strikes:
+    def __enter__(self) -> Simulations:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -50,18 +50,18 @@ class Strikes:
 
     def run(self, cases: Mapping[str, Case]) -> dict[str, Histories]:
         """Histories of the cases by their labels; those that fail twice are left out and noted in `failures`."""
-        strikes = {label: _strike(i, case) for i, (label, case) in enumerate(cases.items())}
-        for strike in strikes.values():
-            self._fetch(strike)
-        runner = Runner(self.store, list(strikes.values()), self.shown, self.retry)
+        planned = {label: _planned(i, case) for i, (label, case) in enumerate(cases.items())}
+        for run in planned.values():
+            self._fetch(run)
+        runner = Runner(self.store, list(planned.values()), self.shown, self.retry)
         self.paid += len(runner.due)
         self.reused += runner.finished
         if runner.due:
             case = next(iter(cases.values()))
             runner.run(self._executor(), solver_for(case, simulate).simulate, case, self.workers)
         found: dict[str, Histories] = {}
-        for label, strike in strikes.items():
-            outcome = runner.outcomes[strike.number]
+        for label, run in planned.items():
+            outcome = runner.outcomes[run.number]
             if isinstance(outcome, Finished):
                 found[label] = outcome.histories
             elif outcome.due:
@@ -75,11 +75,11 @@ class Strikes:
             self._pool = self._stack.enter_context(process_pool(self.workers))
         return self._pool
 
-    def _fetch(self, strike: PlannedRun) -> None:
+    def _fetch(self, run: PlannedRun) -> None:
         """Bring a run that another store holds into one's own."""
-        if any(self.store.path(key).exists() for key in strike.keys.values()):
+        if any(self.store.path(key).exists() for key in run.keys.values()):
             return
-        for factor, key in strike.keys.items():
+        for factor, key in run.keys.items():
             for other in self.read:
                 found = other.look_up(key)
                 if found is not None:
@@ -87,7 +87,7 @@ class Strikes:
                     return
 
 
-def _strike(number: int, case: Case) -> PlannedRun:
+def _planned(number: int, case: Case) -> PlannedRun:
     """A case by its effects' keys: workers know the library of effects, but no effect of the user's own."""
     plain = case.resolved()
     return replace(PlannedRun.of(number, {}, plain, solver_for(plain, simulate)), case=plain)

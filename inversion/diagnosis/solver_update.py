@@ -19,7 +19,7 @@ from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
-from birdstrike.inversion.diagnosis.simulations import Strikes
+from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case
 
 MOST = 3  # effects brought up to date
@@ -47,7 +47,7 @@ class Wanted:
         return self.response.known.name
 
 
-def update(ranking: Ranking, strikes: Strikes) -> Problem:
+def update(ranking: Ranking, simulations: Simulations) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
@@ -58,7 +58,7 @@ def update(ranking: Ranking, strikes: Strikes) -> Problem:
     if not wanted:
         return problem
     setup = first.setup
-    runs = strikes.run({label: case for one in wanted for label, case in _cases(one, setup).items()})
+    runs = simulations.run({label: case for one in wanted for label, case in _cases(one, setup).items()})
     stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
     responses = dict(setup.responses)
     for one in wanted:

@@ -23,7 +23,7 @@ from birdstrike.inversion.audit.draws import (
     draw,
     roles,
     truth_case,
-    with_planted,
+    with_effects_of,
 )
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.eos.murnaghan import murnaghan
@@ -62,11 +62,11 @@ def test_kinds_come_in_their_shares_and_parameters_inside_their_ranges(case: Cas
 
 
 def test_single_effects_are_of_several_families_and_some_of_one_sensor_or_of_one_shot(drawn: list[Drawn]) -> None:
-    labels = [label for one in drawn for label in one.planted]
+    labels = [label for one in drawn for label in one.effects]
     assert any("." in label for label in labels)
     assert any(label.endswith("@shot1") for label in labels)
     assert len({label.split("@")[0].split(".")[0] for label in labels}) > 8
-    assert all(len(one.planted) == {CLEAN: 0, SINGLE: 1, PAIR: 2, OUTSIDE: 0}[one.kind] for one in drawn)
+    assert all(len(one.effects) == {CLEAN: 0, SINGLE: 1, PAIR: 2, OUTSIDE: 0}[one.kind] for one in drawn)
 
 
 def test_every_truth_is_eight_times_finer_on_another_lattice_and_the_baseline_is_clean(
@@ -119,9 +119,9 @@ def test_something_outside_the_library_changes_the_shot_but_not_the_baseline(cas
 
 
 def test_an_effect_of_one_shot_or_of_one_sensor_acts_there_alone(case: Case) -> None:
-    fast = with_planted(case, {"impact_speed@shot1": 2.0}, "shot1")
+    fast = with_effects_of(case, {"impact_speed@shot1": 2.0}, "shot1")
     assert fast.impact.speed == pytest.approx(case.impact.speed + 2.0)
-    assert with_planted(case, {"impact_speed@shot1": 2.0}, "shot2") == case
-    loud = with_planted(case, {"sensor_gain.displacement_quarter": 0.05}, "shot2")
+    assert with_effects_of(case, {"impact_speed@shot1": 2.0}, "shot2") == case
+    loud = with_effects_of(case, {"sensor_gain.displacement_quarter": 0.05}, "shot2")
     assert loud.instrument["displacement_quarter"].gain == pytest.approx(1.05)
     assert "displacement_centre" not in loud.instrument

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
-from birdstrike.inversion.diagnosis.evidence import UNNAMED, Judge, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import UNNAMED, ModelTester, credible_set, probabilities
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.system import Block, System
@@ -75,7 +75,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     y = np.random.default_rng(3).standard_normal(POINTS) * 4.0
     s = system(0, y)
     nodes = np.array([0.01, 0.05])
-    found = Judge(s, known(nodes)).model(models()[label]).log_evidence
+    found = ModelTester(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
     every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
     exact = [np.asarray(log_density(y, C)) for C in every]
@@ -92,8 +92,8 @@ def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> 
     columns[:, first.at["unnamed"]] = columns[:, first.at["e1"]]
     columns[:, 0] = 2.0 * columns[:, first.at["e1"].start]
     s = replace(first, columns=columns)
-    judge = Judge(s, known(np.array([0.001])), unnamed=(1.0,))
-    found = judge.model(models()["e1"])
+    tester = ModelTester(s, known(np.array([0.001])), unnamed=(1.0,))
+    found = tester.model(models()["e1"])
     C, g = covariance(s, 0.001, 0.0), columns[:, first.at["e1"].start]
     precision = g @ np.linalg.solve(C, g) + 1.0 / 2.0  # prior variance 1 + 1
     assert found.h[0] == pytest.approx(g @ np.linalg.solve(C, columns[:, 0]) / precision, rel=1e-6)
@@ -104,7 +104,7 @@ def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive(
     s = system(0)
     y = 5.0 * s.columns[:, s.at["e1"]][:, 0]
     s = system(0, y)
-    two, one = (Judge(s, known(np.array([0.01]))).model(models(sided)["e1"]) for sided in (False, True))
+    two, one = (ModelTester(s, known(np.array([0.01]))).model(models(sided)["e1"]) for sided in (False, True))
     assert one.log_evidence - two.log_evidence == pytest.approx(np.log(2.0), abs=1e-3)
 
 
@@ -121,8 +121,8 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
         a = rng.choice(nodes)
         spread = covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else truth)
         y = rng.multivariate_normal(np.zeros(POINTS), spread)
-        judge = Judge(system(7, y), known(nodes))
-        shares = probabilities({label: judge.model(m) for label, m in priors.items()})
+        tester = ModelTester(system(7, y), known(nodes))
+        shares = probabilities({label: tester.model(m) for label, m in priors.items()})
         best = max(shares, key=lambda name: shares[name])
         told += shares[best]
         right += best == truth
@@ -154,8 +154,8 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
             [y, np.concatenate([np.ones(POINTS), np.zeros(POINTS)]), np.concatenate([g, 0.0 * g])]
         )[rows]
         s = System((block,), {}, columns, at, np.zeros(1), ("shots",), np.eye(len(rows)), {}, np.ones(1), {})
-        judge = Judge(s, known(np.array([0.5])))
-        return judge.model(models()["e0"]).log_evidence - judge.model(models()[NONE]).log_evidence
+        tester = ModelTester(s, known(np.array([0.5])))
+        return tester.model(models()["e0"]).log_evidence - tester.model(models()[NONE]).log_evidence
 
     assert gain(np.arange(POINTS)) < 2.0
     assert gain(np.arange(2 * POINTS)) > 10.0
