@@ -29,6 +29,7 @@ def command(
     case: Annotated[str, typer.Option(help="Declared case of the truths that are made.")] = "virtual_strike",
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
+    shots: Annotated[int | None, typer.Option(min=1, help="Only records of so many shots.")] = None,
     most: Annotated[int | None, typer.Option(min=1, help="Records answered at most; run again for the others.")] = None,
     confirm: Annotated[
         bool, typer.Option(help="Run the solver at each record's fits, as diagnose does; without it: quick.")
@@ -60,6 +61,7 @@ def command(
             options=options,
             draws=draws,
             channels=channels,
+            shots=shots,
             make=make,
             forms=make_forms,
             case=case,
@@ -67,7 +69,7 @@ def command(
             progress=progress,
             say=say,
             retry_failed=retry_failed,
-            command=typed(make, make_forms, case, draws, channels, confirm, seed),
+            command=typed(make, make_forms, case, draws, channels, shots, confirm, seed),
         )
     for name, entry in content["tables"].items():
         console.print(table(name, entry))
@@ -82,13 +84,21 @@ def command(
 
 
 def typed(
-    make: int, make_forms: int, case: str, draws: int, channels: int | None, confirm: bool, seed: int
-) -> str:  # fmt: skip
+    make: int,
+    make_forms: int,
+    case: str,
+    draws: int,
+    channels: int | None,
+    shots: int | None,
+    confirm: bool,
+    seed: int,
+) -> str:
     """The command by what changes its figures, without paths of the machine."""
     parts = ["birdstrike audit --out audit"]
     parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
     parts += [f"--case {Path(case).name}"] * (case != "virtual_strike") + [f"--draws {draws}"] * (draws > 1)
-    parts += [f"--channels {channels}"] * (channels is not None) + ["--no-confirm"] * (not confirm)
+    parts += [f"--channels {channels}"] * (channels is not None) + [f"--shots {shots}"] * (shots is not None)
+    parts += ["--no-confirm"] * (not confirm)
     return " ".join(parts + [f"--seed {seed}"] * bool(seed))
 
 

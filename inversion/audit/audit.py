@@ -19,7 +19,7 @@ from birdstrike.inversion.audit.answers import answered, code_digest
 from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
-from birdstrike.inversion.audit.truth_runs import make_experiments
+from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
 from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case, case_hash, load_case
@@ -37,6 +37,7 @@ def audit(
     options: DiagnosisOptions | None = None,
     draws: int = 1,
     channels: int | None = None,
+    shots: int | None = None,
     make: int = 0,
     forms: int = 0,
     case: str | Path | Case = CASE,
@@ -54,7 +55,7 @@ def audit(
     out : answers are stored in `out/answers`, simulations in one store for all records of a declared case.
     options : of every diagnosis; `check` is whether the solver is run at each record's fits.
     draws : draws of the noise on each record; 1: the record as it is.
-    channels : only records of so many.
+    channels, shots : only records of so many.
     make, forms : truths to draw and simulate first, by the declared model and by another one.
     case : the declared case of the truths that are made; the shipped one gets a fourth sensor.
     most : records answered at most in this call; the others are counted as not yet answered.
@@ -76,16 +77,26 @@ def audit(
     if make or forms:
         declared = case if isinstance(case, Case) else load_case(case)
         declared = declared.with_sensors(FOURTH) if case == CASE else declared
+        wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):
                 if count:
-                    make_experiments(declared, made, simulations.run, count, choice.seed, forms=other)
+                    make_experiments(declared, made, simulations.run, count, choice.seed, forms=other, wanted=wanted)
     source = made if folder is None else Path(folder)
-    found = [one for one in find_experiments(source) if channels in (None, len(read_measured(one.shots[0]).channels))]
+    found = [
+        one
+        for one in find_experiments(source)
+        if _fits(len(read_measured(one.shots[0]).channels), len(one.shots), channels, shots)
+    ]
     if not found:
-        raise UserError(f"no experiment in {source} has {channels} channels")
+        lacking = [f"{n} {name}" for n, name in ((channels, "channels"), (shots, "shots")) if n is not None]
+        raise UserError(f"no experiment in {source} has {' and '.join(lacking)}")
     scores, failed, left = _scored(found, place, choice, draws, most, retry_failed, progress, say)
     return _written(place, scores, failed, left, choice, draws, command)
+
+
+def _fits(channels: int, shots: int, wanted_channels: int | None, wanted_shots: int | None) -> bool:
+    return wanted_channels in (None, channels) and wanted_shots in (None, shots)
 
 
 def _scored(

@@ -76,18 +76,20 @@ def make_experiments(
 ) -> list[str]:
     """Write the experiments of `count` truths into `folder`, those that are there already left alone; their names.
 
-    forms: of the model-form variant; wanted: by default all layouts. Raises RunFailed where a truth fails every time.
+    forms: of the model-form variant; wanted: by default all layouts; a layout has its number whatever is wanted. Raises
+    RunFailed where a truth fails every time.
     """
-    found, own = [], wanted or tuple(layouts(case))
+    found = []
+    own = {i: one for i, one in enumerate(layouts(case)) if not wanted or one in wanted}
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
         stem = f"{'form' if forms else 'truth'}_{number:03d}"
-        names = [f"{stem}_{i + 1}" for i in range(len(own))]
+        names = [f"{stem}_{i + 1}" for i in own]
         if not all((folder / f"{name}{TRUTH}").is_file() for name in names):
-            drawn, histories = _simulated(case, simulate, seed, number, forms, max(one.shots for one in own))
+            drawn, histories = _simulated(case, simulate, seed, number, forms, max(one.shots for one in own.values()))
             columns = _columns(case, drawn, histories)
             write_atomically(folder / f"{stem}{CURVES}", curves_text(*columns))
-            for i, (name, layout) in enumerate(zip(names, own, strict=True)):
+            for name, (i, layout) in zip(names, own.items(), strict=True):
                 rng = np.random.default_rng([seed, number, int(forms), i])
                 _write(folder, name, case, drawn, layout, columns, rng, stem)
         found += names

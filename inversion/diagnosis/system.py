@@ -133,6 +133,7 @@ def build(
     peaks = _peaks(shots, means)
     lengths = shots[0].setup.mesh.lengths
     local = weights if lengths is None else 1.0 / np.asarray(lengths)
+    change = np.maximum(local, weights)
     near = np.array([[alike(a, b, local) for b in z] for a in z])
     directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
     numerical = white(directions)
@@ -142,8 +143,8 @@ def build(
     smooth: dict[str, Array] = {}
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
-        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, options))
-        own = white.both(_discrepancy(shots, kind, places, shapes, peaks, weights, None))
+        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options))
+        own = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, None))
         cut = np.ix_(rows, rows)
         own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, unnamed, kind, peaks))
         free, held = (own, shared) if known.own_is_free else (shared, own)
@@ -161,9 +162,10 @@ def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
 
 
 def roughness(shots: Sequence[Shot], jacobians: Sequence[Array]) -> Array:
-    """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters.
+    """(k,) inverse lengths, in ranges, over which the discrepancy changes with the parameters at the least.
 
-    One range for the parameter that moves the curves most, the others by how much less they move them. jacobians: (k,
+    One range for the parameter that moves the curves most, the others by how much less they move them; shorter where
+    what a finer mesh changes, the one discrepancy that is seen at many parameters, has a shorter length. jacobians: (k,
     n) of each shot.
     """
     size = np.zeros(len(shots[0].setup.lows))
@@ -306,10 +308,13 @@ def _discrepancy(
     places: Places,
     shapes: Mapping[str, Shape],
     peaks: Sequence[Array],
-    weights: Array,
+    change: Array,
     options: Options | None,
 ) -> Array:
-    """(n, n) for an amplitude of 1 of one kind of sensor; options None: the part that each shot has for itself."""
+    """(n, n) for an amplitude of 1 of one kind of sensor; options None: the part that each shot has for itself.
+
+    change: (k,) inverse lengths, in ranges, over which it changes with the parameters.
+    """
     starts = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
     whole = np.zeros((starts[-1], starts[-1]))
     for i, shot in enumerate(shots):
@@ -317,7 +322,7 @@ def _discrepancy(
             if options is None and i != j:
                 continue
             z, theirs = places.z[shot.group], places.z[other.group]
-            share = 1.0 if options is None else alike(z, theirs, weights, options.parameter_length)
+            share = 1.0 if options is None else alike(z, theirs, change, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
     return whole
