@@ -81,19 +81,9 @@ class Record:
         return np.repeat(np.arange(len(self.traces)), [len(trace.values) for trace in self.traces])
 
     @property
-    def noise_freedom(self) -> float:
-        """Degrees of freedom behind the noise level: those of the channel that knows it least."""
-        return min(trace.noise.freedom for trace in self.traces)
-
-    @property
     def noise_known(self) -> bool:
         """Whether every channel's noise level is known independently of the fit."""
         return all(trace.noise.known for trace in self.traces)
-
-    @property
-    def noise_inferred(self) -> bool:
-        """Whether the noise level of a channel must come from the fit, so that no miss can be called unexplained."""
-        return any(trace.noise.inferred for trace in self.traces)
 
     def covariance(self) -> Array:
         """(n, n) of the measurement noise; channels are independent."""
