@@ -46,6 +46,7 @@ class Evidence:
 
 
 Indices = NDArray[np.intp]
+SAME = 1e-9  # relative difference of two signatures that are one
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
 
@@ -264,10 +265,11 @@ class ModelTester:
     def shared(self) -> frozenset[str]:
         """Effects with the signature of an unnamed error: where no baseline parts the two, they are one magnitude."""
         unnamed, at = self.columns[:, self.system.at["unnamed"]], self.system.at
+        own = {label: self.columns[:, at[label].start, None] for label in self.singles[0]}
         return frozenset(
             label
-            for label in self.singles[0]
-            if any(np.allclose(self.columns[:, at[label].start], own, rtol=1e-9, atol=0.0) for own in unnamed.T)
+            for label, column in own.items()
+            if (np.abs(unnamed - column) <= SAME * np.abs(column)).all(axis=0).any()
         )
 
     def _magnitudes(
