@@ -20,7 +20,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import EdgeSprings
 from birdstrike.solver.case.plate import Plate as PlateOfCase
 from birdstrike.solver.case.target import Target as TargetOfCase
-from birdstrike.solver.target.assembled import PartData, assembled, shells_of
+from birdstrike.solver.target.assembled import LinkData, PartData, assembled, shells_of
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import ShellMesh, cylindrical_panel, plate_mesh
 from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
@@ -49,7 +49,8 @@ def build_assembly(said: TargetOfCase) -> Target:
     """Target of several parts, at rest."""
     data = {name: PartData(part.thickness, said.materials[part.material]) for name, part in said.parts.items()}
     supports = {name: stiffness_of(edges) for name, edges in said.supports.items()}
-    return assembled(said.source.mesh(), data, supports, said.damping)
+    links = LinkData({name: tie.data() for name, tie in said.ties.items()}, tuple(said.rivet_rows()))
+    return assembled(said.source.mesh(), data, supports, said.damping, links)
 
 
 def stiffness_of(edges: str | EdgeSprings) -> EdgeStiffness:
