@@ -70,7 +70,7 @@ TARGET = {
     "target.generator.height": "Of a stiffener's web, from the skin's mid-surface.",
     "target.generator.section": 'Of a stiffener: a web alone, an angle ("L"), or foot, web and inner flange ("Z").',
     "target.generator.flange": "Width of the inner flange, along the length.",
-    "target.generator.foot": "Width of the flange on the skin of a stiffener that is riveted to it; absent: shared nodes.",
+    "target.generator.foot": "Width of a riveted stiffener's flange on the skin; absent: it shares the skin's nodes.",
     "target.generator.lap": "Between the mid-surfaces of sheets that lie on each other.",
     "target.generator.rivet_pitch": "Of all rows of rivets.",
     "target.generator.overlap": "Width of the lap joint of two skins; absent: one skin.",

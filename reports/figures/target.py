@@ -19,7 +19,19 @@ from scipy.spatial import ConvexHull
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.reports.figures.quantities import quantity, words
-from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, inline_svg, png, styled
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    inline_svg,
+    png,
+    styled,
+)
 from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_to_panel, surface_in_flight
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.places import place_in_space, place_on, point_at
@@ -62,9 +74,7 @@ def drawn_target(case: Case) -> DrawnTarget:
     surface = surface_in_flight(case) + aimed_at(case)
     flight = flight_to_panel(surface, direction, case.plate, 0.5 * case.plate.thickness)
     surface += (flight - case.impact.standoff) * direction
-    supports = {
-        name: target.mesh.nodes[target.supports.nodes[rows]] for name, rows in target.supports.sets.items()
-    }
+    supports = {name: target.mesh.nodes[target.supports.nodes[rows]] for name, rows in target.supports.sets.items()}
     if case.plate.rigid and case.target is None:
         supports = {}
     sensors = {}
@@ -147,7 +157,9 @@ def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     shade = 0.55 + 0.45 * np.abs(normal @ LIGHT)
     colours = np.array([to_rgb(PART_COLOURS[i % len(PART_COLOURS)]) for i in range(len(shown.names))])
     layer = shown.part * 0.6 * np.sqrt(np.linalg.norm(normals, axis=1).mean()) * np.sign(look[2, 2])
-    order = np.argsort(corners.mean(axis=1) @ look[2] - layer, kind="stable")  # of sheets that touch, the first is outside
+    order = np.argsort(
+        corners.mean(axis=1) @ look[2] - layer, kind="stable"
+    )  # of sheets that touch, the first is outside
     faces = (colours[shown.part] * shade[:, None])[order]
     polygons = (1e3 * corners @ look[:2].T)[order]
     edges = np.clip(0.82 * faces, 0.0, 1.0)
@@ -211,7 +223,9 @@ ENDINGS = (".png", ".svg")
 def write_picture(case: Case, path: Path) -> None:
     """The case's target as a PNG or an SVG file, by the ending of its name; raises UserError for another ending."""
     if path.suffix.lower() not in ENDINGS:
-        raise UserError(f"--picture {path}: a picture is a PNG or an SVG file; name it {path.stem}.png or {path.stem}.svg")
+        raise UserError(
+            f"--picture {path}: a picture is a PNG or an SVG file; name it {path.stem}.png or {path.stem}.svg"
+        )
     figure = target_figure(drawn_target(case))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -136,7 +136,16 @@ class Target(Section):
                 sets = ", ".join(source.sets)
                 raise complaint(f"has supports.{name}, a set of nodes that does not exist; sets: {sets}")
         self._check_links(source)
+        self._check_pieces(source)
         return self
+
+    def _check_pieces(self, source: Generator | MeshFile) -> None:
+        """A mesh from a file hangs together, unless something joins its pieces."""
+        if isinstance(source, MeshFile) and source.pieces > 1 and not self.ties and not self.rivets:
+            raise complaint(
+                f"has a mesh that cannot be used: target.mesh = {source.path}: it falls into {source.pieces} pieces "
+                "that share no node; merge the nodes along their joints, or give target.ties or target.rivets"
+            )
 
     def _check_links(self, source: Generator | MeshFile) -> None:
         """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
@@ -158,12 +167,6 @@ class Target(Section):
         for name in source.rows:
             if name not in self.rivets:
                 raise complaint(f"has no rivets.{name}: give it a tension_strength and a shear_strength")
-        loose = isinstance(source, MeshFile) and source.pieces > 1 and not self.ties and not self.rivets
-        if loose and isinstance(source, MeshFile):
-            raise complaint(
-                f"has a mesh that cannot be used: target.mesh = {source.path}: it falls into {source.pieces} pieces that "
-                "share no node; merge the nodes along their joints, or give target.ties or target.rivets"
-            )
 
     def rivet_rows(self) -> Iterator[tuple[str, Row, RivetData]]:
         """Every row of rivets with its place."""

@@ -90,7 +90,8 @@ def _rivets(case: Declared, change: float) -> Table:
     """All strengths of all rows, times 1 + change."""
     scaled = {
         name: {
-            key: quantity_text(getattr(row, key) * (1.0 + change), "N") for key in ("tension_strength", "shear_strength")
+            key: quantity_text(getattr(row, key) * (1.0 + change), "N")
+            for key in ("tension_strength", "shear_strength")
         }
         for name, row in case.target.rivets.items()
     }

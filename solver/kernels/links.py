@@ -119,17 +119,13 @@ def rivet_forces(anchors, constants, dt, x, v, omega, state, nodal, room):
             continue
         new, rates, spins, moment = room[0], room[1:3], room[3:5], room[5]
         work = 0.0
-        for end in range(2):
-            a = 2 * k + end
-            mean_of(start[a], start[a + 1], member, weight, v, rates[end])
-            mean_of(start[a], start[a + 1], member, weight, omega, spins[end])
+        for a in range(2 * k, 2 * k + 2):
+            mean_of(start[a], start[a + 1], member, weight, v, rates[a - 2 * k])
+            mean_of(start[a], start[a + 1], member, weight, omega, spins[a - 2 * k])
+        opening_rate(rates, spins, lever[2 * k], lever[2 * k + 1], moment)
         for c in range(3):
-            d, e = (c + 1) % 3, (c + 2) % 3
-            gap = rates[1, c] - rates[0, c]
-            gap += spins[1, d] * lever[2 * k + 1, e] - spins[1, e] * lever[2 * k + 1, d]
-            gap -= spins[0, d] * lever[2 * k, e] - spins[0, e] * lever[2 * k, d]
-            work -= 0.5 * dt * (force[k, c] * gap + force[k, 3 + c] * (spins[1, c] - spins[0, c]))
-            new[c] = 0.5 * dt * gap
+            work -= 0.5 * dt * (force[k, c] * moment[c] + force[k, 3 + c] * (spins[1, c] - spins[0, c]))
+            new[c] = 0.5 * dt * moment[c]
         if broken[k] == 1:
             broken[k] = 2
             force[k, :] = 0.0
@@ -137,39 +133,59 @@ def rivet_forces(anchors, constants, dt, x, v, omega, state, nodal, room):
             total += work
             continue
         meet(2 * k, start, member, weight, dt, x, spins, arm, lever, room)
+        opening_rate(rates, spins, lever[2 * k], lever[2 * k + 1], moment)
         for c in range(3):
-            d, e = (c + 1) % 3, (c + 2) % 3
-            gap = rates[1, c] - rates[0, c]
-            gap += spins[1, d] * lever[2 * k + 1, e] - spins[1, e] * lever[2 * k + 1, d]
-            gap -= spins[0, d] * lever[2 * k, e] - spins[0, e] * lever[2 * k, d]
-            new[c] += 0.5 * dt * gap
-            moment[c] = gap
+            new[c] += 0.5 * dt * moment[c]
             room[6, c] = spins[1, c] - spins[0, c]
             room[7, c] = 0.5 * (spins[0, c] + spins[1, c])
-        for axis in range(3):
-            turn(axes[k, axis], room[7], dt)
-            for c in range(3):
-                give[k, axis] += axes[k, axis, c] * new[c]
-                give[k, 3 + axis] += dt * axes[k, axis, c] * room[6, c]
-        cut = constants[k, 7] > 0.0 and reached(constants[k], give[k])
-        gain = surface(constants[k], give[k]) if cut else 1.0
-        if cut:
+        stretch(dt, new, room, axes[k], give[k])
+        gain = 1.0
+        if constants[k, 7] > 0.0 and use_of_strength(constants[k], give[k], 1.0) >= 1.0:
+            gain = surface(constants[k], give[k])
             broken[k] = 1
-        for c in range(3):
-            force[k, c] = force[k, 3 + c] = 0.0
-            for axis in range(3):
-                stiffness = constants[k, 0] if axis == 0 else constants[k, 1]
-                force[k, c] -= gain * stiffness * give[k, axis] * axes[k, axis, c]
-                force[k, 3 + c] -= gain * constants[k, 2] * give[k, 3 + axis] * axes[k, axis, c]
+        spring_force(constants[k], gain, give[k], axes[k], force[k])
         for c in range(3):
             work -= 0.5 * dt * (force[k, c] * moment[c] + force[k, 3 + c] * room[6, c])
-        for end in range(2):
-            a = 2 * k + end
-            sign = 1.0 if end else -1.0
+        for a in range(2 * k, 2 * k + 2):
+            sign = 2.0 * (a - 2 * k) - 1.0
             push_at(start[a], start[a + 1], member, weight, lever[a], force[k, :3], force[k, 3:], sign, nodal)
         taken[k] += work
         total += work
     return total
+
+
+@njit(cache=True)
+def opening_rate(rates, spins, first, second, out):
+    """Velocity of the second end against the first at the point where the force acts, into out (3,).
+
+    rates, spins (2, 3): of the ends' means; first, second (3,): levers from these to the point.
+    """
+    for c in range(3):
+        d, e = (c + 1) % 3, (c + 2) % 3
+        out[c] = rates[1, c] - rates[0, c]
+        out[c] += spins[1, d] * second[e] - spins[1, e] * second[d]
+        out[c] -= spins[0, d] * first[e] - spins[0, e] * first[d]
+
+
+@njit(cache=True)
+def stretch(dt, new, room, axes, give):
+    """Turn a rivet's axes (3, 3) and add to what it gives (6,): opening `new` (3,) [m], relative spin in room[6]."""
+    for axis in range(3):
+        turn(axes[axis], room[7], dt)
+        for c in range(3):
+            give[axis] += axes[axis, c] * new[c]
+            give[3 + axis] += dt * axes[axis, c] * room[6, c]
+
+
+@njit(cache=True)
+def spring_force(row, gain, give, axes, force):
+    """Force and moment (6,) on the second end, `gain` times those of the springs."""
+    for c in range(3):
+        force[c] = force[3 + c] = 0.0
+        for axis in range(3):
+            stiffness = row[0] if axis == 0 else row[1]
+            force[c] -= gain * stiffness * give[axis] * axes[axis, c]
+            force[3 + c] -= gain * row[2] * give[3 + axis] * axes[axis, c]
 
 
 @njit(cache=True)
@@ -194,12 +210,6 @@ def use_of_strength(row, give, gain):
     tension = gain * row[0] * max(give[0], 0.0)
     shear = gain * row[1] * (give[1] ** 2 + give[2] ** 2) ** 0.5
     return (tension / row[3]) ** row[5] + (shear / row[4]) ** row[6]
-
-
-@njit(cache=True)
-def reached(row, give):
-    """Whether a rivet is at or beyond its strength."""
-    return use_of_strength(row, give, 1.0) >= 1.0
 
 
 @njit(cache=True)

@@ -90,9 +90,9 @@ class Strain(Placed):
 
     def reading(self, run: Run, /) -> Reading:
         if self.measure is not None:
-            legs = [gauge.reading(run) for gauge in self.rosette(run)]
+            first, between, second = (gauge.reading(run) for gauge in self.rosette(run))
             principal = self.measure == "principal"
-            return lambda now: of_rosette(*(leg(now) for leg in legs), principal)
+            return lambda now: of_rosette(first(now), between(now), second(now), principal)
         shells = deformable(run)
         near, share = gauge_weights(self, run)
         rows = np.searchsorted(shells.watched, near)

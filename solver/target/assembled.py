@@ -1,4 +1,4 @@
-"""A target from a mesh of named parts: their thickness and metal, how sets of its nodes are held, and what joins them."""
+"""A target from a mesh of named parts: thickness and metal of each, how sets of nodes are held, what joins them."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rive
     if loose.any():
         names = ", ".join(parts.parts[number] for number in np.unique(parts.part[loose]))
         raise UserError(
-            f"target: {int(loose.sum())} shells of {names} hang on nothing that is held, a free rigid body: share nodes, "
-            "give target.ties or target.rivets, or name one of their sets in target.supports"
+            f"target: {int(loose.sum())} shells of {names} hang on nothing that is held, a free rigid body: share "
+            "nodes, give target.ties or target.rivets, or name one of their sets in target.supports"
         )
 
 

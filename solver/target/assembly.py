@@ -20,8 +20,9 @@ from birdstrike.solver.target.supports import DISPLACEMENTS, ROTATIONS, Supports
 
 
 class Target:
-    """Blocks on common nodes, held by supports, joined by ties and rivets. mesh: its shells at rest, with the surface in which sensors lie.
+    """Blocks on common nodes, held by supports, joined by ties and rivets.
 
+    mesh: its shells at rest, with the surface in which sensors lie.
     x, v, omega, mass, inertia, nodal: those of the nodes; quads (f, 4), skin (f,): the facets of all blocks, in their
     order; one_sided: touched from the side alone that the bird starts on.
     """

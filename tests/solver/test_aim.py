@@ -80,8 +80,7 @@ def test_a_direction_beside_the_length_axis_changes_the_hash_and_offset_counts_f
     plain, turned = aimed(direction=[0.7, 0.0, -0.7]), aimed(direction=[0.7, 0.1, -0.7])
     assert case_hash(plain) != case_hash(turned)
     first, second = (
-        build_bird(aimed(**aim)).x
-        for aim in ({"point": ["30 mm", "0 mm", "0 mm"]}, {"offset": ["30 mm", "0 mm"]})
+        build_bird(aimed(**aim)).x for aim in ({"point": ["30 mm", "0 mm", "0 mm"]}, {"offset": ["30 mm", "0 mm"]})
     )
     assert np.allclose(first, second, atol=1e-12)
 

@@ -20,7 +20,11 @@ LAPPED = ("lap", "rivet_pitch")
 """What a foot, a lap joint or a pad needs."""
 UNSAID = ("foot", "lap", "rivet_pitch", "overlap", "joint", "pad", "pad_at", "radius")
 """Keys that are no part of a case's content where they are at their defaults."""
-SPANS = {"length": Between("20 mm", "5000 mm"), "pitch": Between("1 mm", "5000 mm"), "overlap": Between("1 mm", "500 mm")}
+SPANS = {
+    "length": Between("20 mm", "5000 mm"),
+    "pitch": Between("1 mm", "5000 mm"),
+    "overlap": Between("1 mm", "500 mm"),
+}
 
 
 class StiffenedPanel(Generator):
@@ -228,9 +232,10 @@ def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
         for i in range(count):
             place = (i - 0.5 * (count - 1)) * pitch
             if place < high and place + foot > low:
+                there = f"{1e3 * place:.4g} .. {1e3 * (place + foot):.4g} mm along the length"
                 yield (
-                    f"{prefix}.{key} = {raw[key]} reaches a stiffener at {1e3 * place:.4g} .. {1e3 * (place + foot):.4g} "
-                    f"mm along the length; move it into a bay ({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
+                    f"{prefix}.{key} = {raw[key]} reaches a stiffener at {there}; move it into a bay "
+                    f"({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
                 )
 
 

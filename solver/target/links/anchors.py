@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,4 +135,4 @@ def _pieces(surface: Surface, ends: tuple[Array, Array]) -> list[tuple[float, fl
             low, high = (middle, high) if over(middle) == before else (low, middle)
         cuts.append(0.5 * (low + high))
     cuts.append(1.0)
-    return [(low, high) for low, high in zip(cuts, cuts[1:], strict=False) if high - low > 1e-12]
+    return [(low, high) for low, high in pairwise(cuts) if high - low > 1e-12]

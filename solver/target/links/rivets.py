@@ -75,9 +75,7 @@ class Rivets:
         """Forces of the step that ended join those of the nodes; returns the energy that they took [J]."""
         state = (self.arm, self.lever, self.axes, self.give, self.force, self.broken, self.taken)
         moving = (nodes.x, nodes.v, nodes.omega)
-        return float(
-            rivet_forces(self.anchors.packed, self.constants, dt, *moving, state, nodes.nodal, self.room)
-        )
+        return float(rivet_forces(self.anchors.packed, self.constants, dt, *moving, state, nodes.nodal, self.room))
 
     def stiffness(self, m: int) -> csc_array:
         """Of whole rivets at rest, (6 m, 6 m)."""

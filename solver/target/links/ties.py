@@ -68,7 +68,8 @@ class Ties:
         """Freedoms of all nodes (6 m, 6 m) by those of the nodes that follow none, small motions."""
         own = np.setdiff1d(np.arange(m), self.followers)
         freedom = (6 * own[:, None] + np.arange(6)).ravel()
-        rows, columns, values = [freedom], [freedom], [np.ones(len(freedom))]
+        rows, columns = [freedom], [freedom]
+        values: list[Array] = [np.ones(len(freedom))]
         start, member, weight = self.anchors.packed
         row = np.repeat(np.arange(len(self.followers)), np.diff(start))
         for c in range(3):

@@ -14,8 +14,8 @@ from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
-from birdstrike.solver.target.links.rivets import RivetData
-from birdstrike.solver.target.links.ties import TieData
+from birdstrike.solver.target.links.rivets import RivetData, Rivets
+from birdstrike.solver.target.links.ties import TieData, Ties
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
 from birdstrike.solver.target.supports import NAMED
@@ -59,6 +59,16 @@ def tied(parts: PartMesh) -> Target:
     return target_of(parts, LinkData({"seam": TieData("right", "left", 1e-4)}))
 
 
+def ties_in(target: Target) -> Ties:
+    assert target.ties is not None
+    return target.ties
+
+
+def rivets_in(target: Target) -> Rivets:
+    assert target.rivets is not None
+    return target.rivets
+
+
 def momenta(target: Target) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular momentum of the nodes that have mass."""
     linear = target.mass[:, None] * target.v
@@ -82,7 +92,7 @@ def test_constant_strain_passes_a_tie_between_meshes_that_do_not_match(cells):
     target = tied(halves(*cells))
     gradient = np.array([[1e-3, 4e-4, 0.0], [4e-4, -5e-4, 0.0], ZERO])
     target.v[:] = target.x @ gradient.T
-    target.ties.follow(target.nodes, 0.0)
+    ties_in(target).follow(target.nodes, 0.0)
     assert np.allclose(target.v, target.x @ gradient.T, rtol=0.0, atol=1e-8 * 1e-3 * 0.06)
     target.update_forces(1.0)
     strains = target.shells.strain[:, :3]
@@ -104,12 +114,12 @@ def test_a_tied_plate_that_flies_and_spins_keeps_its_momenta():
     edge = np.flatnonzero((np.abs(parts.nodes[:, 0] - 0.01) < 1e-9) & (parts.nodes[:, 2] < 0.0))
     parts = replace(parts, sets={**parts.sets, "edge": edge})
     target = target_of(parts, LinkData({"bond": TieData("edge", "left", 6e-3)}))
-    assert len(target.ties.followers) == len(edge)
+    assert len(ties_in(target).followers) == len(edge)
     rng = np.random.default_rng(1)
     moving = (target.mass > 0.0)[:, None]
     target.v[:] = moving * (0.1 * rng.normal(size=target.v.shape) + np.cross([30.0, 20.0, 50.0], target.x))
     target.omega[:] = moving * np.array([30.0, 20.0, 50.0])
-    target.ties.follow(target.nodes, 0.0)
+    ties_in(target).follow(target.nodes, 0.0)
     before, dt = momenta(target), 0.5 * target.stable_step()
     energy = target.kinetic_energy()
     after = fly(target, 300, dt)
@@ -117,10 +127,10 @@ def test_a_tied_plate_that_flies_and_spins_keeps_its_momenta():
     assert np.linalg.norm(linear - before[0]) < 1e-12 * np.linalg.norm(before[0])
     assert np.linalg.norm(angular - before[1]) < 1e-12 * np.linalg.norm(before[1])
     assert after == pytest.approx(energy, rel=1e-3)
-    follower = target.ties.followers
-    gap = target.x[follower] - target.ties.anchors.means(target.x)
-    assert np.allclose(np.linalg.norm(gap, axis=1), np.linalg.norm(target.ties.arm, axis=1), rtol=1e-9)
-    assert np.allclose(np.linalg.norm(target.ties.arm, axis=1), 5e-3, rtol=1e-9)
+    follower = ties_in(target).followers
+    gap = target.x[follower] - ties_in(target).anchors.means(target.x)
+    assert np.allclose(np.linalg.norm(gap, axis=1), np.linalg.norm(ties_in(target).arm, axis=1), rtol=1e-9)
+    assert np.allclose(np.linalg.norm(ties_in(target).arm, axis=1), 5e-3, rtol=1e-9)
 
 
 def test_a_tied_plate_vibrates_as_one_whose_nodes_are_merged():
@@ -141,7 +151,10 @@ RIVET = RivetData(2e7, 3e7, 100.0, tension=3500.0, shear=4500.0)
 def lap_joint(rivet: RivetData = RIVET) -> Target:
     """Two strips, one 2 mm behind the other, joined by one rivet at the origin."""
     parts = parts_of(
-        {"front": level((-0.05, 0.01), (-0.01, 0.01), (6, 2)), "back": level((-0.01, 0.05), (-0.01, 0.01), (6, 2), -2e-3)}
+        {
+            "front": level((-0.05, 0.01), (-0.01, 0.01), (6, 2)),
+            "back": level((-0.01, 0.05), (-0.01, 0.01), (6, 2), -2e-3),
+        }
     )
     row = Row(np.array([[0.0, 0.0, -1e-3]]), ("front", "back"))
     return target_of(parts, LinkData({}, (("row", row, rivet),)))
@@ -151,7 +164,7 @@ def lap_joint(rivet: RivetData = RIVET) -> Target:
 def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(degrees):
     """One strip is drawn away steadily, from along the sheets to straight off them."""
     target, a = lap_joint(), np.deg2rad(degrees)
-    rivets, dt = target.rivets, 1e-7
+    rivets, dt = rivets_in(target), 1e-7
     back = target.x[:, 2] < -1e-3
     target.v[back] = np.array([np.cos(a), 0.0, -np.sin(a)])
     most, energy = 0.0, 0.0
@@ -163,8 +176,10 @@ def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(de
     tension, shear = RIVET.along * np.sin(a), RIVET.across * np.cos(a)
     give = 1.0 / np.hypot(tension / RIVET.tension, shear / RIVET.shear)
     assert most == pytest.approx(np.hypot(tension, shear) * give, rel=1e-9)
-    assert energy == pytest.approx(0.5 * (RIVET.along * np.sin(a) ** 2 + RIVET.across * np.cos(a) ** 2) * give**2, rel=5e-3)
-    assert not target.rivets.update_forces(target.nodes, dt)
+    assert energy == pytest.approx(
+        0.5 * (RIVET.along * np.sin(a) ** 2 + RIVET.across * np.cos(a) ** 2) * give**2, rel=5e-3
+    )
+    assert not rivets_in(target).update_forces(target.nodes, dt)
 
 
 def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy():
@@ -172,7 +187,7 @@ def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy():
     target.v[target.x[:, 2] < -1e-3] = [40.0, 5.0, -30.0]
     before, energy, dt = momenta(target), target.kinetic_energy(), 0.5 * target.stable_step()
     after = fly(target, 400, dt)
-    assert target.rivets.lost == 1
+    assert rivets_in(target).lost == 1
     linear, angular = momenta(target)
     assert np.linalg.norm(linear - before[0]) < 1e-12 * np.linalg.norm(before[0])
     assert np.linalg.norm(angular - before[1]) < 1e-12 * np.linalg.norm(before[1])
@@ -181,9 +196,9 @@ def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy():
 
 def test_a_tie_that_reaches_nothing_and_a_part_that_hangs_on_nothing_are_named():
     parts = halves(2, 3)
+    moved = parts.nodes.copy()
+    moved[parts.sets["right"], 2] += 0.01
     with pytest.raises(UserError, match=r"target\.ties\.seam: no node of right lies within distance"):
-        moved = parts.nodes.copy()
-        moved[parts.sets["right"], 2] += 0.01
         tied(replace(parts, nodes=moved))
     data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
     with pytest.raises(UserError, match="shells of right hang on nothing"):
@@ -231,7 +246,7 @@ def test_sections_of_a_riveted_curved_panel_have_their_dimensions():
     assert each["skin_2"] == pytest.approx(0.095 * 0.5, rel=5e-3)
     assert each["pad"] == pytest.approx(0.1 * 0.15, rel=5e-3)
     assert each["stiffeners"] == pytest.approx(2 * 0.5 * (0.02 + 0.02 + 0.037), rel=5e-2)
-    radius = np.hypot(target.rivets.points[:, 0], target.rivets.points[:, 2] + 1.2)
+    radius = np.hypot(rivets_in(target).points[:, 0], rivets_in(target).points[:, 2] + 1.2)
     assert np.allclose(radius, 1.2 - 1.5e-3, atol=2e-4)
     assert np.array_equal(np.unique(np.abs(target.x[target.mesh.parts["pad"]][:, 1]) > 0.3), [False])
 
@@ -253,7 +268,10 @@ METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
             PANEL | {"target.generator.overlap": "30 mm", "target.generator.joint": "110 mm"},
             "reaches a stiffener at 100 .. 120 mm",
         ),
-        ({"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"}, "does not exist"),
+        (
+            {"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"},
+            "does not exist",
+        ),
     ],
 )
 def test_bad_joints_are_named(changes, message):
