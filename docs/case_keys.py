@@ -20,7 +20,7 @@ from birdstrike.solver.case.external import FORMATS, External, Text, UnitText
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings, Plate, PlateMaterial
 from birdstrike.solver.case.sections import Impact, Time, is_list, sections_of
 from birdstrike.solver.case.settings import NUISANCE, SolverSettings
-from birdstrike.solver.case.target import Part, Target
+from birdstrike.solver.case.target import Part, Rivets, Target, Tie
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, Switch, WordOr
 from birdstrike.solver.sensors.instrument import Instrument
@@ -68,8 +68,29 @@ TARGET = {
     "target.generator.stiffeners": "How many; 0 is a bare skin.",
     "target.generator.pitch": "Between two stiffeners, which stand symmetric about the centre.",
     "target.generator.height": "Of a stiffener's web, from the skin's mid-surface.",
-    "target.generator.section": 'Of a stiffener: a web alone, or with an inner flange ("L").',
-    "target.generator.flange": "Width of that flange, along the length.",
+    "target.generator.section": 'Of a stiffener: a web alone, an angle ("L"), or foot, web and inner flange ("Z").',
+    "target.generator.flange": "Width of the inner flange, along the length.",
+    "target.generator.foot": "Width of a riveted stiffener's flange on the skin; absent: it shares the skin's nodes.",
+    "target.generator.lap": "Between the mid-surfaces of sheets that lie on each other.",
+    "target.generator.rivet_pitch": "Of all rows of rivets.",
+    "target.generator.overlap": "Width of the lap joint of two skins; absent: one skin.",
+    "target.generator.joint": "Middle of that joint along the length, from the centre.",
+    "target.generator.pad": "Length and width of a sheet riveted behind the skin; absent: none.",
+    "target.generator.pad_at": "Its middle.",
+    "target.generator.radius": "Of a skin curved about the width's direction, convex to the bird; absent: flat.",
+    "target.ties.<name>.nodes": "Set of nodes that follow another part.",
+    "target.ties.<name>.onto": "The part that they follow.",
+    "target.ties.<name>.distance": "Up to which a node of the set is tied, from the part's mid-surface.",
+    "target.rivets.<row>.tension_strength": "Force along a rivet at which it breaks alone.",
+    "target.rivets.<row>.shear_strength": "Force across it at which it breaks alone.",
+    "target.rivets.<row>.exponents": "a and b of (N/tension)^a + (S/shear)^b = 1.",
+    "target.rivets.<row>.tension_stiffness": "Spring along a rivet.",
+    "target.rivets.<row>.shear_stiffness": "Spring across it.",
+    "target.rivets.<row>.rotational_stiffness": "Spring against relative rotation, alike about all axes.",
+    "target.rivets.<row>.parts": "The two parts that a row of your own joins; rows of the generator have theirs.",
+    "target.rivets.<row>.start": "First rivet of a row of your own.",
+    "target.rivets.<row>.end": "Last rivet of it.",
+    "target.rivets.<row>.pitch": "Between its rivets; the nearest that divides the row is taken.",
     "target.materials.<name>.law": "Which law; the tables below have its constants.",
     "target.materials.<name>.density": "Density.",
     "target.materials.<name>.young": "Young's modulus.",
@@ -163,6 +184,9 @@ STRIKE = {
     "impact.aim": "What meets the plate's centre: the bird's axis, or its first touch.",
     "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
     "impact.offset": "From the plate's centre to the point of aim, along length and width.",
+    "impact.point": "In space, through which the bird's axis flies; `offset` then counts from it.",
+    "impact.direction": "Of the velocity, a vector of any length with a negative third component; gives `angle`.",
+    "impact.pitch": "Of the bird's axis out of its velocity, nose up from the surface; not of a sphere.",
     "impact.yaw": "Of the bird's axis out of its velocity, towards the plate's width; not of a sphere.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
     "time.end": "End of the run.",
@@ -178,6 +202,7 @@ SENSORS = {
     "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "
     "absent: the whole frame.",
     "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent: none is known.",
+    "sensors.<name>.measure": "Of a strain: of a rosette at the place instead of one gauge.",
     "sensors.<name>.direction": "Of a strain gauge, from the length axis towards the width's.",
     "sensors.<name>.side": "Of a strain gauge.",
     "sensors.<name>.length": "Of a strain gauge, both ends on the plate; absent: a point.",
@@ -261,6 +286,8 @@ def chapters() -> Iterator[tuple[str, list[Row]]]:
     yield "Plate: material", list(rows(PlateMaterial, "plate.material", PLATE))
     yield "Target", list(of_target())
     yield "Target: `parts.<name>`", list(rows(Part, "target.parts.<name>", TARGET))
+    yield "Target: `ties.<name>`", list(rows(Tie, "target.ties.<name>", TARGET))
+    yield "Target: `rivets.<row>`", list(rows(Rivets, "target.rivets.<row>", TARGET))
     for kind, generator in GENERATORS.items():
         yield f'Target: `generator.kind = "{kind}"`', list(rows(generator, "target.generator", TARGET))
     for law, material in TARGET_LAWS.items():

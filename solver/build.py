@@ -19,8 +19,9 @@ from birdstrike.solver.case.bird import Bird as BirdOfCase
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import EdgeSprings
 from birdstrike.solver.case.plate import Plate as PlateOfCase
+from birdstrike.solver.case.sections import Impact
 from birdstrike.solver.case.target import Target as TargetOfCase
-from birdstrike.solver.target.assembled import PartData, assembled, shells_of
+from birdstrike.solver.target.assembled import LinkData, PartData, assembled, shells_of
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import ShellMesh, cylindrical_panel, plate_mesh
 from birdstrike.solver.target.rectangle import plate_of, rigid_plate_of
@@ -49,7 +50,8 @@ def build_assembly(said: TargetOfCase) -> Target:
     """Target of several parts, at rest."""
     data = {name: PartData(part.thickness, said.materials[part.material]) for name, part in said.parts.items()}
     supports = {name: stiffness_of(edges) for name, edges in said.supports.items()}
-    return assembled(said.source.mesh(), data, supports, said.damping)
+    links = LinkData({name: tie.data() for name, tie in said.ties.items()}, tuple(said.rivet_rows()))
+    return assembled(said.source.mesh(), data, supports, said.damping, links)
 
 
 def stiffness_of(edges: str | EdgeSprings) -> EdgeStiffness:
@@ -80,16 +82,36 @@ def edges_of(edges: str | EdgeSprings) -> str | EdgeStiffness:
     return EdgeStiffness(**{name: RIGID if given[name] is None else given[name] for name in asdict(EdgeStiffness())})
 
 
-def turned(points: Array, angle: float, yaw: float = 0.0) -> Array:
-    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight (cos angle, 0, -sin angle).
+def turned(points: Array, impact: Impact) -> Array:
+    """Points (n, 3) of a bird, its axis along x, turned into the direction of flight.
 
-    Its axis then makes the angle `yaw` [rad] with that direction, its nose turned towards y.
+    That is (cos angle, 0, -sin angle), turned about z by the heading. The axis then makes the angle `yaw` with it, its
+    nose turned towards y, and `pitch`, its nose raised.
     """
+    angle = impact.angle
     along, across = np.array([math.cos(angle), 0.0, -math.sin(angle)]), np.array([0.0, 1.0, 0.0])
-    if yaw:
-        c, s = math.cos(yaw), math.sin(yaw)
+    up = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    if impact.yaw:
+        c, s = math.cos(impact.yaw), math.sin(impact.yaw)
         along, across = c * along + s * across, c * across - s * along
-    return points @ np.stack([along, across, [math.sin(angle), 0.0, math.cos(angle)]])
+    if impact.pitch:
+        c, s = math.cos(impact.pitch), math.sin(impact.pitch)
+        along, up = c * along + s * up, c * up - s * along
+    return points @ (np.stack([along, across, up]) @ about_z(impact.heading))
+
+
+def about_z(heading: float) -> Array:
+    """What turns row vectors about z by an angle [rad]."""
+    if not heading:
+        return np.eye(3)
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def direction_of(impact: Impact) -> Array:
+    """Unit vector of the velocity, (3,)."""
+    direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
+    return direction @ about_z(impact.heading) if impact.heading else direction
 
 
 def surface_in_flight(case: Case) -> Array:
@@ -99,7 +121,7 @@ def surface_in_flight(case: Case) -> Array:
     """
     bird, impact = case.bird, case.impact
     roll = math.atan2(math.sin(impact.yaw) * math.sin(impact.angle), math.cos(impact.angle))
-    return turned(outline(bird.shape, bird.diameter, bird.length, roll), impact.angle, impact.yaw)
+    return turned(outline(bird.shape, bird.diameter, bird.length, roll), impact)
 
 
 def nose_meets(surface: Array, angle: float, height: float) -> tuple[float, float]:
@@ -144,9 +166,9 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
     than the mass that it stands for. The bird begins as much further back. None is let begin in the plate.
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
-    direction = np.array([math.cos(impact.angle), 0.0, -math.sin(impact.angle)])
+    direction = direction_of(impact)
     surface, start = surface_in_flight(case), aimed_at(case)
-    x = turned(points, impact.angle, impact.yaw) + start
+    x = turned(points, impact) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
     x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
     return x, np.tile(impact.speed * direction, (len(x), 1))
@@ -155,6 +177,8 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
 def aimed_at(case: Case) -> Array:
     """Where the bird's axis meets the plate's mid-plane, (3,) [m]: the point of aim, or such that the nose meets it."""
     start = np.array([*case.impact.offset, 0.0])
+    if case.impact.point is not None:
+        start += case.impact.point
     if case.impact.aim == "first_touch":
         x_nose, y_nose = nose_meets(surface_in_flight(case), case.impact.angle, 0.5 * case.plate.thickness)
         start -= [x_nose, y_nose if case.impact.yaw else 0.0, 0.0]  # without yaw the nose lies at y = 0 exactly

@@ -251,7 +251,7 @@ class Contact:
         inverse = 1.0 / bird.masses.min()
         if not plate.fixed.all():
             per_node = max(facet_areas(plate).max() / self.spacing**2, 1.0)
-            inverse += per_node / plate.mass.min()
+            inverse += per_node / plate.mass[plate.mass > 0.0].min()
         return float(1.0 / inverse) / (1.0 if len(self.sheets) == 1 else 2.0)
 
 

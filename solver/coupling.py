@@ -94,7 +94,8 @@ class Coupling:
         """Whether the first particle to reach the plate's plane is then beside the plate."""
         lowest = self.bird.x[np.argmin(self.bird.x[:, 2])]
         flown = (lowest[2] - self.contact.gap) / math.tan(case.impact.angle)
-        touch = lowest[:2] + np.array([flown, 0.0])
+        heading = case.impact.heading
+        touch = lowest[:2] + flown * np.array([math.cos(heading), math.sin(heading)])
         return bool(np.any(np.abs(touch) > 0.5 * np.array([case.plate.length, case.plate.width])))
 
     @property

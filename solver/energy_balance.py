@@ -27,9 +27,9 @@ class Balance:
     Each body integrates its own: bird_pressure: p dV work; bird_viscous: MU; bird_shock: artificial viscosity;
     bird_stress: work of strength; bird_hourglass: of the hexahedra's hourglass control;
     plate_internal: stress work (elastic and plastic); plate_hourglass; plate_edges: in the edge's springs;
-    plate_damping; plate_eroded: what eroded shells had taken in; contact: in the penalty springs; friction: its heat,
-    where there is friction; eroded: what the eroded particles held as pressure, and springs whose particle or facet is
-    gone; bird_kinetic, plate_kinetic.
+    plate_damping; rivets: what they took, those that broke included; plate_eroded: what eroded shells had taken in;
+    contact: in the penalty springs; friction: its heat, where there is friction; eroded: what the eroded particles held
+    as pressure, and springs whose particle or facet is gone; bird_kinetic, plate_kinetic.
     """
 
     def __init__(self, bird: BirdBody, bodies: Sequence[BodyEnergies], normal_energy: float) -> None:

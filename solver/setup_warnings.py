@@ -52,8 +52,11 @@ def share_beside_plate(case: Case) -> float:
     ring = (np.arange(RINGS) + 0.5) / RINGS
     radius, turn = np.meshgrid(0.5 * case.bird.diameter * np.sqrt(ring), 2.0 * math.pi * ring)
     x, y, _ = aimed_at(case)
-    along = np.abs(x + radius * np.cos(turn) / math.sin(case.impact.angle))
-    across = np.abs(y + radius * np.sin(turn))
+    heading, z = case.impact.heading, aimed_at(case)[2]
+    shift = z / math.tan(case.impact.angle)
+    longer, wide = shift + radius * np.cos(turn) / math.sin(case.impact.angle), radius * np.sin(turn)
+    along = np.abs(x + longer * math.cos(heading) - wide * math.sin(heading))
+    across = np.abs(y + longer * math.sin(heading) + wide * math.cos(heading))
     return float(np.mean((along > 0.5 * span_along(case)) | (across > 0.5 * case.plate.width)))
 
 

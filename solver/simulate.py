@@ -136,6 +136,7 @@ def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:
         "squeezed_through": coupling.contact.squeezed,
         "eroded_shells": plate.eroded,
         "largest_plastic_strain": plate.eps_p,
+        **({} if plate.rivets is None else {"rivets": len(plate.rivets), "broken_rivets": plate.rivets.lost}),
         "warnings": warnings_of(case, coupling),
     }
 

@@ -91,6 +91,9 @@ def check(case: CaseSource) -> dict[str, Any]:
 def command(
     case: Annotated[str, typer.Argument(help="A case file, a shipped case's name, or a campaign's folder.")],
     settings: Settings = [],  # noqa: B006 (typer copies it)
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw target, supports, sensors, bird and velocity into this .png or .svg file.")
+    ] = None,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """List all errors of a case at once, or print what follows from it; of a campaign's folder, what it holds.
@@ -114,6 +117,11 @@ def command(
     console.print(_table(loaded, facts))
     for line in _remarks(loaded, facts):
         say(line)
+    if picture is not None:
+        from birdstrike.reports.figures.target import write_picture  # late: matplotlib
+
+        write_picture(loaded, picture)
+        say(f"Picture of the set-up: {picture}")
     warn(facts["warnings"], CHECKED)
     say(f"No errors. {_simulation(case, settings)}")
     return facts

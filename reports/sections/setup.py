@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from birdstrike.data.units import display
-from birdstrike.reports.blocks import Picture, Section, Table, drawing
+from birdstrike.reports.blocks import Picture, Section, Table, drawing, photograph
 from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.setup import SetUp, setup_figure
+from birdstrike.reports.figures.target import drawn_target, target_figure
 from birdstrike.reports.results.measurement import origin, short_name
 from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
@@ -28,6 +29,10 @@ def of_case(results: CampaignResults) -> Section:
 
 
 def _sketch(case: Case) -> Picture:
+    if case.target is not None:
+        shown = drawn_target(case)
+        told = f"parts {', '.join(shown.names)}; {len(shown.sensors)} sensors; bird above the struck side"
+        return photograph("setup", target_figure(shown), _caption(case), told)
     return drawing("setup", setup_figure(drawn(case)), _caption(case))
 
 
@@ -36,7 +41,11 @@ def _caption(case: Case) -> str:
     aimed = (
         "the bird's axis points at the plate's centre" if case.impact.aim == "axis" else "the centre is touched first"
     )
-    yaw = f"; not drawn: the bird's yaw of {display(case.impact.yaw, 'rad')[0]:.3g}°" if case.impact.yaw else ""
+    if case.impact.point is not None:
+        place = ", ".join(f"{1e3 * c:.4g}" for c in case.impact.point)
+        aimed = f"the bird's axis flies through ({place}) mm"
+    undrawn = case.impact.yaw and case.target is None
+    yaw = f"; not drawn: the bird's yaw of {display(case.impact.yaw, 'rad')[0]:.3g}°" if undrawn else ""
     return (
         f"The set-up to scale at the start of the simulation. The velocity makes {degrees:.3g}° with the plate's "
         f"surface, so that {quantity(case.normal_speed, 'm/s')} of {quantity(case.impact.speed, 'm/s')} are normal to "

@@ -21,6 +21,7 @@ MODULES = (
     "energy_balance_problems",
     "openradioss_problems",
     "assembly_problems",
+    "joined_problems",
     "parameter_sensitivity",
     "published_problems",
 )

@@ -171,8 +171,9 @@ class Case(Section):
             del tree["plate"]["rigid"]
         if not any(self.impact.offset):
             del tree["impact"]["offset"]
-        if not self.impact.yaw:
-            del tree["impact"]["yaw"]
+        for key in ("yaw", "pitch", "point", "direction"):
+            if not getattr(self.impact, key):
+                del tree["impact"][key]
         tree["sensors"] = {name: sensor.canonical() for name, sensor in self.sensors.items()}
         acting = {name: own.model_dump(mode="json") for name, own in self.instrument.items() if own != Instrument()}
         if self.solver.name == "external" and self.external is not None:

@@ -21,7 +21,7 @@ ONLY_FOR = {
     "hexahedra": ("solver.hourglass", "solver.hourglass_coefficient", "solver.smallest_step"),
 }
 """What only one of the bird's methods has a use for."""
-IDLE_FOR_SPHERE = ("impact.yaw",)
+IDLE_FOR_SPHERE = ("impact.yaw", "impact.pitch")
 METHOD = "sph"  # where none stands
 INSTANT = Between("0 ms", "100 ms")
 """Range and unit of the times of a case."""

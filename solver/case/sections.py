@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, model_validator
 from pydantic.fields import FieldInfo
 
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.overlay import at
 from birdstrike.solver.case.plate import Plate
-from birdstrike.solver.case.target import Target
-from birdstrike.solver.fields import Between, OneOf, Section
+from birdstrike.solver.case.target import Place, Target
+from birdstrike.solver.fields import Between, OneOf, Section, complaint
 from birdstrike.solver.registry import Kinds
 
 ASIDE = Between("-2500 mm", "2500 mm")
@@ -26,15 +27,49 @@ class Impact(Section):
 
     offset [m]: along length and width, from the plate's centre to the point of aim. yaw [rad]: angle between the bird's
     axis and its velocity, in the plane of velocity and plate's width; above 0 the nose points to the width's end.
+    pitch [rad]: the same in the plane of the velocity and the plate's normal; above 0 the nose is raised.
+    point [m]: in space, through which the bird's axis flies (`offset` then counts from it). direction: of the velocity,
+    a vector of any length; it gives the angle, unless `angle` states another, and the way across the plate.
     """
 
     speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
+    direction: tuple[float, float, float] | None = None
     angle: Annotated[float, Between("1 deg", "90 deg")]
     aim: Annotated[str, OneOf(("axis", "first_touch"))] = "axis"
     standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
     offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
     friction: Annotated[float, Between(0.0, 2.0)] = 0.0
     yaw: Annotated[float, Between("-45 deg", "45 deg")] = 0.0
+    pitch: Annotated[float, Between("-45 deg", "45 deg")] = 0.0
+    point: Place | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_direction_gives_the_angle(cls, raw: Any) -> Any:
+        """The angle from the surface of a direction that stands alone; what is no direction is refused."""
+        if not isinstance(raw, dict) or raw.get("direction") is None:
+            return raw
+        given = raw["direction"]
+        numbers = isinstance(given, list | tuple) and all(isinstance(c, int | float) for c in given)
+        if not numbers or len(given) != 3 or not given[2] < 0.0 or not all(math.isfinite(c) for c in given):
+            raise complaint(
+                f"has direction = {given}; write three numbers of which the third is negative, such as "
+                "[0.8, 0.1, -0.6]: the bird flies towards -z, onto the target"
+            )
+        if "angle" in raw:
+            return raw
+        return raw | {"angle": f"{math.degrees(math.atan2(-given[2], math.hypot(given[0], given[1])))!r} deg"}
+
+    @model_validator(mode="after")
+    def _first_touch_is_of_a_plane_flight(self) -> Impact:
+        if self.aim == "first_touch" and (self.direction or self.point or self.pitch):
+            raise complaint('has aim = "first_touch", which knows no direction, point and pitch; leave them or it out')
+        return self
+
+    @property
+    def heading(self) -> float:
+        """Angle of the way over the plate from its length axis [rad]."""
+        return 0.0 if self.direction is None else math.atan2(self.direction[1], self.direction[0])
 
 
 class Time(Section):

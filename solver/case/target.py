@@ -5,19 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
-from birdstrike.solver.target.generators.interface import Generator
+from birdstrike.solver.target.generators.interface import Generator, Length
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.interface import Metal, TargetMaterial
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
+from birdstrike.solver.target.links.rivets import RivetData
+from birdstrike.solver.target.links.ties import TieData
 from birdstrike.solver.target.mesh_file import METRES, MeshFile, digest
+from birdstrike.solver.target.part_mesh import Row
 
 PLACE = Between("-100000 mm", "100000 mm")
+Place = tuple[Annotated[float, PLACE], Annotated[float, PLACE], Annotated[float, PLACE]]
+Strength = Annotated[float, Between("0.001 kN", "10000 kN")]
+Stiffness = Annotated[float, Between("0.001 kN/mm", "100000 kN/mm")]
+Exponent = Annotated[float, Between(0.5, 20.0)]
 
 
 class Part(Section):
@@ -27,8 +35,63 @@ class Part(Section):
     material: str
 
 
+class Tie(Section):
+    """nodes: a set, whose nodes follow the part `onto` where they lie within `distance` [m] of its mid-surface."""
+
+    nodes: str
+    onto: str
+    distance: Annotated[float, Between("0.001 mm", "100 mm")]
+
+    def data(self) -> TieData:
+        """As the target takes it."""
+        return TieData(self.nodes, self.onto, self.distance)
+
+
+class Rivets(Section):
+    """A row of rivets, which breaks one by one at (N/tension_strength)^a + (S/shear_strength)^b = 1.
+
+    exponents: a and b; springs: along the rivet and across it [N/m] and rotational [N m/rad], by default of the order
+    that Huth's formula gives to 5 mm rivets in 2 mm aluminium sheets. parts, start, end [m], pitch [m]: where the row
+    lies; a generator's own rows have their places already.
+    """
+
+    tension_strength: Strength
+    shear_strength: Strength
+    exponents: tuple[Exponent, Exponent] = (2.0, 2.0)
+    tension_stiffness: Stiffness = 3e7
+    shear_stiffness: Stiffness = 3e7
+    rotational_stiffness: Annotated[float, Between("0 kN*m/rad", "1000 kN*m/rad")] = 100.0
+    parts: tuple[str, str] | None = None
+    start: Place | None = None
+    end: Place | None = None
+    pitch: Length | None = None
+
+    @model_validator(mode="after")
+    def _a_row_has_all_of_its_places(self) -> Rivets:
+        given = [key for key in ("parts", "start", "end", "pitch") if getattr(self, key) is not None]
+        if 0 < len(given) < 4:
+            missing = ", ".join(key for key in ("parts", "start", "end", "pitch") if key not in given)
+            raise complaint(f"has {', '.join(given)} and no {missing}; a row of your own needs all four")
+        return self
+
+    def row(self) -> Row | None:
+        """Where it lies; None for a generator's own row."""
+        if self.parts is None or self.start is None or self.end is None or self.pitch is None:
+            return None
+        start, end = np.array(self.start), np.array(self.end)
+        count = max(round(float(np.linalg.norm(end - start)) / self.pitch), 1) + 1 if (start != end).any() else 1
+        return Row(np.linspace(start, end, count), self.parts)
+
+    def data(self) -> RivetData:
+        """As the target takes it."""
+        springs = (self.tension_stiffness, self.shear_stiffness, self.rotational_stiffness)
+        return RivetData(*springs, self.tension_strength, self.shear_strength, self.exponents)
+
+
 class Target(Section):
     """A target of named parts; supports: how sets of nodes are held, a word or a table of springs.
+
+    ties, rivets: what joins parts that share no node.
 
     Its mesh is a generator's, or that of the file `mesh` in the unit of length `mesh_unit`; origin [m]: the point of
     the file's own axes on which the bird is aimed, from their z; struck: the part that it is aimed at.
@@ -43,6 +106,8 @@ class Target(Section):
     materials: dict[str, Annotated[TargetMaterial, TARGET_LAWS]]
     parts: dict[str, Part]
     supports: dict[str, Annotated[str | EdgeSprings, WordOr(EDGE_WORDS, EdgeSprings)]] = Field(default_factory=dict)
+    ties: dict[str, Tie] = Field(default_factory=dict)
+    rivets: dict[str, Rivets] = Field(default_factory=dict)
     damping: Annotated[float, Between("0 1/s", "1e5 1/s")] = 0.0
 
     @model_validator(mode="after")
@@ -70,7 +135,46 @@ class Target(Section):
             if name not in source.sets:
                 sets = ", ".join(source.sets)
                 raise complaint(f"has supports.{name}, a set of nodes that does not exist; sets: {sets}")
+        self._check_links(source)
+        self._check_pieces(source)
         return self
+
+    def _check_pieces(self, source: Generator | MeshFile) -> None:
+        """A mesh from a file hangs together, unless something joins its pieces."""
+        if isinstance(source, MeshFile) and source.pieces > 1 and not self.ties and not self.rivets:
+            raise complaint(
+                f"has a mesh that cannot be used: target.mesh = {source.path}: it falls into {source.pieces} pieces "
+                "that share no node; merge the nodes along their joints, or give target.ties or target.rivets"
+            )
+
+    def _check_links(self, source: Generator | MeshFile) -> None:
+        """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
+        parts, sets = ", ".join(source.parts), ", ".join(source.sets)
+        for name, tie in self.ties.items():
+            if tie.nodes not in source.sets:
+                raise complaint(f'has ties.{name}.nodes = "{tie.nodes}", a set that does not exist; sets: {sets}')
+            if tie.onto not in source.parts:
+                raise complaint(f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}')
+        for name, rivets in self.rivets.items():
+            for part in rivets.parts or ():
+                if part not in source.parts:
+                    raise complaint(f'has rivets.{name}.parts with "{part}", which the mesh has not; parts: {parts}')
+            if rivets.parts is None and name not in source.rows:
+                rows = ", ".join(source.rows) or "none"
+                raise complaint(
+                    f"has rivets.{name} without parts, start, end and pitch; rows that the generator places: {rows}"
+                )
+        for name in source.rows:
+            if name not in self.rivets:
+                raise complaint(f"has no rivets.{name}: give it a tension_strength and a shear_strength")
+
+    def rivet_rows(self) -> Iterator[tuple[str, Row, RivetData]]:
+        """Every row of rivets with its place."""
+        placed = self.source.mesh().rows
+        for name, rivets in self.rivets.items():
+            row = rivets.row()
+            for one in placed[name] if row is None else (row,):
+                yield name, one, rivets.data()
 
     @property
     def source(self) -> Generator | MeshFile:
@@ -100,7 +204,9 @@ class Target(Section):
     @property
     def content(self) -> dict[str, Any]:
         """What changes a history, SI: of a mesh from a file its content, not its name."""
-        tree = self.model_dump(mode="json")
+        tree = self.model_dump(mode="json", exclude={key for key in ("ties", "rivets") if not getattr(self, key)})
+        if self.generator is not None:
+            tree["generator"] = self.generator.canonical()
         if self.mesh is not None:
             tree["mesh"] = digest(self.source.mesh())
             del tree["mesh_unit"], tree["origin"]
@@ -128,7 +234,8 @@ class Target(Section):
             known = type(self.materials[self.struck_part.material]).model_fields
             own = {key if key in known else "a": value for key, value in plate["material"].items()}
             target["materials"] = {self.struck_part.material: own}
-        return {key: value for key, value in changes.items() if key != "plate"} | {"target": target}
+        kept = {key: value for key, value in changes.items() if key not in ("plate", "target")}
+        return kept | {"target": {**changes.get("target", {}), **target}}
 
 
 def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -151,8 +258,9 @@ PLACEHOLDER = {"length": "1 m", "width": "1 m", "thickness": "1 mm", "elements":
 def envelope(target: Target) -> dict[str, Any]:
     """The plate that stands for a target, as a case's table has it."""
     generator, struck = target.source, target.struck_part
-    material = target.materials[struck.material]
-    plate: dict[str, Any] = {
+    material, radius = target.materials[struck.material], getattr(generator, "radius", None)
+    plate: dict[str, Any] = {} if radius is None else {"radius": quantity_text(radius, "m")}
+    plate |= {
         "length": quantity_text(generator.length, "m"),
         "width": quantity_text(generator.width, "m"),
         "thickness": quantity_text(struck.thickness, "m"),

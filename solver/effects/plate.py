@@ -86,6 +86,18 @@ def _preload(case: Declared, change: float) -> Table:
     return {"plate": {"preload": [quantity_text(value + change, "Pa") for value in case.plate.preload]}}
 
 
+def _rivets(case: Declared, change: float) -> Table:
+    """All strengths of all rows, times 1 + change."""
+    scaled = {
+        name: {
+            key: quantity_text(getattr(row, key) * (1.0 + change), "N")
+            for key in ("tension_strength", "shear_strength")
+        }
+        for name, row in case.target.rivets.items()
+    }
+    return {"target": {"rivets": scaled}}
+
+
 PLATE = (
     Effect(
         "clamp_rotation",
@@ -202,5 +214,16 @@ PLATE = (
         lambda case: _without("preload", case) or _no_edges("in_plane", case),
         GROUP,
         "membrane stress, alike both ways; size: a fifth of what buckles a clamped square (Timoshenko & Gere, 1961)",
+    ),
+    Effect(
+        "rivet_strength",
+        "rivets stronger or weaker than stated",
+        "",
+        _rivets,
+        lambda _: 0.2,
+        lambda _: -0.999,
+        lambda case: "" if case.target is not None and case.target.rivets else "the target has no rivets",
+        GROUP,
+        "relative change of the strengths in tension and shear of all rivets; size: scatter of single-lap joints",
     ),
 )

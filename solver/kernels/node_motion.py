@@ -24,11 +24,11 @@ def kick_and_drift_nodes(kick, drift, damping, nodal, applied, mass, inertia, he
     """Nodes under internal (m, 6) and applied (m, 3) forces, then new positions; held freedoms stay where they are.
 
     damping [1/s]: rate of decay of a free vibration's amplitude: the force -2 damping m v, with v the mean of the half
-    steps before and after, so that no rate is unstable.
+    steps before and after, so that no rate is unstable. A node without mass follows others (`kernels.links`).
     """
     keep, gain = 1.0 - damping * kick, 1.0 / (1.0 + damping * kick)
     for p in prange(v.shape[0]):
-        if held[p] == 63:
+        if held[p] == 63 or mass[p] == 0.0:
             continue
         for c in range(3):
             v[p, c] = gain * (keep * v[p, c] + kick * (nodal[p, c] + applied[p, c]) / mass[p])

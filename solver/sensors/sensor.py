@@ -150,7 +150,7 @@ class Placed(Sensor):
 
     def canonical(self) -> dict[str, Any]:
         """Without what a sensor on a plate does not have."""
-        unsaid = {key for key in ("point", "part", "along") if getattr(self, key, None) is None}
+        unsaid = {key for key in ("point", "part", "along", "measure") if getattr(self, key, None) is None}
         return {key: value for key, value in super().canonical().items() if key not in unsaid}
 
     def located(self, run: Run, /) -> tuple[int, float, float]:

@@ -41,6 +41,8 @@ class Strain(Placed):
     (`ShellBlock.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2 on the
     back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length where
     it has one. The sum is the logarithmic strain, ln(L/L0).
+    measure: of a rosette at the place instead of one gauge, the largest "principal" strain of the surface, or the
+    "effective" one, 2/sqrt(3) sqrt(e1^2 + e1 e2 + e2^2), as if no volume were lost.
     """
 
     noise_range: ClassVar = Between(0.0, 1.0)
@@ -52,6 +54,7 @@ class Strain(Placed):
     side: Annotated[str, OneOf(("impact", "back"))] = "back"
     length: Annotated[float, LENGTH] | None = None
     along: Along | None = None
+    measure: Annotated[str, OneOf(("principal", "effective"))] | None = None
 
     @property
     def toward(self) -> Array:
@@ -70,9 +73,26 @@ class Strain(Placed):
 
     def elements(self, run: Run, /) -> NDArray[np.int64]:
         """Those that it feels; raises UserError for a plate that does not strain."""
-        return gauge_weights(self, run)[0]
+        return np.unique(np.concatenate([gauge_weights(gauge, run)[0] for gauge in self.rosette(run)]))
+
+    def rosette(self, run: Run) -> tuple[Strain, ...]:
+        """The gauge itself, or where a measure is asked for three of them: at 0, 45 and 90 degrees."""
+        if self.measure is None:
+            return (self,)
+        turns = (0.0, 0.25 * math.pi, 0.5 * math.pi)
+        if self.along is None:
+            return tuple(self.model_copy(update={"direction": turn, "measure": None}) for turn in turns)
+        normal = deformable(run).frame[self.located(run)[0], 6:]
+        first = self.toward - (self.toward @ normal) * normal
+        second = np.cross(normal, first)
+        lines = (math.cos(turn) * first + math.sin(turn) * second for turn in turns)
+        return tuple(self.model_copy(update={"along": tuple(line), "measure": None}) for line in lines)
 
     def reading(self, run: Run, /) -> Reading:
+        if self.measure is not None:
+            first, between, second = (gauge.reading(run) for gauge in self.rosette(run))
+            principal = self.measure == "principal"
+            return lambda now: of_rosette(first(now), between(now), second(now), principal)
         shells = deformable(run)
         near, share = gauge_weights(self, run)
         rows = np.searchsorted(shells.watched, near)
@@ -111,6 +131,14 @@ def _ends(name: str, table: Mapping[str, Any], plate: PlateText) -> Iterator[str
                 f"sensors.{name}.length = {table['length']}: an end of the gauge is {1e3 * beyond:.3g} mm beyond the "
                 f"plate (plate.{key} = {plate.texts[key]}); a shorter gauge, or another place or direction?"
             )
+
+
+def of_rosette(first: float, between: float, second: float, principal: bool) -> float:
+    """Largest principal strain, or the effective one, of strains at 0, 45 and 90 degrees."""
+    middle, shear = 0.5 * (first + second), between - 0.5 * (first + second)
+    radius = math.hypot(0.5 * (first - second), shear)
+    one, two = middle + radius, middle - radius
+    return one if principal else math.sqrt(4.0 / 3.0 * (one * one + one * two + two * two))
 
 
 def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:

@@ -1,23 +1,27 @@
-"""A target from a mesh of named parts: their thickness and metal, and how sets of its nodes are held."""
+"""A target from a mesh of named parts: thickness and metal of each, how sets of nodes are held, what joins them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
+from birdstrike.solver.target.links.rivets import RivetData, Rivets, rivets_of
+from birdstrike.solver.target.links.ties import TieData, Ties, ties_of
 from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of
 from birdstrike.solver.target.nodes import Nodes
-from birdstrike.solver.target.part_mesh import PartMesh
+from birdstrike.solver.target.part_mesh import PartMesh, Row
 from birdstrike.solver.target.section import Section
 from birdstrike.solver.target.shell_block import ShellBlock
-from birdstrike.solver.target.supports import EVERYTHING, NAMED, EdgeStiffness, Held, Supports
+from birdstrike.solver.target.supports import DISPLACEMENTS, EVERYTHING, NAMED, EdgeStiffness, Held, Supports
 
 
 @dataclass(frozen=True)
@@ -28,10 +32,26 @@ class PartData:
     material: TargetMaterial
 
 
+@dataclass(frozen=True)
+class LinkData:
+    """What joins parts that share no node: ties by name, and rows of rivets."""
+
+    ties: Mapping[str, TieData] = field(default_factory=dict)
+    rivets: tuple[tuple[str, Row, RivetData], ...] = ()
+
+
 def assembled(
-    parts: PartMesh, data: Mapping[str, PartData], supports: Mapping[str, EdgeStiffness], damping: float = 0.0
+    parts: PartMesh,
+    data: Mapping[str, PartData],
+    supports: Mapping[str, EdgeStiffness],
+    damping: float = 0.0,
+    links: LinkData = LinkData(),
 ) -> Target:
-    """The target, at rest. Raises UserError for springs on nodes that are not on a free edge."""
+    """The target, at rest.
+
+    Raises UserError for springs on nodes that are not on a free edge, for ties and rivets that join nothing, and for
+    parts that nothing holds while others are held.
+    """
     mesh = shells_of(parts)
     each = [data[name] for name in parts.parts]
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
@@ -41,7 +61,34 @@ def assembled(
     rigid = np.array([not one.material.moves for one in each])[parts.part]
     if rigid.any():
         held.hold_globally(np.unique(parts.quads[rigid]), EVERYTHING)
-    return Target(mesh, Nodes(parts.nodes, damping), [block], held)
+    ties = ties_of(parts, dict(links.ties), held.held & DISPLACEMENTS > 0)
+    rivets = rivets_of(parts, links.rivets)
+    _refuse_loose_parts(parts, held, ties, rivets)
+    return Target(mesh, Nodes(parts.nodes, damping), [block], held, ties=ties, rivets=rivets)
+
+
+def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rivets: Rivets | None) -> None:
+    """Raise UserError that names the parts which hang on nothing that is held, in a target that is held somewhere."""
+    if held.free:
+        return
+    ends = [sides_of(parts.quads)]
+    if ties is not None:
+        ends.append(ties.anchors.pairs(ties.followers))
+    if rivets is not None:
+        first = rivets.anchors.member[rivets.anchors.start[:-1]]
+        ends += [rivets.anchors.pairs(first), first.reshape(-1, 2)]
+    sides = np.concatenate(ends)
+    graph = coo_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(len(parts.nodes),) * 2)
+    piece = connected_components(graph, directed=False)[1]
+    sprung = held.nodes[held.springs[:, :2].any(axis=1)]
+    firm = np.union1d(piece[sprung], piece[held.held & DISPLACEMENTS > 0])
+    loose = ~np.isin(piece[parts.quads[:, 0]], firm)
+    if loose.any():
+        names = ", ".join(parts.parts[number] for number in np.unique(parts.part[loose]))
+        raise UserError(
+            f"target: {int(loose.sum())} shells of {names} hang on nothing that is held, a free rigid body: share "
+            "nodes, give target.ties or target.rivets, or name one of their sets in target.supports"
+        )
 
 
 def shells_of(parts: PartMesh) -> ShellMesh:

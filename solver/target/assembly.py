@@ -1,4 +1,4 @@
-"""A target: nodes, the blocks of elements on them, and supports; what the coupling steps and a bird hits."""
+"""A target: nodes, blocks of elements on them, supports, ties and rivets; what the coupling steps and a bird hits."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.node_motion import force_on_frame
 from birdstrike.solver.target.block import Block
+from birdstrike.solver.target.links.rivets import Rivets
+from birdstrike.solver.target.links.ties import Ties
 from birdstrike.solver.target.mesh import ShellMesh
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.shell_block import ShellBlock
@@ -18,25 +20,38 @@ from birdstrike.solver.target.supports import DISPLACEMENTS, ROTATIONS, Supports
 
 
 class Target:
-    """Blocks on common nodes, held by supports. mesh: its shells at rest, with the surface in which sensors lie.
+    """Blocks on common nodes, held by supports, joined by ties and rivets.
 
+    mesh: its shells at rest, with the surface in which sensors lie.
     x, v, omega, mass, inertia, nodal: those of the nodes; quads (f, 4), skin (f,): the facets of all blocks, in their
     order; one_sided: touched from the side alone that the bird starts on.
     """
 
     def __init__(
-        self, mesh: ShellMesh, nodes: Nodes, blocks: Sequence[Block], supports: Supports, one_sided: bool = False
+        self,
+        mesh: ShellMesh,
+        nodes: Nodes,
+        blocks: Sequence[Block],
+        supports: Supports,
+        one_sided: bool = False,
+        ties: Ties | None = None,
+        rivets: Rivets | None = None,
     ) -> None:
         self.mesh, self.nodes, self.blocks, self.supports = mesh, nodes, list(blocks), supports
-        self.one_sided = one_sided
+        self.one_sided, self.ties, self.rivets = one_sided, ties, rivets
         for block in self.blocks:
             block.add_mass(nodes)
+        if ties is not None:
+            ties.take_mass(nodes)
+        self.acting, self.shared = np.zeros((len(nodes), 3)), False
         supports.hold(nodes)
         self.mass, self.inertia, self.nodal = nodes.mass, nodes.inertia, nodes.nodal
         self.quads = np.concatenate([block.facets for block in self.blocks])
         self.skin = np.concatenate([block.skin for block in self.blocks])
         self.support_work = 0.0
         self.lost_to_frame = {"plate_edges": 0.0, "plate_damping": 0.0}
+        if rivets is not None:
+            self.lost_to_frame["rivets"] = 0.0
         self.on_frame = np.zeros(6)
 
     @property
@@ -116,6 +131,8 @@ class Target:
         for block in self.blocks:
             block.clear_stress()
         self.supports.relax()
+        if self.rivets is not None:
+            self.rivets.relax()
 
     def preload(self, along_length: float, along_width: float) -> None:
         """Initial membrane stresses [Pa] along x and y, held by the frame; raises UserError for free edges."""
@@ -129,6 +146,19 @@ class Target:
         for block in self.blocks:
             block.add_forces(self.nodes, dt)
         self.support_work = self.supports.update_forces(self.nodes, dt)
+        self.shared = False
+        if self.rivets is not None:
+            self.lost_to_frame["rivets"] += self.rivets.update_forces(self.nodes, dt)
+
+    def share_forces(self, applied: Array) -> Array:
+        """Internal and applied forces (m, 3) [N] of tied nodes pass on, once a step; returns the applied ones left."""
+        if self.ties is None:
+            return applied
+        if not self.shared:
+            self.acting[:] = applied
+            self.ties.share_forces(self.nodal, self.acting)
+            self.shared = True
+        return self.acting
 
     def update_energies(self) -> None:
         """Works of the step that ended."""
@@ -138,11 +168,15 @@ class Target:
 
     def kick_and_drift(self, kick: float, drift: float, applied: Array) -> None:
         """New half-step velocities under internal and applied forces (m, 3) [N], then new positions."""
-        self.lost_to_frame["plate_damping"] += self.nodes.kick_and_drift(kick, drift, applied)
+        acting = self.share_forces(applied)
+        self.lost_to_frame["plate_damping"] += self.nodes.kick_and_drift(kick, drift, acting)
+        if self.ties is not None:
+            self.ties.follow(self.nodes, drift)
 
     def reaction(self, applied: Array, result: Array) -> None:
         """Force of the target on its frame into result (3,) [N]; with its moment about the origin in `on_frame`."""
-        force_on_frame(self.nodal, applied, self.nodes.held, self.nodes.axes, self.x, self.on_frame)
+        acting = self.share_forces(applied)
+        force_on_frame(self.nodal, acting, self.nodes.held, self.nodes.axes, self.x, self.on_frame)
         self.supports.add_to_frame(self.x, self.on_frame)
         result[:] = self.on_frame[:3]
 
@@ -160,7 +194,10 @@ class Target:
         straining = [block for block in blocks if block is not None]
         if not straining:
             return None
-        return Target(self.mesh, Nodes(self.mesh.nodes), straining, self.supports.released())
+        rest = self.mesh.nodes
+        ties = None if self.ties is None else self.ties.again(rest)
+        rivets = None if self.rivets is None else self.rivets.elastic()
+        return Target(self.mesh, Nodes(rest), straining, self.supports.released(), ties=ties, rivets=rivets)
 
     def highest_frequency(self, iterations: int = 60) -> float:
         """Largest circular frequency [rad/s] of the unloaded target, its rigid holds released, by power iteration.
@@ -174,14 +211,18 @@ class Target:
         rng = np.random.default_rng(0)
         v, omega = rng.standard_normal(self.x.shape), rng.standard_normal(self.x.shape) / self.thickness
         trial.v[:], trial.omega[:] = v, omega
-        squared = 0.0
+        squared, still, moving = 0.0, np.zeros_like(v), (trial.mass > 0.0)[:, None]
+        masses, inertias = trial.mass[:, None], trial.inertia[:, None]
         for _ in range(iterations):
             norm = np.sqrt(2.0 * trial.kinetic_energy())
             trial.v[:], trial.omega[:] = 1e-9 * trial.v / norm, 1e-9 * trial.omega / norm
             trial.clear_stress()
+            if trial.ties is not None:
+                trial.ties.follow(trial.nodes, 0.0)
             trial.update_forces(1.0)
-            trial.v[:] = -trial.nodal[:, :3] / trial.mass[:, None]
-            trial.omega[:] = -trial.nodal[:, 3:] / trial.inertia[:, None]
+            trial.share_forces(still)
+            np.divide(-trial.nodal[:, :3], masses, out=trial.v, where=moving)
+            np.divide(-trial.nodal[:, 3:], inertias, out=trial.omega, where=moving)
             squared = np.sqrt(2.0 * trial.kinetic_energy()) / 1e-9
         return float(np.sqrt(squared))
 

@@ -142,12 +142,6 @@ def _faults(nodes: Array, quads: NDArray[np.int64], unit: str) -> Iterator[str]:
     yield from _told(warp > MOST_WARPED, f"are warped by more than {limit}; refine the mesh")
     needle = sound & (sides.max(axis=1) ** 2 > MOST_SLENDER * area)
     yield from _told(needle, f"are more than {MOST_SLENDER:.0f} times as long as wide; mesh them anew")
-    pieces = _pieces(quads, len(nodes))
-    if pieces > 1:
-        yield (
-            f"it falls into {pieces} pieces that share no node; merge the nodes along their joints (there are no ties "
-            "between parts in this version)"
-        )
 
 
 class MeshFile:
@@ -155,7 +149,9 @@ class MeshFile:
 
     def __init__(self, path: str, unit: str, origin: tuple[float, float, float], struck: str | None) -> None:
         self._mesh = read_mesh(path, unit, origin)
-        self.parts, self.sets = self._mesh.parts, tuple(self._mesh.sets)
+        self.path, self.parts, self.sets = path, self._mesh.parts, tuple(self._mesh.sets)
+        self.rows: tuple[str, ...] = ()
+        self.pieces = _pieces(self._mesh.quads, len(self._mesh.nodes))
         self.struck = self.parts[0] if struck is None else struck
         self.length, self.width = (float(size) for size in np.ptp(self._mesh.nodes, axis=0)[:2])
         corners = self._mesh.nodes[self._mesh.quads]

@@ -57,6 +57,11 @@ def stiffness_and_mass(plate: Target) -> tuple[csc_array, Array]:
     rows, columns = np.repeat(freedom, 24, axis=1), np.tile(freedom, (1, 24))
     stiffness = csc_array(coo_array((own.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
     stiffness = stiffness + edge_stiffness(plate)
+    if plate.rivets is not None:
+        stiffness = stiffness + plate.rivets.stiffness(m)
+    if plate.ties is not None:
+        moving = plate.ties.matrix(m)
+        stiffness = csc_array(moving.T @ stiffness @ moving)
     turn = nodal_axes(plate)
     mass: Array = np.repeat(np.stack([plate.mass, plate.inertia], axis=1), 3, axis=1).ravel().astype(np.float64)
     return csc_array(turn @ stiffness @ turn.T), mass
@@ -85,9 +90,9 @@ def nodal_axes(plate: Target) -> csc_array:
 
 
 def free_freedoms(plate: Target) -> NDArray[np.int64]:
-    """Numbers of the freedoms that the frame does not hold."""
+    """Numbers of the freedoms that the frame does not hold, and that follow no others."""
     held = (plate.nodes.held[:, None] >> np.arange(6)) & 1
-    return np.flatnonzero(held.ravel() == 0)
+    return np.flatnonzero((held == 0) & (plate.mass > 0.0)[:, None])
 
 
 def natural_frequencies(plate: Target, count: int = 3) -> tuple[Array, Array]:

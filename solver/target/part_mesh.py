@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -13,11 +13,19 @@ from birdstrike.data.histories import Array
 
 
 @dataclass(frozen=True)
+class Row:
+    """A row of rivets: points (k, 3) [m] near which it joins two parts, the struck one first."""
+
+    points: Array
+    parts: tuple[str, str]
+
+
+@dataclass(frozen=True)
 class PartMesh:
     """Shells of named parts.
 
     nodes (m, 3) [m]; quads (e, 4), a triangle's last node twice; part (e,): place of each in `parts`; sets: nodes by
-    the name of their set.
+    the name of their set; rows: the rivets that the mesh is made for.
     """
 
     nodes: Array
@@ -25,6 +33,7 @@ class PartMesh:
     part: NDArray[np.int64]
     parts: tuple[str, ...]
     sets: Mapping[str, NDArray[np.int64]]
+    rows: Mapping[str, tuple[Row, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

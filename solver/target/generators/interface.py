@@ -31,6 +31,11 @@ class Generator(Section):
         raise NotImplementedError(self.kind)
 
     @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of the rows of rivets, each of which a case gives its strengths."""
+        return ()
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """Names of the parts."""
         raise NotImplementedError(self.kind)
@@ -39,6 +44,10 @@ class Generator(Section):
     def broken_rules(cls, _raw: Mapping[str, Any], _prefix: str) -> Iterator[str]:
         """One line for every rule between keys that the table as read breaks; prefix: its dotted key."""
         yield from ()
+
+    def canonical(self) -> dict[str, Any]:
+        """What changes its mesh, SI."""
+        return self.model_dump(mode="json")
 
     def mesh(self) -> PartMesh:
         """The mesh itself."""

@@ -1,4 +1,4 @@
-"""A flat skin with straight stiffeners on the side away from the bird: blades, or angles with an inner flange."""
+"""A flat or curved skin with straight stiffeners on the side away from the bird, integral with it or riveted to it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,34 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Count, OneOf
 from birdstrike.solver.target.generators.interface import Generator, Length
-from birdstrike.solver.target.part_mesh import PartMesh, Patch, divided, merged
+from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, divided, merged
+
+ASIDE = Between("-2500 mm", "2500 mm")
+Aside = Annotated[float, ASIDE]
+Flange = Annotated[float, Between("1 mm", "500 mm")]
+LAPPED = ("lap", "rivet_pitch")
+"""What a foot, a lap joint or a pad needs."""
+UNSAID = ("foot", "lap", "rivet_pitch", "overlap", "joint", "pad", "pad_at", "radius")
+"""Keys that are no part of a case's content where they are at their defaults."""
+SPANS = {
+    "length": Between("20 mm", "5000 mm"),
+    "pitch": Between("1 mm", "5000 mm"),
+    "overlap": Between("1 mm", "500 mm"),
+}
 
 
 class StiffenedPanel(Generator):
-    """Skin length x width in z = 0, its impact side z > 0; stiffeners run along the width and share the skin's nodes.
+    """Skin length x width in z = 0, its impact side z > 0; stiffeners run along the width behind it.
 
     stiffeners: how many, `pitch` apart and symmetric about the centre; section "blade": a web of `height` from the
-    skin's mid-surface; "L": with a flange of width `flange` at its end, towards the length's end.
-    Sets: edges (the skin's rim and the stiffeners' ends), skin_edges, stiffener_ends, and the skin's four sides.
+    skin's mid-surface; "L": with a flange of width `flange` at its end, towards the length's end. They share the skin's
+    nodes. With `foot`, a flange of that width on the skin towards the length's end, they are riveted to it instead: "L"
+    is foot and web, "Z" has the inner flange too, towards the length's start.
+    overlap: of two skins, the second behind the first from `joint` on (along the length, from the centre), riveted in
+    two lines; pad: size along length and width of a sheet riveted behind the skin at `pad_at`; lap: distance of the
+    mid-surfaces of sheets that lie on each other; rivet_pitch: of all rows; radius: of a skin curved about the width's
+    direction, convex to the bird, `length` then along the arc.
+    Sets: edges (the skins' rim and the stiffeners' ends), skin_edges, stiffener_ends, and the skin's four sides.
     """
 
     struck: ClassVar = "skin"
@@ -28,8 +47,16 @@ class StiffenedPanel(Generator):
     stiffeners: Annotated[int, Count(0, 50)]
     pitch: Length | None = None
     height: Length | None = None
-    section: Annotated[str, OneOf(("blade", "L"))] = "blade"
-    flange: Annotated[float, Between("1 mm", "500 mm")] | None = None
+    section: Annotated[str, OneOf(("blade", "L", "Z"))] = "blade"
+    flange: Flange | None = None
+    foot: Flange | None = None
+    lap: Annotated[float, Between("0.1 mm", "50 mm")] | None = None
+    rivet_pitch: Length | None = None
+    overlap: Flange | None = None
+    joint: Aside = 0.0
+    pad: tuple[Length, Length] | None = None
+    pad_at: tuple[Aside, Aside] = (0.0, 0.0)
+    radius: Annotated[float, Between("20 mm", "1e6 mm")] | None = None
 
     @property
     def sets(self) -> tuple[str, ...]:
@@ -37,7 +64,13 @@ class StiffenedPanel(Generator):
 
     @property
     def parts(self) -> tuple[str, ...]:
-        return ("skin", "stiffeners") if self.stiffeners else ("skin",)
+        further = {"skin_2": self.overlap, "pad": self.pad, "stiffeners": self.stiffeners}
+        return ("skin", *(name for name, there in further.items() if there))
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        placed = {"joint": self.overlap, "pad": self.pad, "stiffeners": self.stiffeners and self.foot}
+        return tuple(name for name, there in placed.items() if there)
 
     @property
     def places(self) -> list[float]:
@@ -48,52 +81,175 @@ class StiffenedPanel(Generator):
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
         count = raw.get("stiffeners")
+        sizes = {key: mark.valid(raw.get(key)) for key, mark in SPANS.items()}
         if isinstance(count, int) and count > 0 and "height" not in raw:
             yield f'{prefix}.height is missing: {count} stiffeners need one, such as height = "40 mm"'
         if isinstance(count, int) and count > 1:
             if "pitch" not in raw:
                 yield f'{prefix}.pitch is missing: {count} stiffeners need one, such as pitch = "200 mm"'
-            pitch, length = Between("1 mm", "5000 mm").valid(raw.get("pitch")), raw.get("length")
-            half = Between("20 mm", "5000 mm").valid(length)
-            if pitch is not None and half is not None and (count - 1) * pitch >= half:
+            pitch, length = sizes["pitch"], sizes["length"]
+            if pitch is not None and length is not None and (count - 1) * pitch >= length:
                 given = f"{prefix}.pitch = {raw['pitch']}"
-                yield f"{given} puts {count} stiffeners beyond {prefix}.length = {length}; a smaller pitch, or fewer"
-        if (raw.get("section") == "L") != ("flange" in raw):
-            yield f'{prefix}.flange is the inner flange of section = "L"; give both, or leave both out'
+                many = f"{count} stiffeners beyond {prefix}.length = {raw['length']}"
+                yield f"{given} puts {many}; a smaller pitch, or fewer"
+        yield from _section_rules(raw, prefix)
+        yield from _lap_rules(raw, prefix)
 
     def mesh(self) -> PartMesh:
-        half = (0.5 * self.length, 0.5 * self.width)
-        flange = self.flange or 0.0
-        x = divided([-half[0], *self.places, half[0]], self.element_size)
-        y = divided([-half[1], 0.0, half[1]], self.element_size)
-        patches = [Patch("skin", _grid(x, y, np.zeros((len(x), len(y)))))]
-        if self.stiffeners:
-            z = divided([-(self.height or 0.0), 0.0], self.element_size)[::-1]
+        patches, y = [], divided([-0.5 * self.width, 0.0, 0.5 * self.width], self.element_size)
+        for name, z, low, high in self._skins():
+            inside = [place for place in self.places if low < place < high]
+            x = divided([low, *inside, high], self.element_size)
+            patches.append(Patch(name, _level(x, y, z)))
         for place in self.places:
-            web = np.stack(np.broadcast_arrays(place, y[None, :], z[:, None]), axis=-1)
-            patches.append(Patch("stiffeners", web))
-            if flange:
-                foot = place + divided([0.0, flange], self.element_size)
-                patches.append(Patch("stiffeners", _grid(foot, y, np.full((len(foot), len(y)), z[-1]))))
+            patches += self._stiffener(place, y)
+        if self.pad is not None:
+            x, across = (
+                middle + divided([-0.5 * size, 0.5 * size], self.element_size)
+                for middle, size in zip(self.pad_at, self.pad, strict=True)
+            )
+            patches.append(Patch("pad", _level(x, across, self._depth(self.pad_at[0]) - (self.lap or 0.0))))
         nodes, quads, owner = merged(patches)
         part = np.array([self.parts.index(patch.part) for patch in patches])[owner]
-        return PartMesh(nodes, quads, part, self.parts, self._sets(nodes))
+        rows: dict[str, tuple[Row, ...]] = dict.fromkeys(self.rows, ())
+        for name, points, joined in self._rows():
+            rows[name] = (*rows[name], Row(self._bent(points), joined))
+        return PartMesh(self._bent(nodes), quads, part, self.parts, self._sets(nodes, quads, part), rows)
 
-    def _sets(self, nodes: Array) -> dict[str, NDArray[np.int64]]:
+    def canonical(self) -> dict[str, Any]:
+        """Without the keys of a riveted or curved panel where it has none."""
+        return self.model_dump(mode="json", exclude={key for key in UNSAID if key not in self.model_fields_set})
+
+    def _skins(self) -> Iterator[tuple[str, float, float, float]]:
+        """Name, height and stretch along the length of each skin."""
+        half = 0.5 * self.length
+        if self.overlap is None:
+            yield "skin", 0.0, -half, half
+            return
+        yield "skin", 0.0, -half, self.joint + 0.5 * self.overlap
+        yield "skin_2", -(self.lap or 0.0), self.joint - 0.5 * self.overlap, half
+
+    def _depth(self, place: float) -> float:
+        """Height of the skin behind which things lie at a place along the length."""
+        return -(self.lap or 0.0) if self.overlap is not None and place > self.joint else 0.0
+
+    def _skin_at(self, place: float) -> str:
+        return "skin_2" if self.overlap is not None and place > self.joint else "skin"
+
+    def _stiffener(self, place: float, y: Array) -> Iterator[Patch]:
+        """Web and flanges of one stiffener."""
+        skin = self._depth(place)
+        top = skin - (self.lap or 0.0) if self.foot else skin
+        z = divided([skin - (self.height or 0.0), top], self.element_size)[::-1]
+        yield Patch("stiffeners", np.stack(np.broadcast_arrays(place, y[None, :], z[:, None]), axis=-1))
+        if self.foot:
+            yield Patch("stiffeners", _level(place + divided([0.0, self.foot], self.element_size), y, z[0]))
+        if self.flange:
+            ends = [-self.flange, 0.0] if self.section == "Z" else [0.0, self.flange]
+            yield Patch("stiffeners", _level(place + divided(ends, self.element_size), y, z[-1]))
+
+    def _rows(self) -> Iterator[tuple[str, Array, tuple[str, str]]]:
+        """Name, points and parts of every row of rivets; of stiffeners on two skins, those of either apart."""
+        pitch, lap = self.rivet_pitch or 0.0, self.lap or 0.0
+        if self.overlap:
+            lines = (self.joint - 0.25 * self.overlap, self.joint + 0.25 * self.overlap)
+            along = _spread(self.width, pitch)
+            yield "joint", np.vstack([_line(x, along, -0.5 * lap) for x in lines]), ("skin", "skin_2")
+        if self.pad is not None:
+            (x, y), inset = self.pad_at, pitch
+            sides = [max(0.5 * size - 0.5 * inset, 0.0) for size in self.pad]
+            along, across = (_spread(2.0 * side + inset, inset) for side in sides)
+            height = self._depth(x) - 0.5 * lap
+            rim = [_line(x + sign * sides[0], y + across, height) for sign in (-1.0, 1.0)]
+            rim += [_line(x + along[1:-1], y + sign * sides[1], height) for sign in (-1.0, 1.0)]
+            yield "pad", np.vstack(rim), (self._skin_at(x), "pad")
+        if self.foot and self.stiffeners:
+            along = _spread(self.width, pitch)
+            for place in self.places:
+                points = _line(place + 0.5 * self.foot, along, self._depth(place) - 0.5 * lap)
+                yield "stiffeners", points, (self._skin_at(place), "stiffeners")
+
+    def _bent(self, points: Array) -> Array:
+        """Points of the flat panel on the curved one."""
+        if self.radius is None:
+            return points
+        angle, r = points[:, 0] / self.radius, self.radius + points[:, 2]
+        return np.column_stack([r * np.sin(angle), points[:, 1], r * np.cos(angle) - self.radius])
+
+    def _sets(self, nodes: Array, quads: NDArray[np.int64], part: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
         """Nodes of each set."""
         near = 1e-9 + 1e-6 * self.element_size
-        skin = np.abs(nodes[:, 2]) < near
+        skins = [number for number, name in enumerate(self.parts) if name.startswith("skin")]
+        skin, web = np.zeros(len(nodes), np.bool_), np.zeros(len(nodes), np.bool_)
+        skin[quads[np.isin(part, skins)]] = True
+        if self.stiffeners:
+            web[quads[part == self.parts.index("stiffeners")]] = True
         sides = {
             f"{name}_{end}": skin & (np.abs(nodes[:, axis] - sign * 0.5 * size) < near)
             for axis, (name, size) in enumerate((("length", self.length), ("width", self.width)))
             for end, sign in (("low", -1.0), ("high", 1.0))
         }
         rim = np.logical_or.reduce(list(sides.values()))
-        ends = ~skin & (np.abs(np.abs(nodes[:, 1]) - 0.5 * self.width) < near)
+        ends = web & ~skin & (np.abs(np.abs(nodes[:, 1]) - 0.5 * self.width) < near)
         found = {"edges": rim | ends, "skin_edges": rim, "stiffener_ends": ends, **sides}
         return {name: np.flatnonzero(mask).astype(np.int64) for name, mask in found.items()}
 
 
-def _grid(x: Array, y: Array, z: Array) -> Array:
-    """Points (a, b, 3) over a grid of places."""
-    return np.stack([*np.meshgrid(x, y, indexing="ij"), z], axis=-1)
+def _section_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+    """Which flanges a section has."""
+    section, riveted = raw.get("section", "blade"), "foot" in raw
+    if section == "Z" and not riveted:
+        yield f'{prefix}.section = "Z" is riveted to the skin by its foot; give {prefix}.foot, such as foot = "20 mm"'
+    if section == "blade" and riveted:
+        yield f'{prefix}.foot makes a riveted stiffener, and a blade has none; choose section = "L" or "Z"'
+    inner = section == "Z" or (section == "L" and not riveted)
+    if inner != ("flange" in raw):
+        yield (
+            f'{prefix}.flange is the inner flange of section = "L" that shares the skin\'s nodes, or of section = "Z"; '
+            "give both, or leave both out"
+        )
+
+
+def _lap_rules(raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+    """Sheets that lie on each other have their distance and their rivets, and do not lie three deep."""
+    for key in ("foot", "overlap", "pad"):
+        for needed in LAPPED:
+            if key in raw and needed not in raw:
+                example = "2 mm" if needed == "lap" else "25 mm"
+                yield f'{prefix}.{needed} is missing: {key} needs it, such as {needed} = "{example}"'
+    joint, overlap = ASIDE.valid(raw.get("joint", "0 mm")), SPANS["overlap"].valid(raw.get("overlap"))
+    count, pitch = raw.get("stiffeners"), SPANS["pitch"].valid(raw.get("pitch")) or 0.0
+    foot = Between("1 mm", "500 mm").valid(raw.get("foot")) or 0.0
+    if not isinstance(count, int) or joint is None:
+        return
+    stretches = {} if overlap is None else {"overlap": (joint - 0.5 * overlap, joint + 0.5 * overlap)}
+    pad, at = raw.get("pad"), raw.get("pad_at", ["0 mm", "0 mm"])
+    if isinstance(pad, list) and isinstance(at, list) and len(pad) == len(at) == 2:
+        size, middle = SPANS["length"].valid(pad[0]), ASIDE.valid(at[0])
+        if size is not None and middle is not None:
+            stretches["pad"] = (middle - 0.5 * size, middle + 0.5 * size)
+    for key, (low, high) in stretches.items():
+        for i in range(count):
+            place = (i - 0.5 * (count - 1)) * pitch
+            if place < high and place + foot > low:
+                there = f"{1e3 * place:.4g} .. {1e3 * (place + foot):.4g} mm along the length"
+                yield (
+                    f"{prefix}.{key} = {raw[key]} reaches a stiffener at {there}; move it into a bay "
+                    f"({1e3 * low:.4g} .. {1e3 * high:.4g} mm now)"
+                )
+
+
+def _level(x: Array, y: Array, z: float) -> Array:
+    """Points (a, b, 3) over a grid of places at one height."""
+    return np.stack([*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), z)], axis=-1)
+
+
+def _line(x: Array | float, y: Array | float, z: float) -> Array:
+    """Points (k, 3) of a straight row."""
+    return np.stack(np.broadcast_arrays(x, y, z), axis=-1).reshape(-1, 3)
+
+
+def _spread(size: float, pitch: float) -> Array:
+    """Places of rivets about the middle of a stretch, half a pitch or more from its ends."""
+    count = max(int(size / pitch + 1e-9), 1)
+    return (np.arange(count) - 0.5 * (count - 1)) * pitch

@@ -48,8 +48,9 @@ NAMES = [
 ]
 
 
-def test_the_library_is_the_twenty_three_of_the_format() -> None:
-    assert list(effects()) == NAMES
+def test_the_library_is_the_twenty_three_of_the_format_and_rivet_strength() -> None:
+    """Which no plate has, see `tests/solver/target/test_links.py`."""
+    assert list(effects()) == [*NAMES[:10], "rivet_strength", *NAMES[10:]]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,0 +1,234 @@
+"""A target as it is struck: its parts in colour, supports, rivets, sensors, bird and velocity, seen from both sides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.reports.figures.quantities import quantity, words
+from birdstrike.reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    inline_svg,
+    png,
+    styled,
+)
+from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_to_panel, surface_in_flight
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.sensors.places import place_in_space, place_on, point_at
+from birdstrike.solver.sensors.sensor import Placed
+
+PART_COLOURS = ("#B8C7D3", SKY, GREEN, ORANGE, PURPLE, "#F0E442", BLUE, VERMILION)
+SUPPORT_MARKS = ("s", "D", "^", "v", "<", ">", "p", "h")
+ELEVATION, TURN = np.deg2rad(32.0), np.deg2rad(-58.0)
+"""Of the eye: above the surface, and from the length axis."""
+LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
+LABELLED = 12
+"""Sensors up to which each has its name in the picture."""
+
+
+@dataclass(frozen=True)
+class DrawnTarget:
+    """What the picture shows, SI: nodes, facets, part of each, and where things are in space."""
+
+    nodes: Array
+    quads: NDArray[np.int64]
+    part: NDArray[np.int64]
+    names: tuple[str, ...]
+    supports: dict[str, Array]
+    rivets: Array
+    sensors: dict[str, Array]
+    bird: Array
+    centre: Array
+    velocity: Array
+    speed: float
+
+
+def drawn_target(case: Case) -> DrawnTarget:
+    """The case's target and bird before the impact; raises UserError where they cannot be built."""
+    target = build_plate(case)
+    parts = target.mesh.parts or {"plate": np.arange(len(target.quads))}
+    part = np.zeros(len(target.quads), np.int64)
+    for number, facets in enumerate(parts.values()):
+        part[facets] = number
+    direction = direction_of(case.impact)
+    surface = surface_in_flight(case) + aimed_at(case)
+    flight = flight_to_panel(surface, direction, case.plate, 0.5 * case.plate.thickness)
+    surface += (flight - case.impact.standoff) * direction
+    supports = {name: target.mesh.nodes[target.supports.nodes[rows]] for name, rows in target.supports.sets.items()}
+    if case.plate.rigid and case.target is None:
+        supports = {}
+    sensors = {}
+    for name, sensor in case.sensors.items():
+        if isinstance(sensor, Placed):
+            where = (
+                place_on(target.mesh, sensor.at)
+                if sensor.point is None
+                else place_in_space(target.mesh, np.array(sensor.point), sensor.part)
+            )
+            sensors[name] = point_at(target.mesh, *where)
+    rivets = np.empty((0, 3)) if target.rivets is None else target.rivets.points
+    names = tuple(parts)
+    where = (target.mesh.nodes, target.quads, part, names, supports, rivets, sensors)
+    return DrawnTarget(*where, surface, surface.mean(axis=0), direction, case.impact.speed)
+
+
+@styled
+def target_figure(shown: DrawnTarget) -> Figure:
+    """The struck side above, the back below, in parallel projection to one scale."""
+    figure = Figure(figsize=(7.4, 8.6), layout="constrained")
+    views = figure.subplots(2, 1)
+    for axes, behind in zip(views, (False, True), strict=True):
+        _view(axes, shown, behind)
+    handles = [
+        Patch(facecolor=PART_COLOURS[i % len(PART_COLOURS)], edgecolor=GREY, label=words(name))
+        for i, name in enumerate(shown.names)
+    ]
+    handles += [
+        Line2D([], [], color=BLACK, marker=mark, markersize=4, linestyle="", label=f"held: {words(name)}")
+        for name, mark in _marks(shown)
+    ]
+    if len(shown.rivets):
+        label = f"rivets ({len(shown.rivets)})"
+        handles.append(Line2D([], [], color=PURPLE, marker="o", markersize=3, linestyle="", label=label))
+    if shown.sensors:
+        handles.append(Line2D([], [], color=VERMILION, marker="P", markersize=6, linestyle="", label="sensors"))
+    figure.legend(handles=handles, loc="outside upper left", ncols=4, handlelength=1.4)
+    return figure
+
+
+def _marks(shown: DrawnTarget) -> Iterator[tuple[str, str]]:
+    """Every support with its mark; of many alike, such as load cells, in turn."""
+    for i, name in enumerate(shown.supports):
+        yield name, SUPPORT_MARKS[i % len(SUPPORT_MARKS)]
+
+
+def _axes_of_view(behind: bool) -> Array:
+    """Rows: to the right, up, and towards the eye."""
+    elevation = -ELEVATION if behind else ELEVATION
+    eye = np.array([np.cos(elevation) * np.cos(TURN), np.cos(elevation) * np.sin(TURN), np.sin(elevation)])
+    right = np.array([-np.sin(TURN), np.cos(TURN), 0.0])
+    return np.stack([right, np.cross(eye, right), eye])
+
+
+def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
+    """One view; what lies nearer to the eye is drawn later."""
+    look = _axes_of_view(behind)
+    _facets(axes, shown, look)
+    for name, mark in _marks(shown):
+        held = 1e3 * shown.supports[name] @ look[:2].T
+        axes.plot(*held.T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
+    if behind and len(shown.rivets):
+        axes.plot(*(1e3 * shown.rivets @ look[:2].T).T, "o", color=PURPLE, markersize=1.8, zorder=4)
+    if not behind:
+        _bird(axes, shown, look)
+    _sensors(axes, shown, look)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    side = "From behind" if behind else f"From the impact side; velocity {quantity(shown.speed, 'm/s')}"
+    axes.set_title(side)
+    _compass(axes, look)
+
+
+def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
+    """Facets of all parts, shaded by their slope to the light."""
+    corners = shown.nodes[shown.quads]
+    normals = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    shade = 0.55 + 0.45 * np.abs(normal @ LIGHT)
+    colours = np.array([to_rgb(PART_COLOURS[i % len(PART_COLOURS)]) for i in range(len(shown.names))])
+    layer = shown.part * 0.6 * np.sqrt(np.linalg.norm(normals, axis=1).mean()) * np.sign(look[2, 2])
+    order = np.argsort(
+        corners.mean(axis=1) @ look[2] - layer, kind="stable"
+    )  # of sheets that touch, the first is outside
+    faces = (colours[shown.part] * shade[:, None])[order]
+    polygons = (1e3 * corners @ look[:2].T)[order]
+    edges = np.clip(0.82 * faces, 0.0, 1.0)
+    axes.add_collection(
+        PolyCollection(list(polygons), facecolors=faces, edgecolors=edges, linewidths=0.25, rasterized=True, zorder=1)
+    )
+    axes.autoscale_view()
+
+
+def _bird(axes: Axes, shown: DrawnTarget, look: Array) -> None:
+    """The bird's outline and the way that it flies."""
+    flat = 1e3 * shown.bird @ look[:2].T
+    outline = flat[ConvexHull(flat).vertices]
+    axes.fill(*outline.T, facecolor="#F6DFC1", edgecolor=ORANGE, linewidth=1.2, alpha=0.85, zorder=5)
+    reach = float(np.linalg.norm(np.ptp(shown.bird, axis=0))) * 0.55
+    tail, head = (1e3 * (shown.centre + way * shown.velocity) @ look[:2].T for way in (-0.25 * reach, 0.75 * reach))
+    arrow = {"arrowstyle": "-|>", "color": VERMILION, "lw": 2.0}
+    axes.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=arrow, zorder=6)
+
+
+def _sensors(axes: Axes, shown: DrawnTarget, look: Array) -> None:
+    """Places of the sensors, and their names in a column of their own where they are few."""
+    if not shown.sensors:
+        return
+    places = {name: 1e3 * point @ look[:2].T for name, point in shown.sensors.items()}
+    axes.plot(*np.array(list(places.values())).T, "P", color=VERMILION, markersize=5, markeredgecolor="white", zorder=7)
+    if len(places) > LABELLED:
+        return
+    across = axes.dataLim
+    for at, (name, place) in enumerate(sorted(places.items(), key=lambda entry: -entry[1][1])):
+        up = 0.5 * (len(places) - 1) - at
+        axes.annotate(
+            words(name),
+            tuple(place),
+            xytext=(across.x1 + 0.03 * across.width, across.y0 + 0.5 * across.height + up * 0.055 * across.height),
+            textcoords="data",
+            fontsize=8,
+            va="center",
+            color=VERMILION,
+            arrowprops={"arrowstyle": "-", "color": VERMILION, "lw": 0.5, "alpha": 0.7, "shrinkB": 3},
+            zorder=7,
+        )
+
+
+def _compass(axes: Axes, look: Array) -> None:
+    """The directions of length, width and impact."""
+    corner, size = (0.03, 0.05), 0.09
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        tip = look[:2] @ axis
+        end = (corner[0] + size * tip[0], corner[1] + size * tip[1])
+        arrow = {"arrowstyle": "-|>", "color": GREY, "lw": 0.9}
+        where = {"xycoords": "axes fraction", "textcoords": "axes fraction"}
+        axes.annotate("", xy=end, xytext=corner, arrowprops=arrow, **where)
+        axes.text(corner[0] + 1.35 * size * tip[0], corner[1] + 1.35 * size * tip[1], name, transform=axes.transAxes)
+
+
+ENDINGS = (".png", ".svg")
+"""Of the files that a picture can be written to."""
+
+
+def write_picture(case: Case, path: Path) -> None:
+    """The case's target as a PNG or an SVG file, by the ending of its name; raises UserError for another ending."""
+    if path.suffix.lower() not in ENDINGS:
+        raise UserError(
+            f"--picture {path}: a picture is a PNG or an SVG file; name it {path.stem}.png or {path.stem}.svg"
+        )
+    figure = target_figure(drawn_target(case))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(png(figure) if path.suffix.lower() == ".png" else inline_svg(figure, "target").encode())
+    except OSError as error:
+        raise UserError(f"--picture {path} cannot be written: {error}") from error

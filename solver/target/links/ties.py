@@ -1,0 +1,133 @@
+"""Ties: nodes that follow the shells of another part, as a weld or a bond without strength would make them.
+
+A tied node has no mass of its own: its mass, its inertia and the forces on it belong to the nodes that it follows, with
+the arm from their mean to it, so that linear and angular momentum are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.solver.kernels.links import follow_nodes, share_follower_forces
+from birdstrike.solver.target.links.anchors import Anchors, Surface, weights_of_line
+from birdstrike.solver.target.mesh import sides_of
+from birdstrike.solver.target.nodes import Nodes
+from birdstrike.solver.target.part_mesh import PartMesh
+
+
+@dataclass(frozen=True)
+class TieData:
+    """Nodes of the set `nodes` follow the part `onto` where they lie within `distance` [m] of its mid-surface."""
+
+    nodes: str
+    onto: str
+    distance: float
+
+
+class Ties:
+    """All ties of a target; followers (k,), anchors of each, arm (k, 3) [m] from the anchors' means."""
+
+    def __init__(self, followers: NDArray[np.int64], anchors: Anchors, rest: Array) -> None:
+        self.followers, self.anchors = followers, anchors
+        self.arm = rest[followers] - anchors.means(rest)
+
+    def again(self, rest: Array) -> Ties:
+        """The same at rest."""
+        return Ties(self.followers, self.anchors, rest)
+
+    def take_mass(self, nodes: Nodes) -> None:
+        """Mass and inertia of the followers go to the nodes that they follow. Raises UserError where some get none."""
+        start, member, weight = self.anchors.packed
+        row = np.repeat(np.arange(len(self.followers)), np.diff(start))
+        mass, inertia = nodes.mass[self.followers], nodes.inertia[self.followers]
+        turning = inertia + mass * (self.arm**2).sum(axis=1)
+        np.add.at(nodes.mass, member, weight * mass[row])
+        np.add.at(nodes.inertia, member, weight * turning[row])
+        if min(nodes.mass[member].min(), nodes.inertia[member].min()) <= 0.0:
+            raise UserError(
+                "a tie leaves a node of the part it hangs on without mass: its mesh is much finer than the tied one; "
+                "tie the finer part onto the coarser one"
+            )
+        nodes.mass[self.followers] = nodes.inertia[self.followers] = 0.0
+
+    def share_forces(self, nodal: Array, applied: Array) -> None:
+        """Forces on the followers pass on; nodal (m, 6), applied (m, 3), both changed."""
+        share_follower_forces(self.followers, *self.anchors.packed, self.arm, nodal, applied)
+
+    def follow(self, nodes: Nodes, drift: float) -> None:
+        """The followers move with the others over drift [s]."""
+        follow_nodes(self.followers, *self.anchors.packed, drift, self.arm, nodes.v, nodes.omega, nodes.x)
+
+    def matrix(self, m: int) -> csc_array:
+        """Freedoms of all nodes (6 m, 6 m) by those of the nodes that follow none, small motions."""
+        own = np.setdiff1d(np.arange(m), self.followers)
+        freedom = (6 * own[:, None] + np.arange(6)).ravel()
+        rows, columns = [freedom], [freedom]
+        values: list[Array] = [np.ones(len(freedom))]
+        start, member, weight = self.anchors.packed
+        row = np.repeat(np.arange(len(self.followers)), np.diff(start))
+        for c in range(3):
+            d, e = (c + 1) % 3, (c + 2) % 3
+            to, arm = 6 * self.followers[row] + c, self.arm[row]
+            for column, value in (
+                (c, weight),
+                (3 + d, weight * arm[:, e]),
+                (3 + e, -weight * arm[:, d]),
+            ):
+                rows.append(to)
+                columns.append(6 * member + column)
+                values.append(value)
+            rows.append(to + 3)
+            columns.append(6 * member + 3 + c)
+            values.append(weight)
+        flat = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return csc_array(coo_array(flat, shape=(6 * m, 6 * m)))
+
+
+def ties_of(parts: PartMesh, said: dict[str, TieData], held: NDArray[np.bool_]) -> Ties | None:
+    """The ties of a target; held (m,): nodes that a support holds, which follow nothing. None where there are none.
+
+    Raises UserError for a tie that ties nothing, and for chains of ties.
+    """
+    rows: dict[int, dict[int, float]] = {}
+    for name, tie in said.items():
+        found = _one(parts, name, tie, held)
+        again = rows.keys() & found.keys()
+        if again:
+            raise UserError(f"target.ties.{name} ties {len(again)} nodes that another tie has already; leave one out")
+        rows |= found
+    followed = {node for row in rows.values() for node in row}
+    chained = rows.keys() & followed
+    if chained:
+        raise UserError(
+            f"target.ties: {len(chained)} nodes follow one part and are followed by others; tie all of them onto the "
+            "one part that follows nothing"
+        )
+    if not rows:
+        return None
+    order = sorted(rows)
+    return Ties(np.array(order, np.int64), Anchors.of(rows[node] for node in order), parts.nodes)
+
+
+def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> dict[int, dict[int, float]]:
+    """Weights of every node that one tie ties."""
+    onto = parts.part == parts.parts.index(tie.onto)
+    quads = parts.quads[onto]
+    surface = Surface(parts.nodes, quads)
+    own = np.setdiff1d(parts.sets[tie.nodes], np.unique(quads))
+    near = np.array([node for node in own if surface.foot(parts.nodes[node]).distance <= tie.distance], np.int64)
+    if not len(near):
+        raise UserError(
+            f"target.ties.{name}: no node of {tie.nodes} lies within distance = {1e3 * tie.distance:.4g} mm of "
+            f"{tie.onto}; raise target.ties.{name}.distance, or name another set"
+        )
+    near = near[~held[near]]
+    sides, count = np.unique(np.sort(sides_of(parts.quads[~onto]), axis=1), axis=0, return_counts=True)
+    border = sides[(count == 1) & np.isin(sides, near).all(axis=1)]
+    return weights_of_line(surface, parts.nodes, border, near)

@@ -1,0 +1,48 @@
+"""The picture of a target: what it shows lies where the case says, and `check --picture` writes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike.cli.app import app
+from birdstrike.reports.figures.target import drawn_target, target_figure
+from birdstrike.solver.case.case import load_case
+
+COARSE = {"target.generator.element_size": "25 mm", "bird.particles": "300"}
+
+
+def test_bird_sensors_supports_and_rivets_stand_where_the_case_says():
+    case = load_case("sidewall_004", COARSE)
+    shown = drawn_target(case)
+    assert shown.names == ("skin", "skin_2", "pad", "stiffeners")
+    assert np.linalg.norm(shown.sensors["S1"] - [-0.012, 0.04, -0.06]) < 2e-3
+    height = np.hypot(shown.bird[:, 0], shown.bird[:, 2] + 1.2) - 1.2
+    flown = case.impact.standoff * np.sin(case.impact.angle)
+    clear = height.min() - 0.5 * case.plate.thickness
+    assert 0.9 * flown < clear < 1.5 * flown, "a stand-off before the skin, along the flight"
+    way = np.array(case.impact.point) - shown.centre
+    assert np.linalg.norm(np.cross(way, shown.velocity)) < 1e-6
+    edges = shown.supports["edges"]
+    assert np.isclose(np.abs(edges[:, 1]).max(), 0.35)
+    assert len(shown.rivets) == 174
+    legend = target_figure(shown).legends[0]
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["skin", "skin 2", "pad", "stiffeners", "held: edges", "rivets (174)", "sensors"]
+
+
+@pytest.mark.parametrize("case", ["flat_plate_002", "reference_strike"])
+def test_check_writes_the_picture(case: str, tmp_path: Path):
+    coarse = ["--set", "bird.particles=200"]
+    if case != "reference_strike":
+        coarse += ["--set", "target.generator.element_size=50 mm"]
+    for name, start in (("shot.png", b"\x89PNG"), ("shot.svg", b"<svg")):
+        done = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / name)])
+        assert done.exit_code == 0, done.output
+        assert (tmp_path / name).read_bytes().startswith(start)
+    wrong = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / "shot.jpg")])
+    assert wrong.exit_code != 0
+    assert "name it shot.png or shot.svg" in wrong.output

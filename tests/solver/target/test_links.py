@@ -1,0 +1,285 @@
+"""Ties and rivets: constant strain across meshes that do not match, momenta kept, strength exact, energy counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.build import build_plate
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.simulate import simulate
+from birdstrike.solver.target.assembled import LinkData, PartData, assembled
+from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
+from birdstrike.solver.target.links.rivets import RivetData, Rivets
+from birdstrike.solver.target.links.ties import TieData, Ties
+from birdstrike.solver.target.modes import natural_frequencies
+from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
+from birdstrike.solver.target.supports import NAMED
+
+METAL = TARGET_LAWS.validate(
+    {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "10000 MPa"}
+)
+ZERO = (0.0, 0.0, 0.0)
+
+
+def level(x: tuple[float, float], y: tuple[float, float], cells: tuple[int, int], z: float = 0.0) -> Patch:
+    places = np.meshgrid(np.linspace(*x, cells[0] + 1), np.linspace(*y, cells[1] + 1), indexing="ij")
+    return Patch("", np.stack([*places, np.full_like(places[0], z)], axis=-1))
+
+
+def parts_of(patches: dict[str, Patch]) -> PartMesh:
+    """Patches that share no node, each a part with a set of its own name."""
+    each = [merged([patch]) for patch in patches.values()]
+    offsets = np.cumsum([0, *(len(nodes) for nodes, _, _ in each)])
+    quads = np.concatenate([quads + at for (_, quads, _), at in zip(each, offsets, strict=False)])
+    part = np.repeat(np.arange(len(each)), [len(quads) for _, quads, _ in each])
+    sets = {name: np.arange(offsets[i], offsets[i + 1]) for i, name in enumerate(patches)}
+    return PartMesh(np.concatenate([nodes for nodes, _, _ in each]), quads, part, tuple(patches), sets)
+
+
+def target_of(parts: PartMesh, links: LinkData, thickness: float = 2e-3) -> Target:
+    return assembled(parts, dict.fromkeys(parts.parts, PartData(thickness, METAL)), {}, 0.0, links)
+
+
+def halves(left: int, right: int) -> PartMesh:
+    """A square of 120 mm in two halves, with so many shells each along the line between them."""
+    return parts_of(
+        {
+            "left": level((-0.06, 0.0), (-0.06, 0.06), (2, left)),
+            "right": level((0.0, 0.06), (-0.06, 0.06), (3, right)),
+        }
+    )
+
+
+def tied(parts: PartMesh) -> Target:
+    return target_of(parts, LinkData({"seam": TieData("right", "left", 1e-4)}))
+
+
+def ties_in(target: Target) -> Ties:
+    assert target.ties is not None
+    return target.ties
+
+
+def rivets_in(target: Target) -> Rivets:
+    assert target.rivets is not None
+    return target.rivets
+
+
+def momenta(target: Target) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and angular momentum of the nodes that have mass."""
+    linear = target.mass[:, None] * target.v
+    return linear.sum(axis=0), (np.cross(target.x, linear) + target.inertia[:, None] * target.omega).sum(axis=0)
+
+
+def fly(target: Target, steps: int, dt: float) -> float:
+    """Steps of a target that is left alone; its whole energy [J] at the last of them."""
+    still, before = np.zeros_like(target.x), 0.0
+    for k in range(steps + 1):
+        target.update_forces(dt if k else 0.0)
+        target.update_energies()
+        before = target.kinetic_energy()
+        target.kick_and_drift(dt if k else 0.5 * dt, dt, still)
+    return 0.5 * (before + target.kinetic_energy()) + sum(target.energies.values())
+
+
+@pytest.mark.parametrize("cells", [(2, 3), (4, 7), (3, 3)])
+def test_constant_strain_passes_a_tie_between_meshes_that_do_not_match(cells):
+    """Every shell has the strain of the field, and the forces of all inner nodes vanish."""
+    target = tied(halves(*cells))
+    gradient = np.array([[1e-3, 4e-4, 0.0], [4e-4, -5e-4, 0.0], ZERO])
+    target.v[:] = target.x @ gradient.T
+    ties_in(target).follow(target.nodes, 0.0)
+    assert np.allclose(target.v, target.x @ gradient.T, rtol=0.0, atol=1e-8 * 1e-3 * 0.06)
+    target.update_forces(1.0)
+    strains = target.shells.strain[:, :3]
+    assert np.abs(strains - strains[0]).max() < 1e-8 * np.abs(strains[0]).max()
+    target.share_forces(np.zeros_like(target.x))
+    inner = (np.abs(target.x[:, :2]) < 0.0599).all(axis=1)
+    assert inner.sum() > cells[0] - 1
+    assert np.abs(target.nodal[inner]).max() < 1e-8 * np.abs(target.nodal).max()
+
+
+def test_a_tied_plate_that_flies_and_spins_keeps_its_momenta():
+    """Also where the tied part lies beside the other, on an arm."""
+    parts = parts_of(
+        {
+            "left": level((-0.06, 0.03), (-0.06, 0.06), (3, 4)),
+            "right": level((0.01, 0.06), (-0.05, 0.05), (2, 3), -5e-3),
+        }
+    )
+    edge = np.flatnonzero((np.abs(parts.nodes[:, 0] - 0.01) < 1e-9) & (parts.nodes[:, 2] < 0.0))
+    parts = replace(parts, sets={**parts.sets, "edge": edge})
+    target = target_of(parts, LinkData({"bond": TieData("edge", "left", 6e-3)}))
+    assert len(ties_in(target).followers) == len(edge)
+    rng = np.random.default_rng(1)
+    moving = (target.mass > 0.0)[:, None]
+    target.v[:] = moving * (0.1 * rng.normal(size=target.v.shape) + np.cross([30.0, 20.0, 50.0], target.x))
+    target.omega[:] = moving * np.array([30.0, 20.0, 50.0])
+    ties_in(target).follow(target.nodes, 0.0)
+    before, dt = momenta(target), 0.5 * target.stable_step()
+    energy = target.kinetic_energy()
+    after = fly(target, 300, dt)
+    linear, angular = momenta(target)
+    assert np.linalg.norm(linear - before[0]) < 1e-12 * np.linalg.norm(before[0])
+    assert np.linalg.norm(angular - before[1]) < 1e-12 * np.linalg.norm(before[1])
+    assert after == pytest.approx(energy, rel=1e-3)
+    follower = ties_in(target).followers
+    gap = target.x[follower] - ties_in(target).anchors.means(target.x)
+    assert np.allclose(np.linalg.norm(gap, axis=1), np.linalg.norm(ties_in(target).arm, axis=1), rtol=1e-9)
+    assert np.allclose(np.linalg.norm(ties_in(target).arm, axis=1), 5e-3, rtol=1e-9)
+
+
+def test_a_tied_plate_vibrates_as_one_whose_nodes_are_merged():
+    whole = PartMesh(*merged([level((-0.06, 0.06), (-0.06, 0.06), (6, 6))]), ("plate",), {})
+    first = natural_frequencies(target_of(whole, LinkData()), 10)[0][6:]
+    parts = parts_of(
+        {
+            "left": level((-0.06, 0.0), (-0.06, 0.06), (3, 6)),
+            "right": level((0.0, 0.06), (-0.06, 0.06), (3, 6)),
+        }
+    )
+    assert natural_frequencies(tied(parts), 10)[0][6:] == pytest.approx(first, rel=2e-5)
+
+
+RIVET = RivetData(2e7, 3e7, 100.0, tension=3500.0, shear=4500.0)
+
+
+def lap_joint(rivet: RivetData = RIVET) -> Target:
+    """Two strips, one 2 mm behind the other, joined by one rivet at the origin."""
+    parts = parts_of(
+        {
+            "front": level((-0.05, 0.01), (-0.01, 0.01), (6, 2)),
+            "back": level((-0.01, 0.05), (-0.01, 0.01), (6, 2), -2e-3),
+        }
+    )
+    row = Row(np.array([[0.0, 0.0, -1e-3]]), ("front", "back"))
+    return target_of(parts, LinkData({}, (("row", row, rivet),)))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0])
+def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(degrees):
+    """One strip is drawn away steadily, from along the sheets to straight off them."""
+    target, a = lap_joint(), np.deg2rad(degrees)
+    rivets, dt = rivets_in(target), 1e-7
+    back = target.x[:, 2] < -1e-3
+    target.v[back] = np.array([np.cos(a), 0.0, -np.sin(a)])
+    most, energy = 0.0, 0.0
+    while not rivets.lost:
+        target.nodal[:] = 0.0
+        target.x[:] += dt * target.v
+        energy += rivets.update_forces(target.nodes, dt)
+        most = max(most, float(np.linalg.norm(rivets.force[0, :3])))
+    tension, shear = RIVET.along * np.sin(a), RIVET.across * np.cos(a)
+    give = 1.0 / np.hypot(tension / RIVET.tension, shear / RIVET.shear)
+    assert most == pytest.approx(np.hypot(tension, shear) * give, rel=1e-9)
+    assert energy == pytest.approx(
+        0.5 * (RIVET.along * np.sin(a) ** 2 + RIVET.across * np.cos(a) ** 2) * give**2, rel=5e-3
+    )
+    assert not rivets_in(target).update_forces(target.nodes, dt)
+
+
+def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy():
+    target = lap_joint()
+    target.v[target.x[:, 2] < -1e-3] = [40.0, 5.0, -30.0]
+    before, energy, dt = momenta(target), target.kinetic_energy(), 0.5 * target.stable_step()
+    after = fly(target, 400, dt)
+    assert rivets_in(target).lost == 1
+    linear, angular = momenta(target)
+    assert np.linalg.norm(linear - before[0]) < 1e-12 * np.linalg.norm(before[0])
+    assert np.linalg.norm(angular - before[1]) < 1e-12 * np.linalg.norm(before[1])
+    assert after == pytest.approx(energy, rel=5e-3)
+
+
+def test_a_tie_that_reaches_nothing_and_a_part_that_hangs_on_nothing_are_named():
+    parts = halves(2, 3)
+    moved = parts.nodes.copy()
+    moved[parts.sets["right"], 2] += 0.01
+    with pytest.raises(UserError, match=r"target\.ties\.seam: no node of right lies within distance"):
+        tied(replace(parts, nodes=moved))
+    data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
+    with pytest.raises(UserError, match="shells of right hang on nothing"):
+        assembled(parts, data, {"left": NAMED["clamped"]})
+
+
+PANEL = {
+    "target.generator.section": "Z",
+    "target.generator.foot": "20 mm",
+    "target.generator.flange": "20 mm",
+    "target.generator.lap": "3 mm",
+    "target.generator.rivet_pitch": "25 mm",
+    "target.generator.element_size": "25 mm",
+    "target.rivets.stiffeners.tension_strength": "3.5 kN",
+    "target.rivets.stiffeners.shear_strength": "4.5 kN",
+    "bird.particles": "150",
+    "impact.standoff": "1 mm",
+    "time.end": "0.6 ms",
+}
+
+
+def test_a_strike_on_a_riveted_panel_breaks_rivets_and_balances():
+    whole = simulate(load_case("openradioss_panel", PANEL | {"target.rivets.stiffeners.tension_strength": "100 kN"}))
+    weak = simulate(load_case("openradioss_panel", PANEL | {"effects.rivet_strength": "-0.8"}))
+    assert weak.summary["rivets"] == whole.summary["rivets"] == 40
+    assert weak.summary["broken_rivets"] > whole.summary["broken_rivets"]
+    assert any("rivets broke" in line for line in weak.summary["warnings"])
+    for run in (whole, weak):
+        assert run.summary["worst_energy_error"] < 0.02
+        assert run.summary["momentum_error"] < 1e-9
+    assert weak.channels["w_x60"].max() > whole.channels["w_x60"].max()
+
+
+def test_sections_of_a_riveted_curved_panel_have_their_dimensions():
+    """Area of every part, rivets midway between skin and foot, and the edges' sets on the bent panel."""
+    sizes = {"target.generator.radius": "1200 mm", "target.generator.pad": '["100 mm", "150 mm"]'}
+    sizes |= {"target.generator.overlap": "30 mm", "target.generator.joint": "170 mm"}
+    parts = {f"target.parts.{name}.{key}": value for name in ("pad", "skin_2") for key, value in METAL_OF.items()}
+    strong = {f"target.rivets.{row}.{key}_strength": "4 kN" for row in ("pad", "joint") for key in ("tension", "shear")}
+    target = build_plate(load_case("openradioss_panel", PANEL | sizes | parts | strong))
+    corners = target.mesh.nodes[target.mesh.quads]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+    each = {name: float(area[facets].sum()) for name, facets in target.mesh.parts.items()}
+    assert each["skin"] == pytest.approx(0.435 * 0.5, rel=2e-3)
+    assert each["skin_2"] == pytest.approx(0.095 * 0.5, rel=5e-3)
+    assert each["pad"] == pytest.approx(0.1 * 0.15, rel=5e-3)
+    assert each["stiffeners"] == pytest.approx(2 * 0.5 * (0.02 + 0.02 + 0.037), rel=5e-2)
+    radius = np.hypot(rivets_in(target).points[:, 0], rivets_in(target).points[:, 2] + 1.2)
+    assert np.allclose(radius, 1.2 - 1.5e-3, atol=2e-4)
+    assert np.array_equal(np.unique(np.abs(target.x[target.mesh.parts["pad"]][:, 1]) > 0.3), [False])
+
+
+METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"target.generator.foot": "20 mm"}, "foot makes a riveted stiffener, and a blade has none"),
+        ({"target.generator.section": "Z", "target.generator.flange": "20 mm"}, 'section = "Z" is riveted to the skin'),
+        ({k: v for k, v in PANEL.items() if not k.endswith("lap")}, "lap is missing: foot needs it"),
+        (
+            {k: v for k, v in PANEL.items() if "rivets" not in k},
+            "has no rivets.stiffeners: give it a tension_strength and a shear_strength",
+        ),
+        (
+            PANEL | {"target.generator.overlap": "30 mm", "target.generator.joint": "110 mm"},
+            "reaches a stiffener at 100 .. 120 mm",
+        ),
+        (
+            {"target.ties.web.nodes": "nowhere", "target.ties.web.onto": "skin", "target.ties.web.distance": "1 mm"},
+            "does not exist",
+        ),
+    ],
+)
+def test_bad_joints_are_named(changes, message):
+    with pytest.raises(CaseError) as error:
+        load_case("openradioss_panel", changes)
+    assert any(message in line for line in error.value.errors), error.value.errors
+
+
+def test_effects_on_rivets_are_refused_where_there_are_none():
+    with pytest.raises(CaseError, match="rivet_strength"):
+        load_case("openradioss_panel", {"effects.rivet_strength": "-0.2"})

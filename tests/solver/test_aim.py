@@ -1,0 +1,99 @@
+"""Aim in space: the bird flies through its point along its direction, its axis turned by yaw and pitch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import CaseError
+from birdstrike.solver.build import build_bird, direction_of
+from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.simulate import simulate
+
+DIRECTION = (0.6, 0.3, -0.5)
+SQUARE = {
+    "plate.length": "300 mm",
+    "plate.width": "300 mm",
+    "plate.elements": "[10, 10]",
+    "bird.particles": "300",
+    "time.end": "0.8 ms",
+    "time.snapshots": "[]",
+    "impact.aim": "axis",
+}
+
+
+def aimed(**impact: object):
+    table = load_case("reference_strike", SQUARE).table
+    del table["impact"]["angle"]
+    table["impact"] |= {"direction": list(DIRECTION), "standoff": "20 mm"} | impact
+    return load_case(table)
+
+
+def frame(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of points and the direction in which they are longest."""
+    middle = x.mean(axis=0)
+    return middle, np.linalg.svd(x - middle, full_matrices=False)[2][0]
+
+
+def test_the_axis_flies_through_the_point_along_the_direction():
+    case = aimed(point=["40 mm", "-30 mm", "5 mm"])
+    bird, unit = build_bird(case), np.array(DIRECTION) / np.linalg.norm(DIRECTION)
+    assert np.allclose(bird.v[: bird.n], case.impact.speed * unit, atol=1e-9)
+    middle, axis = frame(bird.x[: bird.n])
+    way = np.array([0.04, -0.03, 0.005]) - middle
+    assert np.linalg.norm(np.cross(way, unit)) < 1e-6, "the centre flies through the point"
+    assert abs(axis @ unit) == pytest.approx(1.0, abs=1e-9)
+    assert case.normal_speed == pytest.approx(-case.impact.speed * unit[2])
+
+
+@pytest.mark.parametrize(("turn", "toward"), [("yaw", "across"), ("pitch", "up")])
+def test_yaw_and_pitch_turn_the_axis_and_not_the_velocity(turn, toward):
+    case = aimed(**{turn: "20 deg"})
+    bird, velocity = build_bird(case), direction_of(case.impact)
+    axis = frame(bird.x[: bird.n])[1]
+    axis = axis * np.sign(axis @ velocity)
+    across = np.cross([0.0, 0.0, 1.0], velocity) / np.linalg.norm(velocity[:2])
+    side = {"across": across, "up": np.cross(velocity, across)}[toward]
+    assert axis == pytest.approx(np.cos(np.deg2rad(20.0)) * velocity + np.sin(np.deg2rad(20.0)) * side, abs=1e-9)
+    assert np.allclose(bird.v[: bird.n], case.impact.speed * velocity)
+
+
+def test_a_strike_turned_by_a_right_angle_gives_the_same_curves_at_the_turned_places():
+    """Square plate; deflection beside the centre, and effective and principal strain, which know no direction."""
+    runs = []
+    for direction, place in (((0.7, 0.0, -0.7), ["50 mm", "10 mm"]), ((0.0, 0.7, -0.7), ["-10 mm", "50 mm"])):
+        table = aimed(direction=list(direction)).table
+        table["sensors"] = {"beside": {"kind": "displacement", "at": place}}
+        for measure in ("principal", "effective"):
+            table["sensors"][measure] = {"kind": "strain", "at": place, "measure": measure}
+        turned = {"kind": "strain", "at": place, "direction": "30 deg" if direction[0] else "120 deg"}
+        runs.append(simulate(load_case(table | {"sensors": table["sensors"] | {"gauge": turned}})))
+    for name in runs[0].channels:
+        one, other = (run.channels[name] for run in runs)
+        rounding = 2e-3 if name == "beside" else 2e-2  # which grows in 300 particles
+        assert np.abs(one - other).max() < rounding * np.abs(one).max(), name
+    principal, gauge = runs[0].channels["principal"], runs[0].channels["gauge"]
+    assert (principal >= gauge - 1e-9).all(), "no gauge reads more than the principal strain"
+
+
+def test_a_direction_beside_the_length_axis_changes_the_hash_and_offset_counts_from_the_point():
+    plain, turned = aimed(direction=[0.7, 0.0, -0.7]), aimed(direction=[0.7, 0.1, -0.7])
+    assert case_hash(plain) != case_hash(turned)
+    first, second = (
+        build_bird(aimed(**aim)).x for aim in ({"point": ["30 mm", "0 mm", "0 mm"]}, {"offset": ["30 mm", "0 mm"]})
+    )
+    assert np.allclose(first, second, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("impact", "message"),
+    [
+        ({"direction": [0.1, 0.2, 0.5]}, "third is negative"),
+        ({"direction": "down"}, "write three numbers"),
+        ({"aim": "first_touch"}, "knows no direction"),
+    ],
+)
+def test_directions_that_are_none_are_refused(impact, message):
+    with pytest.raises(CaseError) as error:
+        aimed(**impact)
+    assert any(message in line for line in error.value.errors), error.value.errors
