@@ -142,7 +142,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
         many = "s" if len(lost) > 1 else ""
-        sentences.append(f"run{many} {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
+        limit = f"{100 * dataset.smooth_loss:g} % of the bird"
+        sentences.append(f"run{many} {', '.join(lost)} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
             where = span(low, high, dataset.units[i])
