@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
@@ -93,13 +93,15 @@ def calibrate_models(
     setups = _setups(_listed(case), _listed(measured), channels)
     _refuse_what_does_not_fit(chosen, setups)
     folder, options = Path(out), FitOptions(runs=runs, seed=seed, posterior=posterior)
-    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "records").mkdir(parents=True, exist_ok=True)
     answers: dict[str, ModelAnswer] = {}
     report = progress or (lambda *_: None)
     with LatePool(workers) as pool:
         for i, one in enumerate(chosen):
             share = _part_of(report, one.name, i, len(chosen), len(setups))
             answers[one.name] = _answer(one, setups, folder / one.name, options, pool, share)
+    for setup in setups:
+        write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
     found = _compared(answers, setups, options.seed)
     write_json(folder / "models.json", found.as_json())
     if not found.ranking:

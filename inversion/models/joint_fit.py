@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import norm, qmc
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import Measured, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
@@ -27,6 +27,7 @@ from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion import forward
 from birdstrike.inversion.diagnosis.discrepancy import LEAST, MOST, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
@@ -95,8 +96,8 @@ class FitOptions:
 class NuisanceRuns:
     """What an uncertain speed, mass, thickness or angle does to a shot, by two simulations each at the first answer."""
 
-    def __init__(self, forward: Forward, nuisances: Sequence[Nuisance]) -> None:
-        self.forward, self.nuisances = forward, nuisances
+    def __init__(self, solver: Forward, nuisances: Sequence[Nuisance]) -> None:
+        self.solver, self.nuisances = solver, nuisances
         self.pairs: list[tuple[Histories, Histories]] | None = None
 
     def columns(self, observations: Observations, mode: Mode, names: Sequence[str]) -> Array:
@@ -105,8 +106,8 @@ class NuisanceRuns:
             theta = dict(zip(names, map(float, mode.theta), strict=True))
             self.pairs = [
                 (
-                    self.forward({**theta, own.key: own.value + own.sigma}),
-                    self.forward({**theta, own.key: own.value - own.sigma}),
+                    self.solver({**theta, own.key: own.value + own.sigma}),
+                    self.solver({**theta, own.key: own.value - own.sigma}),
                 )
                 for own in self.nuisances
             ]
@@ -184,6 +185,7 @@ class ModelFit:
         self.report("fit", 1.0)
         folds = self._folds(dataset, shots, origins, emulator, discrepancy, share)
         published = self._published()
+        self._written("published", published, origins)
         combinations = self._combinations(outcome, located)
         q2 = self._q2(outcome)
         said += outcome.inversion.warnings
@@ -221,6 +223,7 @@ class ModelFit:
                 design,
                 place,
                 workers=self.pool.workers,
+                simulate=forward.simulate,
                 executor=self.pool,
                 progress=lambda counts, n=setup.name: self.report(n, _done(counts)),
                 say=said.append,
@@ -229,8 +232,8 @@ class ModelFit:
         return shots
 
     def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path) -> Shot:
-        forward = ScaledForward(StoredSolver(case, self.store, (RunStore(place / "runs"),)), self.scale)
-        nuisances = NuisanceRuns(forward, case_nuisances(case))
+        solver = ScaledForward(StoredSolver(case, self.store, (RunStore(place / "runs"),)), self.scale)
+        nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
         options = InversionOptions(
             method="emulator",
@@ -247,7 +250,7 @@ class ModelFit:
             return np.hstack(parts)
 
         known = columns if nuisances.nuisances or shares else None
-        return Shot(dataset, setup.measured, forward, options, known, campaign=place, case=case)
+        return Shot(dataset, setup.measured, solver, options, known, campaign=place, case=case)
 
     def _refined(self, joint: Joint, said: list[str]) -> tuple[Dataset, Emulator, int]:
         """Runs added about the best fit, all shots at each point, while the emulator's error widens the answer."""
@@ -270,14 +273,14 @@ class ModelFit:
             emulator = fit_emulator(dataset, names, self.options.seed)
         return dataset, emulator, added
 
-    def _with_points(self, dataset: Dataset, points: Array, forward: Forward, said: list[str]) -> Dataset:
+    def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
         thetas = [dict(zip(dataset.names, map(float, row), strict=True)) for row in points]
         simulate_all(
             [(case, self.scale.values(theta)) for case in self.cases for theta in thetas], self.store, self.pool
         )
         for theta in thetas:
             try:
-                dataset = with_run(dataset, theta, forward(theta))
+                dataset = with_run(dataset, theta, joint(theta))
             except RunFailed as failure:
                 said.append(f"a run near the answer failed and is left out: {failure}")
         return dataset
@@ -392,8 +395,16 @@ class ModelFit:
         if answer.combination is not None:
             theta = dict(answer.combination.point)
         moved = [(outcome.inversion.time_offset.value, True), *origins[1:]]
-        found = self._errors(shots, moved, [shot.forward(theta) for shot in shots])
+        runs = [shot.forward(theta) for shot in shots]
+        self._written("calibrated", runs, moved)
+        found = self._errors(shots, moved, runs)
         return {name: one for name, one in found.items() if one is not None}
+
+    def _written(self, what: str, runs: Sequence[Histories | None], origins: Sequence[tuple[float, bool]]) -> None:
+        """Curves on each record's clock, for the page."""
+        for setup, run, (t0, _) in zip(self.setups, runs, origins, strict=True):
+            if run is not None:
+                write_histories(self.folder / f"{what}_{setup.name}.csv", replace(run, time=run.time + t0))
 
     def _estimates(self, outcome: InversionOutcome) -> dict[str, Estimate]:
         """SI values and intervals."""
@@ -512,7 +523,7 @@ def near_answer(located: Located, points: int, seed: int) -> Array:
     calibration = located.calibration
     modes, coordinates = calibration.modes, calibration.coordinates
     r = len(modes[0].z)
-    spread = norm.ppf(np.clip(qmc.Sobol(r, rng=seed).random(2 * points), 1e-3, 1.0 - 1e-3))
+    spread = norm.ppf(np.clip(qmc.Sobol(r, rng=seed).random_base2(points.bit_length()), 1e-3, 1.0 - 1e-3))
     found = []
     for i in range(points):
         mode = modes[i % len(modes)]

@@ -56,9 +56,9 @@ class ModelAnswer:
     the record) gave; heldout_95: its block-bootstrap interval; residuals: shot -> channel -> those residuals over their
     noise; expected: root mean square of `heldout`, expected_95; probability_best: share of the bootstrap in which no
     model is better; q2: shot -> channel -> leave-one-out Q2 of the emulator; eroded: shot -> the campaign's largest
-    eroded share of the bird; discrepancy: share of the peaks that the fit allowed for (1 sigma); inside: whether the model
-    can make the records; strikes: simulations; wall_s: [s] of the call that made the answer; failure: why there is
-    none.
+    eroded share of the bird; discrepancy: share of the peaks that the fit allowed for (1 sigma); inside: whether the
+    model can make the records; strikes: shot -> simulations; wall_s: [s] of the call that made the answer; failure: why
+    there is none.
     """
 
     name: str
