@@ -19,6 +19,9 @@ from birdstrike.inversion.models.results import ModelAnswer
 REPLICATES = 2000
 BLOCKS = 8  # of a channel: long against the correlation of a residual, and enough to resample
 CERTAIN = 0.95
+MATTERS = 0.02
+"""Of an error: a smaller difference of two models is a tie whatever the bootstrap says, since it takes the calibrated
+constants as given, and these are no more exact."""
 
 Residuals = Mapping[str, Mapping[str, Sequence[float]]]
 """shot -> channel -> residuals over their noise."""
@@ -90,11 +93,13 @@ def _block_means(values: Array, seed: int, label: str) -> Array:
 
 
 def _order(errors: Mapping[str, float], draws: Mapping[str, Array]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names by error, and those that the bootstrap cannot tell from the first (paired, 95 % two-sided)."""
+    """Names by error, and those that the bootstrap cannot tell from the first (paired, 95 % two-sided), or that differ
+    from it by too little to matter."""
     ranking = tuple(sorted(errors, key=lambda name: errors[name]))
     first = ranking[0]
     beaten = {name: float(np.mean(draws[name] > draws[first])) for name in ranking[1:]}
-    share = [name for name, part in beaten.items() if part < (1.0 + CERTAIN) / 2.0]
+    close = (1.0 + MATTERS) * errors[first]
+    share = [name for name, part in beaten.items() if part < (1.0 + CERTAIN) / 2.0 or errors[name] < close]
     return ranking, (first, *share) if share else ()
 
 
