@@ -38,7 +38,8 @@ class InversionOptions:
     """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
 
     sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
-    hidden: neurons, None for a search; copies: noisy copies of every training run.
+    hidden: neurons, None for a search; copies: noisy copies of every training run; outputs: of the network, "bounded"
+    by the ranges or "linear".
     """
 
     trainer: str = "lm"
@@ -51,6 +52,7 @@ class InversionOptions:
     analyse: bool = True
     hidden: int | None = HIDDEN
     copies: int = 0
+    outputs: str = "bounded"
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
