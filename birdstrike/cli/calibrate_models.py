@@ -37,6 +37,11 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Of designs, emulators, sampling and bootstrap.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Simulations at a time; all cores by default.")] = None,
     posterior: Annotated[bool, typer.Option(help="Draw the posteriors; else linearised intervals.")] = True,
+    optimisers: Annotated[
+        str,
+        typer.Option(metavar="NAME,...", help="least_squares, cma: run beside it, with the solver in the loop."),
+    ] = "",
+    budget: Annotated[int, typer.Option(min=1, help="Simulations of each shot that an optimiser may spend.")] = 160,
     channels: Channels = "",
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -67,6 +72,8 @@ def command(
             workers,
             channels=names_of(channels),
             posterior=posterior,
+            optimisers=names_of(optimisers),
+            budget=budget,
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)

@@ -23,6 +23,7 @@ from birdstrike.inversion import forward
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
 from birdstrike.inversion.models.heldout import ranked
 from birdstrike.inversion.models.joint_fit import FitOptions, ModelFit, ShotSetup
+from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.solver.case.case import CaseSource, as_case
@@ -48,6 +49,8 @@ def calibrate_models(
     *,
     channels: Sequence[str] = (),
     posterior: bool = True,
+    optimisers: Sequence[str] = (),
+    budget: int = 160,
     progress: Report | None = None,
 ) -> ModelComparison:
     """Calibrate bird models to the same records, verify each by the solver, and rank them by held-out error.
@@ -72,6 +75,10 @@ def calibrate_models(
         Of the records that are used; all where none is named.
     posterior : bool
         Whether posteriors are drawn; else intervals are linearised.
+    optimisers : sequence of str
+        "least_squares", "cma": run beside it with the solver in the loop.
+    budget : int
+        Simulations of each shot that an optimiser may spend.
     progress : callable, optional
         Takes what is being done and the share of the work that is done, 0..1.
 
@@ -88,11 +95,15 @@ def calibrate_models(
         When no model has an answer.
     """
     chosen = candidates(_listed(models))
+    refuse_unknown(optimisers)
     if runs < FEWEST_RUNS:
         raise UserError(f"--runs = {runs} is below {FEWEST_RUNS}: an emulator of several constants needs at least that")
     setups = _setups(_listed(case), _listed(measured), channels)
     _refuse_what_does_not_fit(chosen, setups)
-    folder, options = Path(out), FitOptions(runs=runs, seed=seed, posterior=posterior)
+    folder, options = (
+        Path(out),
+        FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(optimisers), budget=budget),
+    )
     (folder / "records").mkdir(parents=True, exist_ok=True)
     answers: dict[str, ModelAnswer] = {}
     report = progress or (lambda *_: None)

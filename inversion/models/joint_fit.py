@@ -56,7 +56,8 @@ from birdstrike.inversion.models.candidates import (
     shared_keys,
 )
 from birdstrike.inversion.models.heldout import shot_error
-from birdstrike.inversion.models.results import Combined, ModelAnswer, ShotError
+from birdstrike.inversion.models.optimisers import Problem, optimised
+from birdstrike.inversion.models.results import Combined, ModelAnswer, Optimised, ShotError
 from birdstrike.inversion.models.scaled import Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
 from birdstrike.inversion.observations.observations import Observations, observe
@@ -85,7 +86,10 @@ class ShotSetup:
 
 @dataclass(frozen=True)
 class FitOptions:
-    """runs: of each campaign; rounds, batch: of runs near the answer; posterior: drawn, else linearised intervals."""
+    """runs: of each campaign; rounds, batch: of runs near the answer; posterior: drawn, else linearised intervals.
+
+    optimisers: that are run beside it, with so many simulations of each shot (budget).
+    """
 
     runs: int = 20
     rounds: int = 3
@@ -93,6 +97,8 @@ class FitOptions:
     design: str = "uniform"
     seed: int = 0
     posterior: bool = True
+    optimisers: tuple[str, ...] = ()
+    budget: int = 160
 
 
 class NuisanceRuns:
@@ -206,6 +212,7 @@ class ModelFit:
             heldout_parameters={name: self.scale.values(theta) for name, (theta, _) in folds.items()},
             residuals={name: own for name, (_, own) in folds.items()},
             q2=q2,
+            optimised={name: self._optimised(name, shots, origins) for name in self.options.optimisers},
             eroded=self._eroded(),
             discrepancy=share,
             inside=outcome.inversion.prior_predictive.inside,
@@ -370,6 +377,28 @@ class ModelFit:
             for name, own in residuals_of(shot, shot.forward(theta), t0, (low, high)).items():
                 together[name] = together.get(name, ()) + own
         return {self.setups[0].name: (thetas[0], together)}
+
+    def _optimised(self, name: str, shots: Sequence[Shot], origins: Sequence[tuple[float, bool]]) -> Optimised:
+        """What an optimiser with the solver in the loop reaches on the same records."""
+
+        def residuals(values: Mapping[str, float]) -> Array:
+            self.together([values])
+            parts = []
+            for shot, case, (t0, _) in zip(shots, self.cases, origins, strict=True):
+                own = residuals_of(shot, StoredSolver(case, self.store)(values), t0)
+                parts += [np.asarray(r) / np.sqrt(len(r) * len(own) * len(shots)) for r in own.values()]
+            return np.concatenate(parts)
+
+        self.report(name, 0.0)
+        space = self.scale.space
+        problem = Problem(
+            space.names, space.to_physical, residuals, self.together, self.options.budget, self.options.seed
+        )
+        return optimised(name, problem)
+
+    def together(self, points: Sequence[Mapping[str, float]]) -> None:
+        """Every shot at these SI values, in parallel."""
+        simulate_all([(case, values) for case in self.cases for values in points], self.store, self.pool)
 
     def _published(self) -> list[Histories | None]:
         """Each shot with the published constants, None where there are none or the run failed."""

@@ -47,6 +47,17 @@ class ShotError:
 
 
 @dataclass(frozen=True)
+class Optimised:
+    """What an optimiser with the solver in the loop reached. parameters: SI; weighted: its error over the noise, all
+    shots; strikes: simulations of each shot; ended: why it stopped."""
+
+    parameters: Mapping[str, float]
+    weighted: float
+    strikes: int
+    ended: str
+
+
+@dataclass(frozen=True)
 class ModelAnswer:
     """One bird model over all shots.
 
@@ -56,9 +67,9 @@ class ModelAnswer:
     the record) gave; heldout_95: its block-bootstrap interval; residuals: shot -> channel -> those residuals over their
     noise; expected: root mean square of `heldout`, expected_95; probability_best: share of the bootstrap in which no
     model is better; q2: shot -> channel -> leave-one-out Q2 of the emulator; eroded: shot -> the campaign's largest
-    eroded share of the bird; discrepancy: share of the peaks that the fit allowed for (1 sigma); inside: whether the
-    model can make the records; strikes: shot -> simulations; wall_s: [s] of the call that made the answer; failure: why
-    there is none.
+    eroded share of the bird; optimised: optimiser -> what it reached, where any was asked for; discrepancy: share of
+    the peaks that the fit allowed for (1 sigma); inside: whether the model can make the records; strikes: shot ->
+    simulations; wall_s: [s] of the call that made the answer; failure: why there is none.
     """
 
     name: str
@@ -78,6 +89,7 @@ class ModelAnswer:
     probability_best: float | None = None
     q2: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
     eroded: Mapping[str, float] = field(default_factory=dict)
+    optimised: Mapping[str, Optimised] = field(default_factory=dict)
     discrepancy: float = 0.0
     inside: bool = True
     runs: int = 0

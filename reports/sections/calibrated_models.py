@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.formatting import plain, quantity, span
@@ -160,7 +162,28 @@ def basis_section(results: ModelsResults) -> Section:
         "of the peaks (1 sigma) that the fit allowed for as error of the model's form."
     )
     head = ("bird model", "simulations a shot", "least Q2", "in", "eroded", "discrepancy", "seconds")
-    return Section("basis", "What the answer rests on", (Table(head, rows, words, frozenset({1, 2, 4, 5, 6})),))
+    tables = [Table(head, rows, words, frozenset({1, 2, 4, 5, 6}))]
+    if any(results.content["models"][name]["optimised"] for name in results.ranked):
+        tables.append(_optimised(results))
+    return Section("basis", "What the answer rests on", tuple(tables))
+
+
+def _optimised(results: ModelsResults) -> Table:
+    """Optimisers with the solver in the loop beside the calibration."""
+    rows = []
+    for name in results.ranked:
+        model = results.content["models"][name]
+        own = float(np.sqrt(np.mean(np.square(list(model["verified_weighted"].values())))))
+        rows.append((name, "calibration", f"{own:.2f}", str(max(model["strikes_per_shot"].values())), ""))
+        for method, one in model["optimised"].items():
+            rows.append((name, method.replace("_", " "), f"{one['weighted']:.2f}", str(one["strikes"]), one["ended"]))
+    words = (
+        "Error over the noise of the solver at each method's constants, all shots, and simulations of each shot; those "
+        "of the calibration include its held-out predictions and the published constants."
+    )
+    return Table(
+        ("bird model", "method", "error", "simulations a shot", "ended"), tuple(rows), words, frozenset({2, 3})
+    )
 
 
 def _basis(name: str, model: Mapping[str, Any]) -> tuple[str, ...]:
