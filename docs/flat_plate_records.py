@@ -50,8 +50,8 @@ def record(speed: str, step: int = STEP, **changes: object) -> Measured:
     notes = (
         "SIMULATED by birdstrike, NOT MEASURED: no instrument took these curves. They stand in for a laboratory whose",
         f"bird is of no model that calibrate-models ranks. Set-up as declared: case {CASES[speed]}, {speed} m/s.",
-        "Made by docs/flat_plate_records.py: shells of 10 mm and 8000 particles on a jittered lattice where the case has",
-        "12 mm and 3000. Truth of the bird: NULL, pressure cutoff -0.1 MPa, no viscosity, equation of state porous",
+        "Made by docs/flat_plate_records.py: shells of 10 mm and 8000 particles on a jittered lattice where the case",
+        "has 12 mm and 3000. Truth of the bird: NULL, pressure cutoff -0.1 MPa, no viscosity, equation of state porous",
         "(linear mixing, 5 % of air). White noise was added (standard deviation): 0.05 mm, 3e-5 of strain, 1 kN.",
     )
     units = {name: run.units[name] for name in CHANNELS}
@@ -65,7 +65,6 @@ def main() -> None:
     folder = given.parse_args().out
     for speed in CASES:
         write_measured(folder / f"flat_plate_002_{speed}.csv", record(speed))
-        print(folder / f"flat_plate_002_{speed}.csv")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Channels, Json, Settings, console, framed, names_of, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    Channels,
+    Json,
+    RetryFailed,
+    Settings,
+    console,
+    framed,
+    names_of,
+    overrides,
+    progress_bar,
+    say,
+    warn,
+)
 from birdstrike.cli.next_steps import following
 
 if TYPE_CHECKING:
@@ -43,6 +55,7 @@ def command(
     ] = "",
     budget: Annotated[int, typer.Option(min=1, help="Simulations of each shot that an optimiser may spend.")] = 160,
     channels: Channels = "",
+    retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
@@ -74,6 +87,7 @@ def command(
             posterior=posterior,
             optimisers=names_of(optimisers),
             budget=budget,
+            retry_failed=retry_failed,
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)

@@ -18,6 +18,7 @@ from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
 from birdstrike.data.paths import resolve_measured
+from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
@@ -51,6 +52,7 @@ def calibrate_models(
     posterior: bool = True,
     optimisers: Sequence[str] = (),
     budget: int = 160,
+    retry_failed: bool = False,
     progress: Report | None = None,
 ) -> ModelComparison:
     """Calibrate bird models to the same records, verify each by the solver, and rank them by held-out error.
@@ -79,6 +81,8 @@ def calibrate_models(
         "least_squares", "cma": run beside it with the solver in the loop.
     budget : int
         Simulations of each shot that an optimiser may spend.
+    retry_failed : bool
+        Whether runs with a failure on record are tried again.
     progress : callable, optional
         Takes what is being done and the share of the work that is done, 0..1.
 
@@ -106,11 +110,11 @@ def calibrate_models(
     )
     (folder / "records").mkdir(parents=True, exist_ok=True)
     answers: dict[str, ModelAnswer] = {}
-    report = progress or (lambda *_: None)
+    report, retry = progress or (lambda *_: None), retry_before(retry_failed)
     with LatePool(workers) as pool:
         for i, one in enumerate(chosen):
             share = _part_of(report, one.name, i, len(chosen), len(setups))
-            answers[one.name] = _answer(one, setups, folder / one.name, options, pool, share)
+            answers[one.name] = _answer(ModelFit(one, setups, folder / one.name, options, pool, share, retry))
     for setup in setups:
         write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
     found = _compared(answers, setups, options.seed)
@@ -121,21 +125,18 @@ def calibrate_models(
     return found
 
 
-def _answer(
-    chosen: Candidate, setups: Sequence[ShotSetup], folder: Path, options: FitOptions, pool: LatePool, report: Report
-) -> ModelAnswer:
+def _answer(fit: ModelFit) -> ModelAnswer:
     """One model's answer: the one at hand where nothing has changed, else a new one; a failure is one too."""
-    fit = ModelFit(chosen, setups, folder, options, pool, report)
-    mark, kept = _fingerprint(fit), folder / "answer.json"
-    if (known := saved_answer(kept, mark)) is not None:
+    mark, kept = _fingerprint(fit), fit.folder / "answer.json"
+    if (known := saved_answer(kept, mark)) is not None and not fit.retry:
         return known
-    folder.mkdir(parents=True, exist_ok=True)
+    fit.folder.mkdir(parents=True, exist_ok=True)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             answer = fit.answer()
     except RunFailed as failure:
-        return ModelAnswer(chosen.name, chosen.source, failure=str(failure))
+        return ModelAnswer(fit.chosen.name, fit.chosen.source, failure=str(failure))
     save_answer(kept, answer, mark)
     return answer
 

@@ -22,6 +22,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.curves import Measured, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
+from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
@@ -64,6 +65,7 @@ from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
+from birdstrike.surrogate.files import save_emulator
 
 AMPLITUDES = (0.0, LEAST, 0.01, 0.03, MOST)
 """Of the peak: sizes of the model's discrepancy that are tried; the diagnosis's range."""
@@ -148,7 +150,7 @@ class Discrepancy:
 
 @dataclass(frozen=True)
 class ModelFit:
-    """One model over these shots; folder: of its runs."""
+    """One model over these shots; folder: of its runs; retry: failures stored before it [s, Unix] are tried again."""
 
     chosen: Candidate
     setups: Sequence[ShotSetup]
@@ -156,6 +158,7 @@ class ModelFit:
     options: FitOptions
     pool: LatePool
     report: Callable[[str, float], None]
+    retry: float = 0.0
 
     @cached_property
     def cases(self) -> list[Case]:
@@ -193,6 +196,7 @@ class ModelFit:
         options = replace(joint.options, sampling=sampling, analyse=False)
         outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
         self.report("fit", 1.0)
+        self._kept(emulator, dataset, located)
         folds = self._folds(dataset, shots, origins, emulator, discrepancy, share)
         published = self._published()
         self._written("published", published, origins)
@@ -222,6 +226,27 @@ class ModelFit:
             warnings=tuple(dict.fromkeys(self._named(line) for line in said)),
         )
 
+    def _kept(self, emulator: Emulator, dataset: Dataset, located: Located) -> None:
+        """The emulator of all shots, and how its inputs are to be read, for the page to play with."""
+        save_emulator(self.folder / "emulator.npz", emulator, dataset)
+        space, log = self.scale.space, self.scale.space.logarithmic
+        published = np.array([[self._literature().get(name, np.nan) for name in space.names]])
+        seen = np.where(log, space.to_unit(published), published)[0]
+        ends = zip(space.names, dataset.lows, dataset.highs, strict=True)
+        decades = zip(space.names, space.lows, space.highs, space.units, log, strict=True)
+        content = {
+            "ranges": {name: [float(low), float(high)] for name, low, high in ends},
+            "units": dict(zip(space.names, dataset.units, strict=True)),
+            "logarithmic": {name: [float(low), float(high), unit] for name, low, high, unit, one in decades if one},
+            "calibrated": [float(v) for v in located.calibration.modes[0].theta],
+            "published": [float(v) for v in seen] if np.isfinite(seen).all() else None,
+            "channels": {
+                setup.name: {name: name + suffix(i) for name in setup.measured.channels}
+                for i, setup in enumerate(self.setups)
+            },
+        }
+        write_json(self.folder / "emulator.json", content)
+
     def _campaigns(self, said: list[str]) -> list[Shot]:
         """Each shot's runs, at the same points, as a shot of the joint estimation."""
         shots = []
@@ -238,12 +263,14 @@ class ModelFit:
                 executor=self.pool,
                 progress=lambda counts, n=setup.name: self.report(n, _done(counts)),
                 say=said.append,
+                retry=self.retry,
             )
             shots.append(self._shot(setup, case, self.scale.dataset(dataset), place))
         return shots
 
     def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path) -> Shot:
-        solver = ScaledForward(StoredSolver(case, self.store, (RunStore(place / "runs"),)), self.scale)
+        stored = StoredSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
+        solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
         shares = stated_discrepancy(case, setup.measured.channels, None)
         options = InversionOptions(
@@ -286,9 +313,7 @@ class ModelFit:
 
     def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
         thetas = [dict(zip(dataset.names, map(float, row), strict=True)) for row in points]
-        simulate_all(
-            [(case, self.scale.values(theta)) for case in self.cases for theta in thetas], self.store, self.pool
-        )
+        self.together([self.scale.values(theta) for theta in thetas])
         for theta in thetas:
             try:
                 dataset = with_run(dataset, theta, joint(theta))
@@ -349,7 +374,7 @@ class ModelFit:
     def _run(self, thetas: Sequence[Mapping[str, float]]) -> None:
         """One simulation a shot, all at a time."""
         jobs = [(case, self.scale.values(theta)) for case, theta in zip(self.cases, thetas, strict=True)]
-        simulate_all(jobs, self.store, self.pool)
+        simulate_all(jobs, self.store, self.pool, self.retry)
 
     def _time_blocks(
         self,
@@ -371,7 +396,7 @@ class ModelFit:
             left = {name: np.where(inside, np.nan, values) for name, values in record.channels.items()}
             found = locate(dataset, replace(record, channels=left), shot.options, emulator, _silent, columns)
             thetas.append(dict(zip(dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
-        simulate_all([(case, self.scale.values(theta)) for theta in thetas], self.store, self.pool)
+        simulate_all([(case, self.scale.values(theta)) for theta in thetas], self.store, self.pool, self.retry)
         together: dict[str, tuple[float, ...]] = {}
         for theta, low, high in zip(thetas, edges[:-1], edges[1:], strict=True):
             for name, own in residuals_of(shot, shot.forward(theta), t0, (low, high)).items():
@@ -385,7 +410,7 @@ class ModelFit:
             self.together([values])
             parts = []
             for shot, case, (t0, _) in zip(shots, self.cases, origins, strict=True):
-                own = residuals_of(shot, StoredSolver(case, self.store)(values), t0)
+                own = residuals_of(shot, StoredSolver(case, self.store, retry=self.retry)(values), t0)
                 parts += [np.asarray(r) / np.sqrt(len(r) * len(own) * len(shots)) for r in own.values()]
             return np.concatenate(parts)
 
@@ -398,17 +423,17 @@ class ModelFit:
 
     def together(self, points: Sequence[Mapping[str, float]]) -> None:
         """Every shot at these SI values, in parallel."""
-        simulate_all([(case, values) for case in self.cases for values in points], self.store, self.pool)
+        simulate_all([(case, values) for case in self.cases for values in points], self.store, self.pool, self.retry)
 
     def _published(self) -> list[Histories | None]:
         """Each shot with the published constants, None where there are none or the run failed."""
         cases = [literature_case(self.chosen, setup.case) for setup in self.setups]
         known = [case for case in cases if case is not None]
-        simulate_all([(case, {}) for case in known], self.store, self.pool)
+        simulate_all([(case, {}) for case in known], self.store, self.pool, self.retry)
         found: list[Histories | None] = []
         for case in cases:
             try:
-                found.append(StoredSolver(case, self.store)({}) if case is not None else None)
+                found.append(StoredSolver(case, self.store, retry=self.retry)({}) if case is not None else None)
             except RunFailed:
                 found.append(None)
         return found

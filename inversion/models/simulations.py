@@ -10,7 +10,7 @@ from typing import Any
 
 from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.run import Failed, PlannedRun
-from birdstrike.doe.campaign.runner import RunCounts, Runner
+from birdstrike.doe.campaign.runner import Runner
 from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
@@ -38,7 +38,7 @@ def simulate_all(
     jobs: Sequence[tuple[Case, Mapping[str, float]]],
     store: RunStore,
     pool: LatePool,
-    progress: Callable[[RunCounts], None] = lambda _: None,
+    retry: float = 0.0,
 ) -> list[str | None]:
     """Run each case at these SI values into the store; why a job failed, None where it did not."""
     if not jobs:
@@ -47,7 +47,7 @@ def simulate_all(
     placed = [case.with_values(values) if values else case for case, values in jobs]
     planned = [PlannedRun.of(i, {}, case, solvers[i]) for i, case in enumerate(placed)]
     planned = [replace(run, case=case) for run, case in zip(planned, placed, strict=True)]
-    runner = Runner(store, planned, progress)
+    runner = Runner(store, planned, lambda _: None, retry)
     if runner.due:
         runner.run(pool, solvers[0].simulate, placed[0], pool.workers)
     ends = [runner.outcomes[i] for i in range(len(jobs))]

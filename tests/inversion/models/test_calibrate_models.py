@@ -25,6 +25,8 @@ from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.inversion.models.heldout import ranked
 from birdstrike.inversion.models.results import ModelComparison
+from birdstrike.reports.explore.explore import explore
+from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.page.models import write_models_page
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.write import case_toml
@@ -120,6 +122,16 @@ def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: 
     assert "7.98" in page  # the published gamma
     assert 'data-switch="published"' in page
     assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
+
+
+def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
+    views = kind_of(calibrated.folder).read(calibrated.folder)
+    assert [view.title for view in views] == ["Bird model murnaghan", "Bird model null"]
+    modulus = next(one for one in views[0].parameters if one["key"].endswith(".B"))
+    assert modulus["label"] == "B, share of the decades 5 .. 1000 MPa"
+    assert [one["name"] for one in views[0].presets] == ["calibrated", "published"]
+    assert [shot["name"] for shot in views[0].shots] == ["shot_0, 60 m/s", "shot_1, 100 m/s"]
+    assert explore(calibrated.folder).is_file()
 
 
 def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:
