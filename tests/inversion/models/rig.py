@@ -72,5 +72,5 @@ def formula_for_solver() -> Iterator[Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.inversion.forward.simulate", strike)
         patch.setattr("birdstrike.inversion.models.simulations.process_pool", ThreadPoolExecutor)
-        patch.setattr("birdstrike.inversion.models.joint_fit.AMPLITUDES", (0.0, 0.02))
+        patch.setattr("birdstrike.inversion.models.joint_fit.AMPLITUDES", (0.0, 0.01, 0.03))
         yield patch
