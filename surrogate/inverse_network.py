@@ -57,7 +57,7 @@ class NetworkFit:
     """A network, how it was trained, and how it does on the runs it never saw.
 
     held_out: (h,) positions of the test runs among the campaign's; errors: (h, k) predicted minus true parameters, SI;
-    notes: sentences a user should read.
+    notes: sentences a user should read; tried: numbers of hidden neurons with their errors, where they were searched.
     """
 
     network: InverseNetwork
@@ -65,6 +65,7 @@ class NetworkFit:
     held_out: NDArray[np.int64]
     errors: Array
     notes: tuple[str, ...]
+    tried: tuple[hidden_size.HiddenSize, ...] = ()
 
 
 def sampled(dataset: Dataset, times: Mapping[str, Array]) -> Array:
@@ -109,7 +110,7 @@ def fit_network(
     train = np.setdiff1d(np.arange(len(theta)), test)
     inputs, ranges = Scaling.over(values[train], _least(dataset, times)), OUTPUTS[outputs](dataset.lows, dataset.highs)
     x, t = inputs.to_unit(values), ranges.to_unit(theta)
-    notes = _notes(inputs)
+    notes, tried = _notes(inputs), ()
     if hidden is None:
         tried = hidden_size.search(x[train], t[train], seed=seed)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
@@ -121,7 +122,7 @@ def fit_network(
     if warned := bayesian_regularisation.warning(training, samples.t.size):
         notes = (*notes, warned)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, ranges)
-    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes)
+    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes, tried)
 
 
 def _augmented(
