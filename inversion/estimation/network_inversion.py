@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from birdstrike.data.dataset import Dataset
@@ -71,7 +72,7 @@ def network_answer(
     return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
 
 
-def _strange(outside: Array, read: Mapping[str, Array]) -> str:
+def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
     """Which inputs lie outside what the network was trained on; outside: (inputs,) bool."""
     places = [(channel, time) for channel, times in read.items() for time in times]
     named = [f"{plain(c)} at {1e3 * t:.3g} ms" for (c, t), one in zip(places, outside, strict=True) if one]

@@ -118,10 +118,14 @@ def _constants(name: str, model: Mapping[str, Any]) -> Iterator[tuple[str, ...]]
             name,
             parameter_label(key),
             quantity(one["value"], unit) if known else "not identifiable",
-            span(*one["interval_95"], unit) if one["interval_95"] else NONE,
-            span(*model["ranges"][key], unit),
+            _span(one["interval_95"], unit) if one["interval_95"] else NONE,
+            _span(model["ranges"][key], unit),
             NONE if published is None else quantity(published, unit),
         )
+
+
+def _span(ends: tuple[float, float], unit: str) -> str:
+    return span(ends[0], ends[1], unit)
 
 
 def _pairs(model: Mapping[str, Any], shots: Mapping[str, float]) -> Iterator[str]:
