@@ -15,8 +15,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.stats import norm, qmc
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured, write_histories
@@ -31,19 +29,16 @@ from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
-from birdstrike.inversion.diagnosis.discrepancy import LEAST, started
+from birdstrike.inversion.diagnosis.discrepancy import LEAST
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import (
-    Columns,
-    Nuisance,
     case_nuisances,
     discrepancy_columns,
-    stacked,
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, Located, locate
 from birdstrike.inversion.estimation.posterior import Sampling
-from birdstrike.inversion.estimation.refinement import PAYS, WIDER, added_variance, with_run
+from birdstrike.inversion.estimation.refinement import PAYS, added_variance, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.forward import Forward, StoredSolver
@@ -56,12 +51,13 @@ from birdstrike.inversion.models.candidates import (
     modulus_of,
     shared_keys,
 )
-from birdstrike.inversion.models.heldout import shot_error
+from birdstrike.inversion.models.error_terms import Discrepancy, NuisanceRuns, with_discrepancy
 from birdstrike.inversion.models.optimisers import Problem, optimised
+from birdstrike.inversion.models.points import linearised_draws, near_answer, residuals_of, shot_errors
 from birdstrike.inversion.models.results import Combined, ModelAnswer, Optimised, ShotError
 from birdstrike.inversion.models.scaled import Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
-from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
@@ -73,8 +69,6 @@ AMPLITUDES = (0.0, LEAST, 0.01, 0.03)
 A model that asks for the largest is wrong by more than that. A slow error of its own would then take what the constants
 should fit, so that it is calibrated without one, to the least error over the noise, which is what ranks it; its
 intervals are those of the widened residual."""
-LENGTH = 0.1  # of the record: correlation time of the discrepancy, as the diagnosis takes it without a mesh study
-WORTH_A_COLUMN = 1e-3  # share of its variance
 GOOD_Q2 = 0.9
 BLOCKS = 3  # time blocks of a single record, each left out once
 DRAWS = 400  # of the posterior, for a quantity made of several constants
@@ -105,51 +99,6 @@ class FitOptions:
     posterior: bool = True
     optimisers: tuple[str, ...] = ()
     budget: int = 160
-
-
-class NuisanceRuns:
-    """What an uncertain speed, mass, thickness or angle does to a shot, by two simulations each at the first answer."""
-
-    def __init__(self, solver: Forward, nuisances: Sequence[Nuisance]) -> None:
-        self.solver, self.nuisances = solver, nuisances
-        self.pairs: list[tuple[Histories, Histories]] | None = None
-
-    def columns(self, observations: Observations, mode: Mode, names: Sequence[str]) -> Array:
-        """(n, s) change of the stacked curve for one sigma of each."""
-        if self.pairs is None:
-            theta = dict(zip(names, map(float, mode.theta), strict=True))
-            self.pairs = [
-                (
-                    self.solver({**theta, own.key: own.value + own.sigma}),
-                    self.solver({**theta, own.key: own.value - own.sigma}),
-                )
-                for own in self.nuisances
-            ]
-        halves = [
-            (stacked(up, observations, mode.t0) - stacked(down, observations, mode.t0)) / 2.0 for up, down in self.pairs
-        ]
-        return np.stack(halves, axis=1) if halves else np.zeros((len(observations.values), 0))
-
-
-class Discrepancy:
-    """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak."""
-
-    def __init__(self, contact: float, end: float) -> None:
-        self.contact, self.length = contact, LENGTH * (end - contact)
-        self._factors: dict[bytes, Array] = {}
-
-    def columns(self, observations: Observations, share: float) -> Array:
-        """(n, s) SI, one standard deviation each."""
-        blocks = [share * c.peak * self._factor(c.times) for c in observations.channels]
-        return np.asarray(block_diag(*blocks), dtype=np.float64)
-
-    def _factor(self, times: Array) -> Array:
-        key = times.tobytes()
-        if key not in self._factors:
-            values, vectors = np.linalg.eigh(started(times, times, self.contact, self.length))
-            kept = values > WORTH_A_COLUMN * values.sum()
-            self._factors[key] = vectors[:, kept] * np.sqrt(values[kept])
-        return self._factors[key]
 
 
 @dataclass(frozen=True)
@@ -195,7 +144,7 @@ class ModelFit:
         self.report("fit", 0.0)
         discrepancy = Discrepancy(self.cases[0].first_contact, float(dataset.time[-1]))
         share, located = self._best_share(dataset, joint, emulator, discrepancy)
-        columns = _with_discrepancy(joint.columns, discrepancy, share)
+        columns = with_discrepancy(joint.columns, discrepancy, share)
         sampling = Sampling() if self.options.posterior else None
         options = replace(joint.options, sampling=sampling, analyse=False)
         outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
@@ -336,7 +285,7 @@ class ModelFit:
                 joint.options,
                 emulator,
                 _silent,
-                _with_discrepancy(joint.columns, discrepancy, share),
+                with_discrepancy(joint.columns, discrepancy, share),
             )
             for share in AMPLITUDES
         }
@@ -367,7 +316,7 @@ class ModelFit:
                 for place, j in enumerate(rest)
                 for name in shots[j].measured.channels
             }
-            columns = _with_discrepancy(joint.columns, discrepancy, share)
+            columns = with_discrepancy(joint.columns, discrepancy, share)
             own = replace(emulator, channels=channels)
             found = locate(joint.dataset, joint.measured, joint.options, own, _silent, columns)
             thetas.append(dict(zip(dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))
@@ -395,7 +344,7 @@ class ModelFit:
         record, case = shot.measured, self.cases[0]
         begin, end = case.first_contact + t0, min(float(record.time[-1]), float(dataset.time[-1]) + t0)
         edges = np.linspace(begin, end * (1.0 + 1e-9), BLOCKS + 1)
-        columns = _with_discrepancy(shot.columns, discrepancy, share)
+        columns = with_discrepancy(shot.columns, discrepancy, share)
         thetas = []
         for low, high in pairwise(edges):
             inside = (record.time >= low) & (record.time < high)
@@ -497,7 +446,7 @@ class ModelFit:
         if outcome.posterior is not None:
             theta = outcome.posterior.theta[rng.integers(0, len(outcome.posterior.theta), DRAWS)]
         else:
-            theta = _gaussian(located, DRAWS, rng)
+            theta = linearised_draws(located, DRAWS, rng)
         draws = self._moduli(self.scale.physical(theta))
         value = float(self._moduli(self.scale.physical(mode.theta[None]))[0])
         low, high = np.quantile(draws, [0.025, 0.975])
@@ -507,9 +456,10 @@ class ModelFit:
         identified = bool(width < NEWS) and outcome.inversion.prior_predictive.inside
         estimates = outcome.inversion.methods["emulator"].parameters
         weak = [plain(key) for key in keys if not estimates[key].identified]
-        text = f"K = {formula} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})" if formula else ""
+        named = f"K = {formula}" if formula else "K"
+        text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
         if not identified:
-            text = f"the bulk modulus K = {formula} is not identifiable from this record"
+            text = f"the bulk modulus {named} is not identifiable from this record"
         elif weak and len(keys) > 1:
             text += f"; {' and '.join(weak)} not identifiable from this record: only the combination counts"
         return {"bulk_modulus": Combined(value, interval, "Pa", identified, formula, keys, text)}
@@ -582,71 +532,11 @@ class ModelFit:
         return text
 
 
-def near_answer(located: Located, points: int, seed: int) -> Array:
-    """Parameters (points, k) about the best fits: these first, then a spread over their covariance, enlarged."""
-    calibration = located.calibration
-    modes, coordinates = calibration.modes, calibration.coordinates
-    r = len(modes[0].z)
-    spread = norm.ppf(np.clip(qmc.Sobol(r, rng=seed).random_base2(points.bit_length()), 1e-3, 1.0 - 1e-3))
-    found = []
-    for i in range(points):
-        mode = modes[i % len(modes)]
-        if i < len(modes):
-            z = mode.z
-        else:
-            root = np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(r))
-            z = mode.z + WIDER * root @ spread[i]
-        found.append(coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
-    return np.array(found)
-
-
-def residuals_of(
-    shot: Shot, run: Histories, t0: float, window: tuple[float, float] | None = None
-) -> dict[str, tuple[float, ...]]:
-    """Channel -> (simulation less record) over noise, at the record's points (in a window of its clock)."""
-    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
-    parts = observations.split(stacked(run, observations, t0))
-    found: dict[str, tuple[float, ...]] = {}
-    for c in observations.channels:
-        kept = np.ones(len(c.times), bool) if window is None else (c.times >= window[0]) & (c.times < window[1])
-        if kept.any():
-            found[c.name] = tuple(map(float, ((parts[c.name] - c.values) / c.noise)[kept]))
-    return found
-
-
-def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
-    """Errors of a simulation against a shot's record."""
-    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
-    parts = observations.split(stacked(run, observations, t0))
-    rmse = {c.name: float(np.sqrt(np.mean((parts[c.name] - c.values) ** 2))) for c in observations.channels}
-    return ShotError(rmse, shot_error(residuals_of(shot, run, t0)))
-
-
-def _with_discrepancy(columns: Columns | None, discrepancy: Discrepancy, share: float) -> Columns:
-    def more(observations: Observations, mode: Mode) -> Array:
-        known = [columns(observations, mode)] if columns is not None else []
-        own = [discrepancy.columns(observations, share)] if share else []
-        return np.hstack([np.zeros((len(observations.values), 0)), *known, *own])
-
-    return more
-
-
 def _part(dataset: Dataset, shot: Shot, number: int) -> Shot:
     """A shot with its part of the joint runs, those near the answer included."""
     own = {name: dataset.curves[name + suffix(number)] for name in shot.dataset.curves}
     units = {name: dataset.channel_units[name + suffix(number)] for name in shot.dataset.curves}
     return replace(shot, dataset=replace(dataset, curves=own, channel_units=units))
-
-
-def _gaussian(located: Located, draws: int, rng: np.random.Generator) -> Array:
-    """(draws, k) of the linearised posterior, its modes in turn, inside their boxes."""
-    calibration = located.calibration
-    rows = []
-    for i in range(draws):
-        mode = calibration.modes[i % len(calibration.modes)]
-        z = rng.multivariate_normal(mode.z, mode.covariance[:-1, :-1], method="eigh")
-        rows.append(calibration.coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
-    return np.array(rows)
 
 
 def _done(counts: RunCounts) -> float:

@@ -11,7 +11,6 @@ from pydantic import TypeAdapter
 
 from birdstrike.data.display import Displayed
 from birdstrike.data.files import write_atomically
-from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.results.estimates import Estimate
 
 SCHEMA_VERSION = 1
@@ -186,11 +185,3 @@ def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
 
 
 _JSON = TypeAdapter(dict[str, Any])
-
-
-def told(name: str, estimate: Estimate) -> str:
-    """`young 68.9 MPa (95 %: 60 .. 75 MPa)`, or that it is not identifiable."""
-    if not estimate.identified or estimate.value is None:
-        return f"{plain(name)} is not identifiable from this record"
-    ends = f" (95 %: {span(*estimate.interval_95, estimate.unit)})" if estimate.interval_95 else ""
-    return f"{plain(name)} {quantity(estimate.value, estimate.unit)}{ends}"
