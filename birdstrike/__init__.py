@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from birdstrike.inversion.mesh_convergence.grid_convergence import CurveConvergence, GridConvergence
     from birdstrike.inversion.mesh_convergence.meshes import Mesh
     from birdstrike.inversion.method_comparison import MethodScore
+    from birdstrike.inversion.models.calibrate_models import calibrate_models
+    from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
     from birdstrike.inversion.results.estimates import Answer, Estimate
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
@@ -55,6 +57,7 @@ _VERBS = {
     "simulate": "birdstrike.cli.simulate",
     "start": "birdstrike.cli.start",
     "compare_methods": "birdstrike.cli.compare_methods",
+    "calibrate_models": "birdstrike.inversion.models.calibrate_models",
     "converge": "birdstrike.cli.converge",
     "new": "birdstrike.cli.new",
     "import_curve": "birdstrike.cli.import_curve",
@@ -83,6 +86,8 @@ _TYPES = {
     "Estimate": "birdstrike.inversion.results.estimates",
     "Extras": "birdstrike.inversion.train_and_invert",
     "MethodScore": "birdstrike.inversion.method_comparison",
+    "ModelAnswer": "birdstrike.inversion.models.results",
+    "ModelComparison": "birdstrike.inversion.models.results",
     "Mesh": "birdstrike.inversion.mesh_convergence.meshes",
     "MeshConvergence": "birdstrike.inversion.mesh_convergence.convergence",
     "GridConvergence": "birdstrike.inversion.mesh_convergence.grid_convergence",
@@ -115,6 +120,8 @@ __all__ = [
     "Mesh",
     "MeshConvergence",
     "MethodScore",
+    "ModelAnswer",
+    "ModelComparison",
     "ParameterSpace",
     "RunCounts",
     "RunFailed",
@@ -122,6 +129,7 @@ __all__ = [
     "UserError",
     "Verification",
     "audit",
+    "calibrate_models",
     "check",
     "close_the_loop",
     "compare_methods",

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+SMOOTH_LOSS = 0.05
+"""Largest eroded share of the bird of a smooth run, where the campaign states none."""
+
+
 @dataclass(frozen=True, repr=False)
 class Dataset(Displayed):
     """Finished runs of a campaign.
@@ -25,7 +29,8 @@ class Dataset(Displayed):
     names: dotted case keys of the k parameters; units: SI unit of each; lows, highs: (k,) the case's ranges;
     runs: (n,) run numbers as in `design.csv` (from 1); parameters: (n, k) SI;
     time: (m,) [s]; curves: sensor name -> (n, m) SI; channel_units: sensor name -> SI unit;
-    smooth: (n,) False where a run left the smooth regime (more than 5 % of the bird eroded): kept, not fitted;
+    smooth: (n,) False where a run left the smooth regime (a larger share of the bird eroded than smooth_loss, which the
+    bird's material declares): kept, not fitted;
     case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs.
     """
 
@@ -40,6 +45,7 @@ class Dataset(Displayed):
     channel_units: Mapping[str, str]
     smooth: NDArray[np.bool_]
     case_hash: str
+    smooth_loss: float = SMOOTH_LOSS
 
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""

@@ -16,6 +16,7 @@ TELLTALES = {
     "close-the-loop": ("close_the_loop.json",),
     "train-and-invert": ("inversion.json",),
     "compare-methods": ("comparison.json",),
+    "calibrate-models": ("models.json",),
     "diagnose": ("diagnosis.json",),
     "audit": ("audit.json",),
     "converge": ("convergence.json",),

@@ -224,6 +224,8 @@ SETTINGS = {
     "solver.smallest_step": "An element whose stable step falls below this share of the first is eroded.",
     'inversion.parameters."<key>".range': "Lower and upper limit of a parameter to be sought, in its own unit.",
     'inversion.parameters."<key>".scale': "In which its designs spread.",
+    'inversion.models.<model>."<key>".range': "Limits of a constant in `birdstrike calibrate-models`, for the model of "
+    "that name (such as `murnaghan`), in place of the model's own list; `scale` as above.",
     "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
     "takes them; a path is relative to the case's file.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
@@ -360,6 +362,8 @@ def inversion() -> Iterator[Row]:
     yield f"`{sought}`", "of the key", "within the key's own", "none", SETTINGS[sought]
     scale = sought.replace(".range", ".scale")
     yield f"`{scale}`", "word", '"linear", "logarithmic"', '"linear"', SETTINGS[scale]
+    own = 'inversion.models.<model>."<key>".range'
+    yield f"`{own}`", "of the key", "within the key's own", "the model's", SETTINGS[own]
     for name, mark in NUISANCE.items():
         key = f"inversion.nuisance.{name}"
         yield f"`{key}`", mark.shown, f"{mark.low} .. {mark.high}", "none", SETTINGS.get(key, "")

@@ -101,10 +101,10 @@ def invert(
     warnings, proposals, network, training = list(located.warnings), {}, None, None
     if "network" in methods:
         read = input_times({c.name: c.times for c in located.observations.channels}, dataset, located.origin.value)
-        network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f))
         drift = clock_drift(located.calibration.calibrator, located.calibration.modes[0], located.origin)
         if located.calibration.calibrator.model.known is not None:
             drift = np.column_stack([drift, located.calibration.calibrator.model.known])
+        network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f), drift)
         answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
         proposals["network"] = by_network(located.calibration, network, answer)
         training = training_figures(network, dataset, read)
@@ -143,11 +143,21 @@ def invert(
 
 
 def train_network(
-    located: Located, read: Mapping[str, Array], choice: InversionOptions, progress: Progress
+    located: Located,
+    read: Mapping[str, Array],
+    choice: InversionOptions,
+    progress: Progress,
+    nuisances: Array | None = None,
 ) -> NetworkFit:
-    """Train on the runs at the measured instants `read`, moved to the model's clock."""
+    """Train on the runs at the measured instants `read`, moved to the model's clock.
+
+    nuisances: change of the stacked curve for one standard deviation of the time origin and each known error, of which
+    noisy copies of the runs have their share.
+    """
     on_model_clock = {channel: times - located.origin.value for channel, times in read.items()}
-    chosen = [c.noise[np.isin(c.times, read[c.name])] for c in located.observations.channels]
+    places = [np.isin(c.times, read[c.name]) for c in located.observations.channels]
+    chosen = [c.noise[place] for c, place in zip(located.observations.channels, places, strict=True)]
+    moved = None if nuisances is None else nuisances.reshape(len(nuisances), -1)[np.concatenate(places)]
     return fit_network(
         located.calibration.dataset,
         on_model_clock,
@@ -157,6 +167,8 @@ def train_network(
         progress,
         np.concatenate(chosen),
         choice.copies,
+        choice.outputs,
+        moved,
     )
 
 
@@ -263,6 +275,7 @@ def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array
         holdout=f"{describe(len(dataset.runs))}; {describe_times(read)}",
         held_out=tuple(int(run) for run in dataset.runs[fit.held_out]),
         inputs={channel: tuple(map(float, times)) for channel, times in read.items()},
+        hidden_sizes={size.hidden: (size.mean, size.spread) for size in fit.tried},
     )
 
 

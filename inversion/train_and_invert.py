@@ -63,7 +63,7 @@ class Extras:
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
     channels: of the record that are used, all where none is named; mesh_correction: whether a few simulations on a
-    finer mesh correct the campaign's curves.
+    finer mesh correct the campaign's curves; outputs: of the network, "bounded" by the ranges or "linear", the paper's.
     """
 
     refine: int | str = AUTO
@@ -77,6 +77,7 @@ class Extras:
     retry: float = 0.0
     channels: tuple[str, ...] = ()
     mesh_correction: bool = False
+    outputs: str = "bounded"
 
 
 def train_and_invert(
@@ -142,6 +143,7 @@ def train_and_invert(
         allow_rank_deficient=allow_rank_deficient,
         hidden=more.hidden,
         copies=more.copies,
+        outputs=more.outputs,
         sampling=Sampling() if more.posterior else None,
         analyse=more.posterior,
     )

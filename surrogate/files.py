@@ -15,7 +15,7 @@ from birdstrike.surrogate.features import Region
 from birdstrike.surrogate.gaussian_process import kernel_of
 from birdstrike.surrogate.inverse_network import InverseNetwork
 from birdstrike.surrogate.network import Shape
-from birdstrike.surrogate.scaling import Scaling
+from birdstrike.surrogate.scaling import BoundedScaling, Scaling
 
 
 def _save(path: Path, **arrays: Any) -> None:
@@ -36,6 +36,7 @@ def save_network(path: Path, network: InverseNetwork) -> None:
         input_scaling=[network.inputs.low, network.inputs.high],
         output_scaling=[network.outputs.low, network.outputs.high],
         channels=list(network.times),
+        bounded=isinstance(network.outputs, BoundedScaling),
         **times,
     )
 
@@ -44,7 +45,9 @@ def load_network(path: Path) -> InverseNetwork:
     """What `save_network` wrote."""
     with np.load(path) as file:
         times = {str(channel): file[f"times_{i}"] for i, channel in enumerate(file["channels"])}
-        inputs, outputs = Scaling(*file["input_scaling"]), Scaling(*file["output_scaling"])
+        bounded = "bounded" in file and bool(file["bounded"])  # older files hold linear outputs
+        inputs = Scaling(*file["input_scaling"])
+        outputs = (BoundedScaling if bounded else Scaling)(*file["output_scaling"])
         shape = Shape(*(int(size) for size in file["shape"]))
         return InverseNetwork(tuple(map(str, file["names"])), times, shape, file["weights"], inputs, outputs)
 

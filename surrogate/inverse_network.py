@@ -14,11 +14,13 @@ from birdstrike.data.histories import Array
 from birdstrike.surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
-from birdstrike.surrogate.scaling import Scaling
+from birdstrike.surrogate.scaling import BoundedScaling, Scaling
 from birdstrike.surrogate.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value
+OUTPUTS = {"bounded": BoundedScaling, "linear": Scaling}
+"""Outputs that stay inside the ranges, and those of the bird-strike network, which may leave them."""
 TRAINERS = {
     "lm": levenberg_marquardt.train,
     "adam": adam.train,
@@ -44,7 +46,8 @@ class InverseNetwork:
     outputs: Scaling
 
     def predict(self, values: Array) -> Array:
-        """Parameters (n, k) SI from sampled values (n, inputs) SI, channel after channel; not clipped to any range."""
+        """Parameters (n, k) SI from sampled values (n, inputs) SI, channel after channel; linear outputs may leave
+        the ranges."""
         x, members = self.inputs.to_unit(values), np.atleast_2d(self.weights)
         return self.outputs.from_unit(np.mean([forward(self.shape, w, x) for w in members], axis=0))
 
@@ -54,7 +57,7 @@ class NetworkFit:
     """A network, how it was trained, and how it does on the runs it never saw.
 
     held_out: (h,) positions of the test runs among the campaign's; errors: (h, k) predicted minus true parameters, SI;
-    notes: sentences a user should read.
+    notes: sentences a user should read; tried: numbers of hidden neurons with their errors, where they were searched.
     """
 
     network: InverseNetwork
@@ -62,6 +65,7 @@ class NetworkFit:
     held_out: NDArray[np.int64]
     errors: Array
     notes: tuple[str, ...]
+    tried: tuple[hidden_size.HiddenSize, ...] = ()
 
 
 def sampled(dataset: Dataset, times: Mapping[str, Array]) -> Array:
@@ -87,42 +91,52 @@ def fit_network(
     progress: Callable[[float], None] | None = None,
     noise: Array | None = None,
     copies: int = 0,
+    outputs: str = "bounded",
+    nuisances: Array | None = None,
 ) -> NetworkFit:
     """Train on all runs but the held-out ones; inputs and outputs scaled to 0..1 over what it is trained on.
 
     Outputs over the case's ranges. trainer: "lm" (Levenberg-Marquardt), "adam", "br" (Bayesian regularisation) or
     "ensemble" (50 networks by Levenberg-Marquardt); hidden: None searches 7 to 14 by cross-validation among the
-    training runs; copies: of every training run with noise (inputs,) SI on its inputs.
+    training runs; copies: of every training run with noise (inputs,) SI on its inputs, and with nuisances (inputs, s)
+    SI, the change of the inputs for one standard deviation of each. outputs: "bounded" or "linear".
     """
+    if outputs not in OUTPUTS:
+        raise UserError(f'outputs = "{outputs}" is unknown; use one of: {", ".join(OUTPUTS)}')
     if trainer not in TRAINERS:
         raise UserError(f'trainer = "{trainer}" is unknown; use one of: {", ".join(TRAINERS)}')
     values, theta = sampled(dataset, times), dataset.parameters
     test = held_out(len(theta))
     train = np.setdiff1d(np.arange(len(theta)), test)
-    inputs, outputs = Scaling.over(values[train], _least(dataset, times)), Scaling(dataset.lows, dataset.highs)
-    x, t = inputs.to_unit(values), outputs.to_unit(theta)
-    notes = _notes(inputs)
+    inputs, ranges = Scaling.over(values[train], _least(dataset, times)), OUTPUTS[outputs](dataset.lows, dataset.highs)
+    x, t = inputs.to_unit(values), ranges.to_unit(theta)
+    notes, tried = _notes(inputs), ()
     if hidden is None:
         tried = hidden_size.search(x[train], t[train], seed=seed)
         hidden, notes = hidden_size.best(tried).hidden, (*notes, _tried(tried))
     shape = Shape(values.shape[1], hidden, theta.shape[1])
-    learnt = _augmented(inputs, values[train], noise, copies, seed)
+    learnt = _augmented(inputs, values[train], noise, copies, seed, nuisances)
     samples = Samples(learnt, np.tile(t[train], (copies + 1, 1)), x[test], t[test])
     start = ensemble.starts(shape, ensemble.MEMBERS, seed) if trainer == "ensemble" else nguyen_widrow(shape, seed)
     training = TRAINERS[trainer](shape, start, samples, progress=progress)
     if warned := bayesian_regularisation.warning(training, samples.t.size):
         notes = (*notes, warned)
-    network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, outputs)
-    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes)
+    network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, ranges)
+    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes, tried)
 
 
-def _augmented(inputs: Scaling, values: Array, noise: Array | None, copies: int, seed: int) -> Array:
+def _augmented(
+    inputs: Scaling, values: Array, noise: Array | None, copies: int, seed: int, nuisances: Array | None = None
+) -> Array:
     """Scaled inputs of the training runs (n, inputs), then their noisy copies: ((copies + 1) n, inputs)."""
     if not copies:
         return inputs.to_unit(values)
     if noise is None:
         raise UserError("copies with noise need the noise of every input")
-    draws = np.random.default_rng(seed).normal(size=(copies, *values.shape)) * noise
+    rng = np.random.default_rng(seed)
+    draws = rng.normal(size=(copies, *values.shape)) * noise
+    if nuisances is not None and nuisances.size:
+        draws += rng.normal(size=(copies, len(values), nuisances.shape[1])) @ nuisances.T
     return inputs.to_unit(np.vstack([values, *(values + draw for draw in draws)]))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit, logit
 
 from birdstrike.data.histories import Array
 
@@ -42,3 +43,22 @@ class Scaling:
     def from_unit(self, unit: Array) -> Array:
         """The inverse of `to_unit`."""
         return np.where(self.constant, self.low, self.low + unit * self._span)
+
+
+EDGE = 0.02
+"""Of a range: how far inside its ends the logistic curve of a bounded output puts them, where it is still steep."""
+
+
+@dataclass(frozen=True)
+class BoundedScaling(Scaling):
+    """Outputs that never leave low..high: a linear output y passes through a logistic curve, 0..1 for 0 <= y <= 1."""
+
+    def to_unit(self, values: Array) -> Array:
+        """Targets of the linear output; values beyond the range count as its end."""
+        unit = np.clip(super().to_unit(values), 0.0, 1.0)
+        return 0.5 + logit(EDGE + (1.0 - 2.0 * EDGE) * unit) / (2.0 * logit(1.0 - EDGE))
+
+    def from_unit(self, unit: Array) -> Array:
+        """Values inside low..high, whatever the linear output is."""
+        curve = expit((2.0 * unit - 1.0) * logit(1.0 - EDGE))
+        return super().from_unit(np.clip((curve - EDGE) / (1.0 - 2.0 * EDGE), 0.0, 1.0))

@@ -24,6 +24,7 @@ COMMANDS = (
     "run-doe",
     "train-and-invert",
     "compare-methods",
+    "calibrate-models",
     "diagnose",
     "audit",
     "report",

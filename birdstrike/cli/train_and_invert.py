@@ -27,6 +27,13 @@ class Trainer(StrEnum):
     ensemble = "ensemble"
 
 
+class Outputs(StrEnum):
+    """What the network's outputs may be."""
+
+    bounded = "bounded"
+    linear = "linear"
+
+
 class Method(StrEnum):
     """Which inversion is run."""
 
@@ -57,6 +64,9 @@ def command(
     ] = "auto",
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
     copies: Annotated[int, typer.Option(min=0, help="Copies of every training run with the sensor's noise.")] = 0,
+    outputs: Annotated[
+        Outputs, typer.Option(help="The network's outputs: bounded by the ranges, or linear, as in the paper.")
+    ] = Outputs.bounded,
     discrepancy: Annotated[
         float | None,
         typer.Option(
@@ -105,6 +115,7 @@ def command(
         retry_failed,
         channels=names_of(channels),
         mesh_correction=mesh_correction,
+        outputs=outputs.value,
     )
     with progress_bar("train, invert, verify") as progress:
         inversion = train_and_invert(

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from birdstrike.data.curves import split_unit
-from birdstrike.data.dataset import Dataset
+from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Array, Histories
@@ -26,9 +26,6 @@ Numbered = tuple[int, Histories]
 
 AT_A_TIME = 200
 """Runs that are held in memory while the file is written."""
-
-SMOOTH_LIMIT = 0.05
-"""Largest eroded share of the bird's mass for which a run still belongs to the smooth regime."""
 
 
 def write_curves(path: Path, histories: Iterable[Numbered]) -> None:
@@ -115,6 +112,7 @@ def running(
         },
         "space": space_json(design.space),
         "inactive_runs": inactive_runs(design, runs),
+        "smooth_loss": case.bird.material.smooth_loss,
         "runs": [{"run": int(number), "status": "pending"} for number in design.numbers],
         "failed": [],
     }
@@ -125,27 +123,28 @@ def running(
 def settled(folder: CampaignFolder, summary: Mapping[str, Any], outcomes: Mapping[int, Finished | Failed]) -> None:
     """Write the summary of a campaign whose runs have all ended, one way or the other."""
     failed = [{"run": n, "reason": outcome.reason} for n, outcome in outcomes.items() if isinstance(outcome, Failed)]
-    runs = [{"run": number, **_fate(outcome)} for number, outcome in outcomes.items()]
+    limit = summary.get("smooth_loss", SMOOTH_LOSS)
+    runs = [{"run": number, **_fate(outcome, limit)} for number, outcome in outcomes.items()]
     curves = {"curves": {"digest": file_digest(folder.curves)}} if folder.curves.exists() else {}
     write_json(folder.summary, {**summary, "state": "finished", **curves, "runs": runs, "failed": failed})
 
 
-def _fate(outcome: Finished | Failed) -> dict[str, Any]:
+def _fate(outcome: Finished | Failed, smooth_loss: float) -> dict[str, Any]:
     if isinstance(outcome, Failed):
         return {"status": "pending" if outcome.due else "failed", "reason": outcome.reason}
     return {
         "status": "finished",
         "key": outcome.key,
         "step_factor": outcome.step_factor,
-        "smooth": is_smooth(outcome.figures),
+        "smooth": is_smooth(outcome.figures, smooth_loss),
         **outcome.figures,
     }
 
 
-def is_smooth(figures: Mapping[str, Any]) -> bool:
-    """Whether the bird kept its mass but for SMOOTH_LIMIT; a solver that reports no erosion has none."""
+def is_smooth(figures: Mapping[str, Any], smooth_loss: float) -> bool:
+    """Whether the bird kept its mass but for the share `smooth_loss`; a solver that reports no erosion has none."""
     lost = figures.get("eroded_mass_fraction")
-    return not (isinstance(lost, int | float) and lost > SMOOTH_LIMIT)
+    return not (isinstance(lost, int | float) and lost > smooth_loss)
 
 
 def load_dataset(out: str | Path) -> Dataset:
@@ -171,6 +170,7 @@ def load_dataset(out: str | Path) -> Dataset:
         channel_units=units,
         smooth=np.array([smooth[int(number)] for number in numbers], dtype=bool),
         case_hash=summary["case_hash"],
+        smooth_loss=summary.get("smooth_loss", SMOOTH_LOSS),
     )
 
 

@@ -38,7 +38,8 @@ class InversionOptions:
     """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
 
     sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
-    hidden: neurons, None for a search; copies: noisy copies of every training run.
+    hidden: neurons, None for a search; copies: noisy copies of every training run; outputs: of the network, "bounded"
+    by the ranges or "linear".
     """
 
     trainer: str = "lm"
@@ -51,6 +52,7 @@ class InversionOptions:
     analyse: bool = True
     hidden: int | None = HIDDEN
     copies: int = 0
+    outputs: str = "bounded"
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -142,7 +144,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
     lost = [str(int(run)) for run in dataset.runs[~dataset.smooth]]
     if lost:
         many = "s" if len(lost) > 1 else ""
-        sentences.append(f"run{many} {', '.join(lost)} lost more than 5 % of the bird: the emulator leaves them out")
+        limit = f"{100 * dataset.smooth_loss:g} % of the bird"
+        sentences.append(f"run{many} {', '.join(lost)} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
             where = span(low, high, dataset.units[i])

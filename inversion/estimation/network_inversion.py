@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from birdstrike.data.dataset import Dataset
@@ -19,6 +20,8 @@ from birdstrike.surrogate.inverse_network import NetworkFit
 
 FEWEST_HELD_OUT = 3
 NOISE_DRAWS = 200
+MOST_NAMED = 5  # inputs
+SATURATED = 1e-3  # of a range: a bounded output nearer to an end has lost its slope
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,20 @@ def network_answer(
     theta = np.clip(raw, dataset.lows, dataset.highs)
     warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
-    if strange := int(((scaled < 0.0) | (scaled > 1.0)).sum()):
-        warnings.append(f"{strange} of the network's {len(values)} inputs lie outside what it was trained on")
+    if (strange := (scaled < 0.0) | (scaled > 1.0)).any():
+        warnings.append(_strange(strange, read))
     return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
+
+
+def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
+    """Which inputs lie outside what the network was trained on; outside: (inputs,) bool."""
+    places = [(channel, time) for channel, times in read.items() for time in times]
+    named = [f"{plain(c)} at {1e3 * t:.3g} ms" for (c, t), one in zip(places, outside, strict=True) if one]
+    shown = ", ".join(named[:MOST_NAMED]) + (f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else "")
+    return (
+        f"{len(named)} of the network's {len(outside)} inputs lie outside what it was trained on ({shown}): it "
+        "extrapolates there, and its answer counts for less; use the emulator's, or widen the campaign's ranges"
+    )
 
 
 def network_estimates(
@@ -97,6 +111,9 @@ def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) ->
     if raw + spread < low or raw - spread > high:
         return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
     moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
+    if min(raw - low, high - raw) < SATURATED * (high - low):
+        end = "lower" if raw - low < high - raw else "upper"
+        return None, f"the network's bounded output stands at the {end} end of the range: it may mean any value beyond"
     why = (
         f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
         f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"

@@ -150,5 +150,5 @@ def with_run(dataset: Dataset, theta: dict[str, float], histories: Histories) ->
         runs=np.append(dataset.runs, dataset.runs.max() + 1),
         parameters=np.vstack([dataset.parameters, [theta[name] for name in dataset.names]]),
         curves=curves,
-        smooth=np.append(dataset.smooth, is_smooth(histories.summary)),
+        smooth=np.append(dataset.smooth, is_smooth(histories.summary, dataset.smooth_loss)),
     )

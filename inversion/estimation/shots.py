@@ -109,10 +109,13 @@ def suffix(number: int) -> str:
     return f"@{number + 1}" if number else ""
 
 
-def joined(shots: Sequence[Shot]) -> Joint:
-    """The shots as one; raises UserError where their campaigns vary other parameters or other points."""
+def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None = None) -> Joint:
+    """The shots as one; raises UserError where their campaigns vary other parameters or other points.
+
+    origins: each shot's time origin [s] and whether its own model can make it, where that is known.
+    """
     dataset = _dataset(shots)
-    offsets, inside = zip(*(_located(shot) for shot in shots), strict=True)
+    offsets, inside = zip(*(origins or [own_origin(shot) for shot in shots]), strict=True)
     moved = [0.0, *offsets[1:]]
     measured = _measured([shot.measured for shot in shots], moved)
     first = shots[0]
@@ -166,7 +169,7 @@ def _amplitudes(columns: Columns | None, share: float) -> Columns:
     return more
 
 
-def _located(shot: Shot) -> tuple[float, bool]:
+def own_origin(shot: Shot) -> tuple[float, bool]:
     """A shot's own time origin [s], and whether its own model can make it."""
     alone = replace(shot.options, method="emulator", sampling=None, analyse=False)
     found = locate(shot.dataset, shot.measured, alone, None, lambda _: None, shot.columns)

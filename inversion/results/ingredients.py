@@ -38,7 +38,11 @@ class DesignFigures:
 
 @dataclass(frozen=True)
 class TrainingFigures:
-    """How the network was trained; inputs: channel -> instants on the record's clock [s]; held_out: run numbers."""
+    """How the network was trained; inputs: channel -> instants on the record's clock [s]; held_out: run numbers.
+
+    hidden_sizes: neurons -> mean and standard deviation over the starts of the cross-validated error, shares of the
+    ranges; empty where the size was given.
+    """
 
     trainer: str
     shape: str
@@ -51,6 +55,7 @@ class TrainingFigures:
     holdout: str
     held_out: tuple[int, ...]
     inputs: Mapping[str, tuple[float, ...]]
+    hidden_sizes: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

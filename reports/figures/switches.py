@@ -12,12 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from birdstrike.reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
 
 MARK = "switch-"
 MOST_POINTS, DIGITS = 700, 5
 
 RECORD, CAMPAIGN = "record", "campaign"
+CALIBRATED, PUBLISHED = "calibrated", "published"
 
 COLOURS: Mapping[str, str] = {
     RECORD: BLACK,
@@ -27,6 +28,8 @@ COLOURS: Mapping[str, str] = {
     "network": VERMILION,
     "emulator": BLUE,
     CAMPAIGN: SKY,
+    CALIBRATED: BLUE,
+    PUBLISHED: GREY,
 }
 """Switch -> its colour in every figure, in the order of the page's row of switches."""
 

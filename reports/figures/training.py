@@ -1,6 +1,8 @@
-"""The network's convergence: mean square error of training and held-out simulations over the epochs, with the goal."""
+"""The network's convergence over the epochs, with the goal; and its cross-validated error over its hidden neurons."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -25,4 +27,18 @@ def training_figure(epoch: Array, training: Array, held_out: Array | None, goal:
     axes.set_ylabel("Mean square error [–]")
     axes.margins(x=0.02, y=0.08)
     legend_above(axes)
+    return figure
+
+
+@styled
+def hidden_size_figure(sizes: Mapping[int, tuple[float, float]]) -> Figure:
+    """`sizes`: hidden neurons -> mean error and its standard deviation over the starts, shares of the ranges."""
+    figure = Figure(figsize=(7.0, 2.6), layout="constrained")
+    axes = figure.subplots()
+    mean, spread = (100.0 * np.array(column) for column in zip(*sizes.values(), strict=True))
+    axes.errorbar(list(sizes), mean, spread, fmt="o-", color=BLUE, markersize=4, capsize=3)
+    axes.set_xlabel("Hidden neurons")
+    axes.set_ylabel("Cross-validated error [% of range]")
+    axes.margins(x=0.05)
+    axes.set_ylim(bottom=0.0)
     return figure

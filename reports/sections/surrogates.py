@@ -5,7 +5,7 @@ from __future__ import annotations
 from birdstrike.inversion.results.ingredients import TrainingFigures
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, drawing
 from birdstrike.reports.figures.quantities import quantity, words
-from birdstrike.reports.figures.training import training_figure
+from birdstrike.reports.figures.training import hidden_size_figure, training_figure
 from birdstrike.reports.results.results import InversionResults
 
 
@@ -28,7 +28,18 @@ def _network(results: InversionResults) -> tuple[Block, ...]:
         ),
         "The network's training.",
     )
-    return drawing("training", figure, _caption(training)), facts
+    return (drawing("training", figure, _caption(training)), *_sizes(training), facts)
+
+
+def _sizes(training: TrainingFigures) -> tuple[Block, ...]:
+    """Error against the number of hidden neurons, where that was searched."""
+    if not training.hidden_sizes:
+        return ()
+    words = (
+        "Root mean square error of the outputs over the hidden neurons, cross-validated among the training runs: "
+        "mean and standard deviation over the starts."
+    )
+    return (drawing("hidden-size", hidden_size_figure(training.hidden_sizes), words),)
 
 
 def _caption(training: TrainingFigures) -> str:

@@ -108,6 +108,8 @@ COARSE, WIDE = 20e-3 / 3.0, "20 mm"  # m between particles, radius of the gauge:
 GATE, BAND = 5.0, (0.95, 1.05)  # %, and as a ratio
 STEADY = "rho u0^2/2, mean from t_D/3 to 2 t_D/3: J. S. Wilbeck, AFML-TR-77-134 (1978)"
 HUGONIOT = "p_H = rho0 u_s u0 of the bird's own law: J. S. Wilbeck, AFML-TR-77-134 (1978)"
+POROUS = "rho_z u0^2/2 / (1 - z): eq. 9 of the sandwich-cowling paper (porous, incompressible stream)"
+POROSITIES = {"10 % porous": 0.1, "30 % porous": 0.3}
 SMOOTHED = 1.0 / 6.0  # of t_D: width of the running mean in the picture
 
 
@@ -168,7 +170,16 @@ def solve(computed: Computed) -> Solution:
         for label, seen in found.items()
         for row in rows_of(label, seen, GATE if label == JUDGED else None, NOTES.get(label, ""), figure)
     ]
+    rows += [stream_row(label, z, found[label], figure) for label, z in POROSITIES.items()]
     return Solution(tuple(rows), (picture(figure, computed, found),))
+
+
+def stream_row(label: str, z: float, found: Wilbeck, figure: str) -> Row:
+    """The mean of a porous bird against the published formula for porous streams."""
+    theory = found.stagnation / (1.0 - z)
+    said = "the pores close under the pressure, so that the stream has the density of the water"
+    name = f"stagnation pressure, {label}, by the formula for porous birds"
+    return matches(name, 1e-6 * found.steady, 1e-6 * theory, "MPa", None, POROUS, said, figure)
 
 
 def picture(name: str, computed: Computed, found: Mapping[str, Wilbeck]) -> Picture:

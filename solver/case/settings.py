@@ -98,9 +98,11 @@ class InversionSettings(Section):
     """parameters: dotted case key -> range; nuisance: name -> known uncertainty, 1 sigma in SI.
 
     discrepancy: sensor -> error of the model's form, 1 sigma as a share of the largest value that the sensor recorded.
+    models: bird model as `calibrate-models` names it -> dotted case key -> range, in place of the model's own.
     """
 
     parameters: dict[str, Inverted] = Field(default_factory=dict)
+    models: dict[str, dict[str, Inverted]] = Field(default_factory=dict)
     nuisance: dict[str, float] = Field(default_factory=dict)
     discrepancy: dict[str, float] = Field(default_factory=dict)
 
@@ -112,6 +114,13 @@ class InversionSettings(Section):
         if any(isinstance(entry, dict) and "key" in entry for entry in value.values()):
             raise complaint('has an entry with a key named "key"; known here: range, scale')
         return {key: {"key": key} | entry if isinstance(entry, dict) else entry for key, entry in value.items()}
+
+    @field_validator("models", mode="before")
+    @classmethod
+    def _parameters_of_each_model(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return {name: cls._each_parameter_knows_its_key(entries) for name, entries in value.items()}
 
     @field_validator("nuisance", mode="before")
     @classmethod

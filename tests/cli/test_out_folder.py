@@ -28,6 +28,7 @@ COMMANDS = {
     "train-and-invert": ("campaign", "--measured", "record.csv"),
     "close-the-loop": ("demo", "--measured", "record.csv"),
     "compare-methods": ("campaign",),
+    "calibrate-models": ("demo", "--measured", "record.csv"),
 }
 
 

@@ -99,16 +99,16 @@ def test_noise_that_the_network_amplifies_is_in_its_interval(dataset: Dataset, e
     assert any(estimate.identified for estimate in quiet.methods["network"].parameters.values())
 
 
-def test_network_that_answers_nonsense_identifies_nothing() -> None:
+@pytest.mark.parametrize("outputs", ["bounded", "linear"])
+def test_network_that_answers_nonsense_identifies_nothing(outputs: str) -> None:
     """Most runs of this campaign share one curve but for viscosity, so the network is steep beyond all reason."""
     campaign = eroding.campaign()
     values = np.interp(TIMES, TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
     measured = replace(record(truth(0.5)), channels={CHANNEL: values + 0.1e-3 * np.cos(1e5 * TIMES)})
-    found = invert(
-        campaign, measured, eroding.forward, InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
-    ).inversion
+    options = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3}, outputs=outputs)
+    found = invert(campaign, measured, eroding.forward, options).inversion
     assert found.prior_predictive.inside
-    assert any("outside its range" in warning for warning in found.warnings)
+    assert any("outside its range" in warning for warning in found.warnings) == (outputs == "linear")
     assert not any(estimate.identified for estimate in found.methods["network"].parameters.values())
     for name, estimate in found.methods["network"].parameters.items():
         assert estimate.interval_95 in (None, found.ranges[name])
@@ -117,10 +117,21 @@ def test_network_that_answers_nonsense_identifies_nothing() -> None:
 
 def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset, emulator: Emulator) -> None:
     tall = record(truth((1.35, 0.5, 0.5, 0.5)))
-    found = invert(dataset, tall, forward, replace(OPTIONS, method="network"), emulator=emulator).inversion
+    linear = replace(OPTIONS, method="network", outputs="linear")
+    found = invert(dataset, tall, forward, linear, emulator=emulator).inversion
     assert found.methods["network"].parameters["pulse.peak"].value == HIGHS[0]
     assert any("the network gives peak" in w and "outside its range; 7 mm is used" in w for w in found.warnings)
     assert any("lie outside what it was trained on" in w for w in found.warnings)
+
+
+def test_bounded_network_names_what_it_never_saw_and_identifies_nothing(dataset: Dataset, emulator: Emulator) -> None:
+    tall = record(truth((1.35, 0.5, 0.5, 0.5)))
+    found = invert(dataset, tall, forward, replace(OPTIONS, method="network"), emulator=emulator).inversion
+    assert any("displacement centre at" in w and "it extrapolates there" in w for w in found.warnings)
+    for name, one in found.methods["network"].parameters.items():
+        assert one.value is not None
+        assert LOWS[NAMES.index(name)] <= one.value <= HIGHS[NAMES.index(name)]
+        assert not one.identified
 
 
 def test_time_origin_serves_both_methods_and_the_verification(dataset: Dataset, emulator: Emulator) -> None:

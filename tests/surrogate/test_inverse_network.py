@@ -10,13 +10,14 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.surrogate.files import load_network, save_network
 from birdstrike.surrogate.inverse_network import fit_network, sampled
+from birdstrike.surrogate.scaling import BoundedScaling
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 
 
 @pytest.mark.parametrize("trainer", ["lm", "adam"])
 def test_learns_its_training_runs_and_is_validated_on_the_others(trainer: str) -> None:
     dataset = campaign(spread(25))
-    fit = fit_network(dataset, {CHANNEL: TIMES}, trainer)
+    fit = fit_network(dataset, {CHANNEL: TIMES}, trainer, outputs="linear")
     assert str(fit.network.shape) == "12-9-4"
     assert (fit.held_out + 1).tolist() == [1, 5, 10, 15, 20, 25]
     assert fit.training.mse.min() < 5e-3 < fit.training.mse[0]
@@ -25,6 +26,24 @@ def test_learns_its_training_runs_and_is_validated_on_the_others(trainer: str) -
     train = np.setdiff1d(np.arange(25), fit.held_out)
     unit_error = (predicted - dataset.parameters)[train] / (HIGHS - LOWS)
     assert np.mean(unit_error**2) == pytest.approx(fit.training.mse.min(), rel=1e-9)
+
+
+def test_bounded_outputs_learn_the_runs_and_never_leave_the_ranges() -> None:
+    dataset = campaign(spread(25))
+    bounded, linear = (fit_network(dataset, {CHANNEL: TIMES}, outputs=o).network for o in ("bounded", "linear"))
+    values = sampled(dataset, {CHANNEL: TIMES})
+    train = np.setdiff1d(np.arange(25), [0, 4, 9, 14, 19, 24])
+    error = (bounded.predict(values) - dataset.parameters)[train] / (HIGHS - LOWS)
+    assert np.sqrt(np.mean(error**2)) < 0.1
+    strange = 3.0 * values  # curves that no run has
+    assert ((bounded.predict(strange) >= LOWS) & (bounded.predict(strange) <= HIGHS)).all()
+    assert ((linear.predict(strange) < LOWS) | (linear.predict(strange) > HIGHS)).any()
+
+
+def test_a_bounded_output_s_scale_has_its_inverse() -> None:
+    scale, values = BoundedScaling(LOWS, HIGHS), LOWS + spread(20) * (HIGHS - LOWS)
+    np.testing.assert_allclose(scale.from_unit(scale.to_unit(values)), values)
+    np.testing.assert_allclose(scale.to_unit(np.stack([LOWS, HIGHS])), [[0.0] * 4, [1.0] * 4], atol=1e-12)
 
 
 def test_held_out_runs_have_no_influence() -> None:
@@ -60,6 +79,8 @@ def test_before_the_record_everything_rests_and_after_it_nothing_is_known() -> N
 def test_unknown_trainer_is_an_error() -> None:
     with pytest.raises(UserError, match=r'trainer = "sgd" is unknown; use one of: lm, adam'):
         fit_network(campaign(spread(5)), {CHANNEL: TIMES}, "sgd")
+    with pytest.raises(UserError, match=r'outputs = "free" is unknown; use one of: bounded, linear'):
+        fit_network(campaign(spread(5)), {CHANNEL: TIMES}, outputs="free")
 
 
 def test_read_back_network_answers_the_same(tmp_path) -> None:

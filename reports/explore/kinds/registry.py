@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.reports.explore.kinds import campaign, diagnosis, inversion, loop
+from birdstrike.reports.explore.kinds import campaign, diagnosis, inversion, loop, models
 from birdstrike.reports.explore.kinds.kind import Kind
 
-KINDS: tuple[Kind, ...] = (loop.KIND, diagnosis.KIND, inversion.KIND, campaign.KIND)
+KINDS: tuple[Kind, ...] = (loop.KIND, models.KIND, diagnosis.KIND, inversion.KIND, campaign.KIND)
 """In the order in which they are asked: a loop's folder holds the others."""
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numba import njit
 
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Number, PerVolume, Speed
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Number, PerVolume, Sought, Speed
 from birdstrike.solver.fields import Between
 
 
@@ -22,6 +23,10 @@ class Grueneisen(Law):
     g0: Annotated[float, Between(0.0, 10.0)] = 0.0
     a: Number = 0.0
     E0: PerVolume = 0.0
+    literature: ClassVar[Mapping[str, Any]] = {"kind": "grueneisen", "C": "1670 m/s", "S1": 2.48}
+    source: ClassVar[str] = "the reference strike"
+    sought: ClassVar[Mapping[str, Sought]] = {"C": Sought("250 m/s", "2500 m/s", "logarithmic")}
+    modulus: ClassVar[str] = "rho0 C^2"
 
     def build(self, rho0: float) -> EquationOfState:
         return grueneisen(rho0, self.C, self.S1, self.S2, self.S3, self.g0, self.a, self.E0)

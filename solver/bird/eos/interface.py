@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from scipy.optimize import brentq
 
@@ -19,6 +19,14 @@ PerVolume = Annotated[float, Between("0 MPa", "1000 MPa")]  # J/m^3 is Pa
 
 Terms = Callable[[float, Array], tuple[float, float, float, float]]
 """Compiled (numba.njit): (mu, constants) -> A [Pa], dA/dmu [Pa], B, dB/dmu; see `kernels.eos`."""
+
+
+class Sought(NamedTuple):
+    """Range in which a calibration seeks a constant, as a case writes it; scale: "linear" or "logarithmic"."""
+
+    low: Any
+    high: Any
+    scale: str = "linear"
 
 
 @dataclass(frozen=True)
@@ -95,9 +103,17 @@ class EquationOfState:
 
 
 class Law(Section):
-    """Table of an equation of state in a case; `kind` names it. After validation every value is SI."""
+    """Table of an equation of state in a case; `kind` names it. After validation every value is SI.
+
+    literature, source, sought: as of a `BirdMaterial`, where the law is named with a model (MODEL+LAW); modulus: the
+    bulk modulus at rest in the law's symbols.
+    """
 
     kind: str
+    literature: ClassVar[Mapping[str, Any]] = {}
+    source: ClassVar[str] = ""
+    sought: ClassVar[Mapping[str, Sought]] = {}
+    modulus: ClassVar[str] = ""
     gives_density: ClassVar[bool] = False
     """Whether the law fixes the bird's density where the case gives none."""
     air_key: ClassVar[str] = ""

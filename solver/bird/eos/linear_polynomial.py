@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Modulus, Number, PerVolume
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Modulus, Number, PerVolume, Sought
 from birdstrike.solver.fields import Between
 
 
@@ -25,6 +26,15 @@ class LinearPolynomial(Law):
     C5: Number = 0.0
     C6: Number = 0.0
     E0: PerVolume = 0.0
+    literature: ClassVar[Mapping[str, Any]] = {
+        "kind": "linear_polynomial",
+        "C1": "2072 MPa",
+        "C2": "6217 MPa",
+        "C3": "10362 MPa",
+    }
+    source: ClassVar[str] = "Table 13 of the reference strike's paper"
+    sought: ClassVar[Mapping[str, Sought]] = {"C1": Sought("50 MPa", "5000 MPa", "logarithmic")}
+    modulus: ClassVar[str] = "C1"
 
     def build(self, rho0: float) -> EquationOfState:
         return linear_polynomial(rho0, [self.C0, self.C1, self.C2, self.C3, self.C4, self.C5, self.C6], self.E0)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numba import njit
 
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Sought
 from birdstrike.solver.fields import Between
 
 
@@ -18,6 +19,13 @@ class Murnaghan(Law):
     p0: Annotated[float, Between("-10 MPa", "10 MPa")] = 0.0
     B: Annotated[float, Between("0.1 MPa", "100000 MPa")]
     g: Annotated[float, Between(1.0, 20.0)]
+    literature: ClassVar[Mapping[str, Any]] = {"kind": "murnaghan", "B": "128 MPa", "g": 7.98}
+    source: ClassVar[str] = "B 128 MPa and gamma 7.98, usual for gelatine birds"
+    sought: ClassVar[Mapping[str, Sought]] = {
+        "B": Sought("5 MPa", "1000 MPa", "logarithmic"),
+        "g": Sought(4.0, 12.0),
+    }
+    modulus: ClassVar[str] = "B g"
 
     def build(self, rho0: float) -> EquationOfState:
         return murnaghan(rho0, self.B, self.g, self.p0)

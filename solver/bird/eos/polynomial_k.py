@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Speed
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Sought, Speed
 from birdstrike.solver.bird.eos.linear_polynomial import linear_polynomial
 from birdstrike.solver.fields import Between
 
@@ -15,6 +16,10 @@ class PolynomialK(Law):
     kind: Literal["polynomial_k"]
     c0: Speed
     k: Annotated[float, Between(1.0, 5.0)]
+    literature: ClassVar[Mapping[str, Any]] = {"kind": "polynomial_k", "c0": "1483 m/s", "k": 2.0}
+    source: ClassVar[str] = "water"
+    sought: ClassVar[Mapping[str, Sought]] = {"c0": Sought("500 m/s", "1700 m/s")}
+    modulus: ClassVar[str] = "rho0 c0^2"
 
     def build(self, rho0: float) -> EquationOfState:
         return polynomial_k(rho0, self.c0, self.k)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Speed
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Sought, Speed
 from birdstrike.solver.bird.eos.polynomial_k import polynomial_k
 from birdstrike.solver.bird.eos.table import table
 from birdstrike.solver.fields import Between, OneOf
@@ -25,6 +26,10 @@ class Porous(Law):
     water_density: Annotated[float, Between("500 kg/m^3", "2000 kg/m^3")] = 1000.0
     gives_density: ClassVar[bool] = True
     air_key: ClassVar[str] = "z"
+    literature: ClassVar[Mapping[str, Any]] = {"kind": "porous", "z": 0.1, "mixing": "linear"}
+    source: ClassVar[str] = "water with 10 % of air"
+    sought: ClassVar[Mapping[str, Sought]] = {"z": Sought(0.0, 0.3)}
+    modulus: ClassVar[str] = "rho_z c_por^2"
 
     @property
     def own_density(self) -> float:

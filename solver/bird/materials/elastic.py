@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
 
+from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.logarithmic import logarithmic
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Poisson, Stiffness
 from birdstrike.solver.bird.materials.solid import Solid
@@ -17,6 +19,13 @@ class ElasticMaterial(BirdMaterial):
     poisson: Poisson
     body: ClassVar[str] = "total_lagrangian"
     hourglass: ClassVar[str] = "stiffness"
+    literature: ClassVar[Mapping[str, Any]] = {"young": "68.9 MPa", "poisson": 0.49}
+    source: ClassVar[str] = "Table 10 of the reference strike's paper"
+    sought: ClassVar[Mapping[str, Sought]] = {
+        "young": Sought("1 MPa", "500 MPa", "logarithmic"),
+        "poisson": Sought(0.4, 0.49),
+    }
+    modulus: ClassVar[str] = "young / (3 (1 - 2 poisson))"
 
     def build(self, rho0: float) -> Solid:
         return elastic(rho0, self.young, self.poisson)

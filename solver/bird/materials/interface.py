@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.bird.eos.interface import EquationOfState, Law
+from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Sought
 from birdstrike.solver.fields import Between, Section
 
 Stress = Annotated[float, Between("0 MPa", "10000 MPa")]
@@ -66,12 +66,23 @@ class BirdMaterial(Section):
 
     body: the particles that carry it, "fluid", "strength" or "total_lagrangian"; hourglass: the usual control of its
     hexahedra, "viscous" or "stiffness"; title: its name in reports, where that is not its model in words.
+    literature: a published bird of this model, as a case writes it; source: where that stands; sought: key -> range in
+    which `birdstrike calibrate-models` seeks it where a case names none ("eos.c0": of the law in `literature`);
+    modulus: the bulk modulus at rest in the table's keys, where no law gives it;
+    smooth_loss: largest eroded share of the bird for which a run is used by an emulator. Where a limit of the volume
+    erodes, the bird is lost at once beyond some value and a run that lost 5 % is of another regime. Where a failure
+    strain erodes, the loss grows gradually and belongs to the model: 1, every run is used.
     """
 
     model: str
     body: ClassVar[str]
     hourglass: ClassVar[str] = "viscous"
     title: ClassVar[str] = ""
+    literature: ClassVar[Mapping[str, Any]] = {}
+    source: ClassVar[str] = ""
+    sought: ClassVar[Mapping[str, Sought]] = {}
+    modulus: ClassVar[str] = ""
+    smooth_loss: ClassVar[float] = 0.05
 
     @property
     def inactive(self) -> tuple[str, ...]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
+from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import AnyLaw
 from birdstrike.solver.bird.materials.fluid import Fluid, acting
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Cutoff
@@ -26,6 +28,16 @@ class NullMaterial(BirdMaterial):
     eos: AnyLaw
     body: ClassVar[str] = "fluid"
     title: ClassVar[str] = "NULL"
+    literature: ClassVar[Mapping[str, Any]] = {
+        "pressure_cutoff": "-0.3705 MPa",
+        "viscosity": "641 Pa s",
+        "eos": {"kind": "grueneisen", "C": "1670 m/s", "S1": 2.48},
+    }
+    source: ClassVar[str] = "Table 9 of the reference strike's paper"
+    sought: ClassVar[Mapping[str, Sought]] = {
+        "pressure_cutoff": Sought("-1.25 MPa", "-0.05 MPa"),
+        "viscosity": Sought("0 Pa s", "1500 Pa s"),
+    }
 
     @property
     def inactive(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
+from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.materials.elastic import elastic
 from birdstrike.solver.bird.materials.interface import (
     NEVER,
@@ -36,6 +37,21 @@ class PlasticKinematicMaterial(BirdMaterial):
     rate_p: Annotated[float, Between(0.1, 100.0)] = 1.0
     failure_strain: FailureStrain = NEVER
     body: ClassVar[str] = "strength"
+    literature: ClassVar[Mapping[str, Any]] = {
+        "young": "68.9 MPa",
+        "poisson": 0.49,
+        "yield_stress": "6894 Pa",
+        "failure_strain": 1.25,
+    }
+    source: ClassVar[str] = "Table 11 of the reference strike's paper"
+    sought: ClassVar[Mapping[str, Sought]] = {
+        "young": Sought("6 MPa", "500 MPa", "logarithmic"),
+        "yield_stress": Sought("1000 Pa", "1 MPa", "logarithmic"),
+        "tangent_modulus": Sought("0 MPa", "5 MPa"),
+        "failure_strain": Sought(0.3, 5.0, "logarithmic"),
+    }
+    modulus: ClassVar[str] = "young / (3 (1 - 2 poisson))"
+    smooth_loss: ClassVar[float] = 1.0
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:

@@ -25,7 +25,7 @@ from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure, stress_scales
 from birdstrike.reports.figures.style import inline_svg, png
 from birdstrike.reports.figures.switches import mark_legends, readings, switches_in, with_switches
-from birdstrike.reports.figures.training import training_figure
+from birdstrike.reports.figures.training import hidden_size_figure, training_figure
 from birdstrike.reports.figures.views import Scene, mid_line, push_direction
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
 
@@ -125,6 +125,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "models": models,
     "models, force": lambda: models("contact_force"),
     "training": training,
+    "hidden size": lambda: hidden_size_figure({7: (0.30, 0.05), 8: (0.25, 0.03), 9: (0.20, 0.02)}),
     "setup": lambda: setup_figure(SETUP),
     "stress": lambda: stress_figure(dict.fromkeys(TITLES, RUN.snapshots[2]), SCENE),
     "shapes": lambda: shapes_figure(dict.fromkeys(TITLES, RUN.snapshots), (5e-4, 1e-3), SCENE),

@@ -1,0 +1,281 @@
+"""Every bird model calibrated to the same shots and ranked: what `birdstrike calibrate-models` does."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.errors import CaseError, RunFailed, UserError
+from birdstrike.data.files import plain as plain_json
+from birdstrike.data.files import write_json
+from birdstrike.data.paths import resolve_measured
+from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.solvers import solver_for
+from birdstrike.inversion import forward
+from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
+from birdstrike.inversion.models.heldout import ranked
+from birdstrike.inversion.models.joint_fit import FitOptions, ModelFit, ShotSetup
+from birdstrike.inversion.models.optimisers import refuse_unknown
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
+from birdstrike.inversion.models.simulations import LatePool
+from birdstrike.solver.case.case import CaseSource, as_case
+from birdstrike.solver.sources import digest_files
+
+USUAL = ("null", "elastic", "plastic_kinematic", "hydrodynamic", "murnaghan")
+"""Models that are calibrated where none are named."""
+FEWEST_RUNS = 8
+INVERSION = Path(__file__).parents[1]
+
+Report = Callable[[str, float], None]
+"""report(what is done, share of all the work, 0..1)."""
+
+
+def calibrate_models(
+    case: CaseSource | Sequence[CaseSource],
+    measured: str | Path | Measured | Sequence[str | Path | Measured],
+    out: str | Path,
+    models: Sequence[str] = USUAL,
+    runs: int = 20,
+    seed: int = 0,
+    workers: int | None = None,
+    *,
+    channels: Sequence[str] = (),
+    posterior: bool = True,
+    optimisers: Sequence[str] = (),
+    budget: int = 160,
+    retry_failed: bool = False,
+    progress: Report | None = None,
+) -> ModelComparison:
+    """Calibrate bird models to the same records, verify each by the solver, and rank them by held-out error.
+
+    Parameters
+    ----------
+    case : case or sequence of cases
+        One for all records, or one for each.
+    measured : record or sequence of records
+        Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood.
+    out : path
+        Folder for models.json and a folder a model; the same call resumes.
+    models : sequence of str
+        MODEL, MODEL+LAW, or LAW for null+LAW.
+    runs : int
+        Simulations of each campaign (a model and a shot), at least 8; up to 15 more near the answer.
+    seed : int
+        Of designs, emulators, sampling and bootstrap.
+    workers : int, optional
+        Simulations at a time; all cores by default.
+    channels : sequence of str
+        Of the records that are used; all where none is named.
+    posterior : bool
+        Whether posteriors are drawn; else intervals are linearised.
+    optimisers : sequence of str
+        "least_squares", "cma": run beside it with the solver in the loop.
+    budget : int
+        Simulations of each shot that an optimiser may spend.
+    retry_failed : bool
+        Whether runs with a failure on record are tried again.
+    progress : callable, optional
+        Takes what is being done and the share of the work that is done, 0..1.
+
+    Returns
+    -------
+    ModelComparison
+        The content of models.json.
+
+    Raises
+    ------
+    UserError
+        For names, cases, records or channels that do not fit.
+    RunFailed
+        When no model has an answer.
+    """
+    chosen = candidates(_listed(models))
+    refuse_unknown(optimisers)
+    if runs < FEWEST_RUNS:
+        raise UserError(f"--runs = {runs} is below {FEWEST_RUNS}: an emulator of several constants needs at least that")
+    setups = _setups(_listed(case), _listed(measured), channels)
+    _refuse_what_does_not_fit(chosen, setups)
+    folder, options = (
+        Path(out),
+        FitOptions(runs=runs, seed=seed, posterior=posterior, optimisers=tuple(optimisers), budget=budget),
+    )
+    (folder / "records").mkdir(parents=True, exist_ok=True)
+    answers: dict[str, ModelAnswer] = {}
+    report, retry = progress or (lambda *_: None), retry_before(retry_failed)
+    with LatePool(workers) as pool:
+        for i, one in enumerate(chosen):
+            share = _part_of(report, one.name, i, len(chosen), len(setups))
+            answers[one.name] = _answer(ModelFit(one, setups, folder / one.name, options, pool, share, retry))
+    for setup in setups:
+        write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
+    found = _compared(answers, setups, options.seed)
+    write_json(folder / "models.json", found.as_json())
+    if not found.ranking:
+        reasons = "; ".join(f"{name}: {one.failure}" for name, one in answers.items())
+        raise RunFailed(f"no model has an answer: {reasons}", f"{folder / 'models.json'} has the reasons")
+    return found
+
+
+def _answer(fit: ModelFit) -> ModelAnswer:
+    """One model's answer: the one at hand where nothing has changed, else a new one; a failure is one too."""
+    mark, kept = _fingerprint(fit), fit.folder / "answer.json"
+    if (known := saved_answer(kept, mark)) is not None and not fit.retry:
+        return known
+    fit.folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            answer = fit.answer()
+    except RunFailed as failure:
+        return ModelAnswer(fit.chosen.name, fit.chosen.source, failure=str(failure))
+    save_answer(kept, answer, mark)
+    return answer
+
+
+def _fingerprint(fit: ModelFit) -> str:
+    """Digest of all that changes a model's answer."""
+    sources = [*INVERSION.rglob("*.py"), *(INVERSION.parent / "surrogate").rglob("*.py")]
+    parts = [
+        [case.canonical(), case.table, [list(map(str, vars(p).values())) for p in case.parameters()]]
+        for case in fit.cases
+    ]
+    content = {
+        "options": asdict(fit.options),
+        "cases": parts,
+        "records": [_digest(setup.measured) for setup in fit.setups],
+        "names": [setup.name for setup in fit.setups],
+        "published": fit.chosen.literature,
+        "solver": solver_for(fit.cases[0], forward.simulate).version,
+        "sources": digest_files(INVERSION.parent, sources),
+    }
+    return hashlib.sha256(json.dumps(plain_json(content), sort_keys=True, default=str).encode()).hexdigest()[:32]
+
+
+def _digest(record: Measured) -> str:
+    found = hashlib.sha256(record.time.tobytes())
+    for source in (record.channels, record.sigma):
+        for name, values in source.items():
+            found.update(name.encode() + np.ascontiguousarray(values).tobytes())
+    return found.hexdigest()[:32]
+
+
+def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tuple[ShotSetup, ...]:
+    """Each record with its case and a name of its own; raises UserError."""
+    if not records:
+        raise UserError("--measured is missing: give one measured-data CSV, or several, each with its --case")
+    if len(cases) not in (1, len(records)):
+        raise UserError(
+            f"{len(records)} records and {len(cases)} cases were given: give CASE alone for all of them, or one --case "
+            "for each --measured, in their order, CASE being the first"
+        )
+    loaded = [as_case(one) for one in (cases if len(cases) == len(records) else cases * len(records))]
+    read = [one if isinstance(one, Measured) else read_measured(resolve_measured(one)) for one in records]
+    for record in read:
+        record.refuse_dead_sensors()
+    read = [record.only(tuple(channels)) for record in read]
+    for one, other in combinations(range(len(read)), 2):
+        if _digest(read[one]) == _digest(read[other]):
+            raise UserError(
+                f"--measured: {read[one].path} and {read[other].path} hold the same points; a record counts once, so "
+                "leave one out"
+            )
+    stems = [Path(record.path).stem or f"shot_{i + 1}" for i, record in enumerate(read)]
+    names = [stem if stems.count(stem) == 1 else f"{stem}_{i + 1}" for i, stem in enumerate(stems)]
+    return tuple(map(ShotSetup, names, loaded, read))
+
+
+def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
+    """Every case with every model, before the first simulation; raises UserError with all that is wrong."""
+    errors: list[str] = []
+    for one in chosen:
+        for setup in setups:
+            try:
+                calibrated_case(one, setup.case)
+                literature_case(one, setup.case)
+            except (UserError, CaseError) as error:
+                errors += error.errors
+    for setup in setups:
+        lost = [name for name in setup.measured.channels if name not in setup.case.sensors]
+        if lost:
+            errors.append(
+                f"{setup.measured.path}: the case {setup.case.name} has no sensor {', '.join(lost)}; it has "
+                f"{', '.join(setup.case.sensors)}: rename the columns, add the sensors, or leave them out: --channels"
+            )
+    if errors:
+        raise UserError(dict.fromkeys(errors))
+
+
+def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed: int) -> ModelComparison:
+    """The ranking, and what it says in words."""
+    found = ranked(answers, seed)
+    by = "shot" if len(setups) > 1 else "time block"
+    sentences = {
+        shot: _verdict({n: found.answers[n].heldout[shot] for n in order}, order, found.tied_per_shot[shot])
+        for shot, order in found.per_shot.items()
+    }
+    speeds = {setup.name: setup.case.impact.speed for setup in setups}
+    failed = tuple(f"{name} has no answer: {one.failure}" for name, one in answers.items() if one.failure)
+    outside = tuple(
+        f"{name} cannot make the records with any constants in its ranges: its held-out error is that of the nearest"
+        for name, one in answers.items()
+        if not one.failure and not one.inside
+    )
+    own = tuple(f"{name}: {line}" for name, one in answers.items() for line in one.warnings)
+    return ModelComparison(
+        models=found.answers,
+        ranking=found.ranking,
+        per_shot=found.per_shot,
+        tied=found.tied,
+        tied_per_shot=found.tied_per_shot,
+        records={setup.name: setup.measured.path for setup in setups},
+        speeds=speeds,
+        simulated=any(setup.measured.simulated for setup in setups),
+        heldout_by=by,
+        sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
+        per_shot_sentences=sentences,
+        seed=seed,
+        warnings=(*failed, *outside, *own),
+    )
+
+
+def _sentence(answers: dict[str, ModelAnswer] | Any, ranking: Sequence[str], tied: Sequence[str], by: str) -> str:
+    errors = {name: answers[name].expected or 0.0 for name in ranking}
+    what = "shots that it was not calibrated to" if by == "shot" else "thirds of the record that it was not fitted to"
+    return f"Over {what}: {_verdict(errors, ranking, tied)}"
+
+
+def _verdict(errors: dict[str, float], ranking: Sequence[str], tied: Sequence[str]) -> str:
+    """ "murnaghan predicts best (1.3 times the noise); next null (2.4)", or who shares the first place."""
+    first = ranking[0]
+    if tied:
+        shown = ", ".join(f"{name} ({errors[name]:.2f})" for name in tied)
+        return f"{shown} share the first place: the records cannot tell them apart (held-out error over noise)"
+    after = f"; next {ranking[1]} ({errors[ranking[1]]:.2f})" if len(ranking) > 1 else ""
+    return f"{first} predicts best (held-out error {errors[first]:.2f} times the noise){after}"
+
+
+def _listed(given: Any) -> list[Any]:
+    return list(given) if isinstance(given, list | tuple) else [given]
+
+
+def _part_of(report: Report, name: str, model: int, models: int, shots: int) -> Report:
+    """Progress of one model: its campaigns take most of its share, then runs near the answer, then the fit."""
+    done: dict[str, float] = {}
+
+    def part(stage: str, share: float) -> None:
+        done[stage] = share
+        own = {key: value for key, value in done.items() if key not in ("fit", "runs near the answer")}
+        whole = 0.7 * sum(own.values()) / shots
+        whole += 0.2 * (1.0 if "fit" in done else done.get("runs near the answer", 0.0)) + 0.1 * done.get("fit", 0.0)
+        report(f"{name}: {stage}", (model + whole) / models)
+
+    return part

@@ -1,0 +1,184 @@
+"""Bird models by name, and a case with one of them in place of its own: constants, and ranges in which they are sought.
+
+A name is MODEL or MODEL+LAW, with any registered material and equation of state; LAW alone means null+LAW.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.bird.eos.interface import Sought
+from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
+from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.case.case import Case, case_from_table
+from birdstrike.solver.case.overlay import Raw, at
+
+FLUID = "null"
+"""Material of a name that is a law's alone."""
+PREFIX = "bird.material."
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A bird model that takes part. name: as the user wrote it; law: of its equation of state, "" for the usual one."""
+
+    name: str
+    model: str
+    law: str = ""
+
+    @property
+    def material(self) -> type[BirdMaterial]:
+        """Class of its table."""
+        return BIRD_MATERIALS[self.model]
+
+    @property
+    def literature(self) -> Raw:
+        """Published constants, as a case writes them; empty where none are declared."""
+        table: Raw = deepcopy(dict(self.material.literature))
+        if self.law:
+            table["eos"] = deepcopy(dict(EQUATIONS_OF_STATE[self.law].literature))
+        return {"model": self.model, **table} if table else {}
+
+    @property
+    def source(self) -> str:
+        """Where the published constants stand."""
+        own = [self.material.source, EQUATIONS_OF_STATE[self.law].source if self.law else ""]
+        return "; ".join(text for text in own if text)
+
+    @property
+    def ranges(self) -> Raw:
+        """Dotted case key -> range, as a case writes it, of what is sought where the case names nothing."""
+        usual = at(dict(self.material.literature), "eos.kind")
+        own = {k: v for k, v in self.material.sought.items() if not k.startswith("eos.") or self.law in ("", usual)}
+        if self.law:
+            own |= {f"eos.{key}": sought for key, sought in EQUATIONS_OF_STATE[self.law].sought.items()}
+        return {PREFIX + key: _written(sought) for key, sought in own.items()}
+
+    def same_as(self, material: Any) -> bool:
+        """Whether a case's table of the material is of this model."""
+        law = at(self.literature, "eos.kind")
+        return at(material, "model") == self.model and at(material, "eos.kind") == law
+
+
+def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
+    """The models of a list; raises UserError with every name that is unknown or stands there twice."""
+    found, errors = [], list[str]()
+    for name in names:
+        try:
+            found.append(candidate(name))
+        except UserError as error:
+            errors += error.errors
+    twice = sorted({c.name for c in found if [(o.model, o.law) for o in found].count((c.model, c.law)) > 1})
+    if twice:
+        errors.append(f"--models names {' and '.join(twice)}, which are one model: name it once")
+    if not names:
+        errors.append(f"--models is empty: name one or more of {_known()}")
+    if errors:
+        raise UserError(errors)
+    return tuple(found)
+
+
+def candidate(name: str) -> Candidate:
+    """The model of a name; raises UserError."""
+    model, _, law = name.partition("+")
+    if not law and model in EQUATIONS_OF_STATE and model not in BIRD_MATERIALS:
+        model, law = FLUID, model
+    if model not in BIRD_MATERIALS or (law and law not in EQUATIONS_OF_STATE):
+        raise UserError(f'--models: "{name}" is no bird model; name {_known()}')
+    if law and "eos" not in BIRD_MATERIALS[model].model_fields:
+        raise UserError(f'--models: "{name}": {model} has no equation of state of its own; name {model} alone')
+    return Candidate(name, model, law)
+
+
+def _known() -> str:
+    laws = ", ".join(EQUATIONS_OF_STATE)
+    return f"{', '.join(BIRD_MATERIALS)}, or MODEL+LAW with one of {laws} (LAW alone means {FLUID}+LAW)"
+
+
+def calibrated_case(chosen: Candidate, base: Case) -> Case:
+    """The case with the model in place of its own, seeking the model's constants; raises UserError or CaseError.
+
+    Constants that are not sought are the case's where it has this model, else the published ones. The ranges are those
+    of `inversion.models` under the model's name, else those of `inversion.parameters` where the case has this model,
+    else the ones that the model declares. What else the case seeks stays.
+    """
+    table = base.table
+    own = table["bird"]["material"]
+    same = chosen.same_as(own)
+    constants = {**chosen.literature, **(own if same else {})}
+    sought: Mapping[str, Any] = at(table, "inversion.parameters") or {}
+    stated = (table.get("inversion") or {}).get("models", {}).get(chosen.name)
+    of_bird = {key: entry for key, entry in sought.items() if key.startswith(PREFIX)}
+    ranges = stated or (of_bird if same else None) or chosen.ranges
+    if not constants or not ranges:
+        missing = "constants" if not constants else "ranges"
+        raise UserError(
+            f"--models: {chosen.name} declares no {missing}: give a case whose bird.material is this model, with "
+            f'inversion.models."{chosen.name}"."bird.material.KEY" = {{ range = [LOW, HIGH] }} for what is sought'
+        )
+    others = {key: entry for key, entry in sought.items() if not key.startswith(PREFIX)}
+    inversion = {**(table.get("inversion") or {}), "parameters": {**others, **ranges}}
+    inversion.pop("models", None)
+    try:
+        return case_from_table(
+            {**table, "bird": {**table["bird"], "material": constants}, "inversion": inversion},
+            f"{base.name} with {chosen.name}",
+        )
+    except CaseError as error:
+        raise CaseError([f"--models {chosen.name}: {line}" for line in error.errors], error.heading) from error
+
+
+def literature_case(chosen: Candidate, base: Case) -> Case | None:
+    """The case with the published constants of the model; None where none are declared."""
+    if not chosen.literature:
+        return None
+    table = base.table
+    inversion = {key: entry for key, entry in (table.get("inversion") or {}).items() if key != "models"}
+    inversion["parameters"] = {k: v for k, v in inversion.get("parameters", {}).items() if not k.startswith(PREFIX)}
+    bird = {**table["bird"], "material": chosen.literature}
+    return case_from_table({**table, "bird": bird, "inversion": inversion}, f"{base.name} with {chosen.name}")
+
+
+def built(case: Case, values: Mapping[str, float]) -> Material:
+    """The substance of a case's bird at SI values under dotted keys."""
+    material = case.bird.material
+    laws = {key.removeprefix(f"{PREFIX}eos."): v for key, v in values.items() if key.startswith(f"{PREFIX}eos.")}
+    own = {key.removeprefix(PREFIX): v for key, v in values.items() if key.startswith(PREFIX) and key.count(".") == 2}
+    if laws:
+        own["eos"] = material.eos.model_copy(update=laws)
+    return material.model_copy(update=own).build(case.bird.actual_density)
+
+
+def modulus_of(case: Case) -> tuple[str, tuple[str, ...]]:
+    """The bulk modulus in the symbols of the case's model, and which of its symbols the case seeks, as dotted keys."""
+    material = case.bird.material
+    law = material.law
+    formula, place = (material.modulus, PREFIX) if law is None else (law.modulus, f"{PREFIX}eos.")
+    symbols = _symbols(formula)
+    return formula, tuple(key for key in case.inversion.parameters if key.removeprefix(place) in symbols)
+
+
+def _symbols(formula: str) -> set[str]:
+    """Names in a formula: "rho0 C^2" has rho0 and C."""
+    return set(re.findall(r"[A-Za-z_]\w*", formula))
+
+
+def _written(sought: Sought) -> Raw:
+    return {"range": [sought.low, sought.high], "scale": sought.scale}
+
+
+def shared_keys(cases: Iterable[Case]) -> tuple[str, ...]:
+    """Dotted keys that every case of a model seeks; raises UserError where they seek different ones."""
+    listed = [tuple((p.name, p.low, p.high, p.scale) for p in case.parameters()) for case in cases]
+    if any(other != listed[0] for other in listed[1:]):
+        raise UserError(
+            "the shots' cases seek different parameters or ranges: let inversion.parameters and inversion.models of "
+            "all --case be the same"
+        )
+    return tuple(name for name, *_ in listed[0])

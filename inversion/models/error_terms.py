@@ -1,0 +1,72 @@
+"""What every model carries besides its constants: nuisances of the shots and a discrepancy of the model, as columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.discrepancy import started
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.known_errors import Columns, Nuisance, stacked
+from birdstrike.inversion.forward import Forward
+from birdstrike.inversion.observations.observations import Observations
+
+LENGTH = 0.1  # of the record: correlation time of the discrepancy, as the diagnosis takes it without a mesh study
+WORTH_A_COLUMN = 1e-3  # share of its variance
+
+
+class NuisanceRuns:
+    """What an uncertain speed, mass, thickness or angle does to a shot, by two simulations each at the first answer."""
+
+    def __init__(self, solver: Forward, nuisances: Sequence[Nuisance]) -> None:
+        self.solver, self.nuisances = solver, nuisances
+        self.pairs: list[tuple[Histories, Histories]] | None = None
+
+    def columns(self, observations: Observations, mode: Mode, names: Sequence[str]) -> Array:
+        """(n, s) change of the stacked curve for one sigma of each."""
+        if self.pairs is None:
+            theta = dict(zip(names, map(float, mode.theta), strict=True))
+            self.pairs = [
+                (
+                    self.solver({**theta, own.key: own.value + own.sigma}),
+                    self.solver({**theta, own.key: own.value - own.sigma}),
+                )
+                for own in self.nuisances
+            ]
+        halves = [
+            (stacked(up, observations, mode.t0) - stacked(down, observations, mode.t0)) / 2.0 for up, down in self.pairs
+        ]
+        return np.stack(halves, axis=1) if halves else np.zeros((len(observations.values), 0))
+
+
+class Discrepancy:
+    """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak."""
+
+    def __init__(self, contact: float, end: float) -> None:
+        self.contact, self.length = contact, LENGTH * (end - contact)
+        self._factors: dict[bytes, Array] = {}
+
+    def columns(self, observations: Observations, share: float) -> Array:
+        """(n, s) SI, one standard deviation each."""
+        blocks = [share * c.peak * self._factor(c.times) for c in observations.channels]
+        return np.asarray(block_diag(*blocks), dtype=np.float64)
+
+    def _factor(self, times: Array) -> Array:
+        key = times.tobytes()
+        if key not in self._factors:
+            values, vectors = np.linalg.eigh(started(times, times, self.contact, self.length))
+            kept = values > WORTH_A_COLUMN * values.sum()
+            self._factors[key] = vectors[:, kept] * np.sqrt(values[kept])
+        return self._factors[key]
+
+
+def with_discrepancy(columns: Columns | None, discrepancy: Discrepancy, share: float) -> Columns:
+    def more(observations: Observations, mode: Mode) -> Array:
+        known = [columns(observations, mode)] if columns is not None else []
+        own = [discrepancy.columns(observations, share)] if share else []
+        return np.hstack([np.zeros((len(observations.values), 0)), *known, *own])
+
+    return more

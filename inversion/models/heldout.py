@@ -1,0 +1,109 @@
+"""Ranking of models by the error of what they were not calibrated to, with a moving-block bootstrap of its residuals.
+
+A shot's error is the root mean square over its channels of each channel's mean square residual, over its noise.
+Residuals of one channel are correlated in time, so that blocks of them are drawn (Kuensch, Ann. Statist. 17 (1989)
+1217), the same of every model: what all models have in common, such as the noise, does not blur their difference.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.models.results import ModelAnswer
+
+REPLICATES = 2000
+BLOCKS = 8  # of a channel: long against the correlation of a residual, and enough to resample
+CERTAIN = 0.95
+MATTERS = 0.02
+"""Of an error: a smaller difference of two models is a tie whatever the bootstrap says, since it takes the calibrated
+constants as given, and these are no more exact."""
+
+Residuals = Mapping[str, Mapping[str, Sequence[float]]]
+"""shot -> channel -> residuals over their noise."""
+
+
+def shot_error(residuals: Mapping[str, Sequence[float]]) -> float:
+    """Whitened root mean square of one shot's channels, each counted once."""
+    return float(np.sqrt(np.mean([np.mean(np.square(own)) for own in residuals.values()])))
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """answers: with intervals and probabilities; ranking, tied: as in models.json, overall and by shot."""
+
+    answers: Mapping[str, ModelAnswer]
+    ranking: tuple[str, ...]
+    tied: tuple[str, ...]
+    per_shot: Mapping[str, tuple[str, ...]]
+    tied_per_shot: Mapping[str, tuple[str, ...]]
+
+
+def ranked(answers: Mapping[str, ModelAnswer], seed: int = 0) -> Ranked:
+    """All models that have an answer, by expected held-out error."""
+    taking_part = {name: one for name, one in answers.items() if one.failure is None}
+    if not taking_part:
+        return Ranked(answers, (), (), {}, {})
+    shots = list(next(iter(taking_part.values())).residuals)
+    draws = {
+        name: {shot: bootstrap(one.residuals[shot], seed, shot) for shot in shots} for name, one in taking_part.items()
+    }
+    overall = {name: np.sqrt(np.mean([own[shot] ** 2 for shot in shots], axis=0)) for name, own in draws.items()}
+    least = np.min(list(overall.values()), axis=0)
+    found = dict(answers)
+    for name, one in taking_part.items():
+        errors = {shot: shot_error(one.residuals[shot]) for shot in shots}
+        found[name] = replace(
+            one,
+            heldout=errors,
+            heldout_95={shot: _interval(draws[name][shot], errors[shot]) for shot in shots},
+            expected=(expected := float(np.sqrt(np.mean(np.square(list(errors.values())))))),
+            expected_95=_interval(overall[name], expected),
+            probability_best=float(np.mean(overall[name] <= least)),
+        )
+    ranking, tied = _order({name: found[name].expected or 0.0 for name in taking_part}, overall)
+    by_shot = {
+        shot: _order({n: found[n].heldout[shot] for n in taking_part}, {n: draws[n][shot] for n in taking_part})
+        for shot in shots
+    }
+    order = {shot: names for shot, (names, _) in by_shot.items()}
+    return Ranked(found, ranking, tied, order, {shot: ties for shot, (_, ties) in by_shot.items()})
+
+
+def bootstrap(residuals: Mapping[str, Sequence[float]], seed: int, shot: str) -> Array:
+    """(REPLICATES,) errors of a shot from blocks drawn anew; the blocks depend on channel, points and seed alone."""
+    squares = np.zeros(REPLICATES)
+    for channel, own in residuals.items():
+        squares += _block_means(np.square(np.asarray(own, dtype=float)), seed, f"{shot} {channel}")
+    return np.sqrt(squares / len(residuals))
+
+
+def _block_means(values: Array, seed: int, label: str) -> Array:
+    """(REPLICATES,) means of a channel made of moving blocks of its values (n,)."""
+    n = len(values)
+    length = max(1, n // BLOCKS)
+    sums = np.cumsum(np.concatenate([[0.0], values]))
+    means = (sums[length:] - sums[:-length]) / length
+    rng = np.random.default_rng([seed, zlib.crc32(label.encode()), n])
+    return means[rng.integers(0, len(means), size=(REPLICATES, max(1, round(n / length))))].mean(axis=1)
+
+
+def _order(errors: Mapping[str, float], draws: Mapping[str, Array]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names by error, and those that the bootstrap cannot tell from the first (paired, 95 % two-sided), or that differ
+    from it by too little to matter."""
+    ranking = tuple(sorted(errors, key=lambda name: errors[name]))
+    first = ranking[0]
+    beaten = {name: float(np.mean(draws[name] > draws[first])) for name in ranking[1:]}
+    close = (1.0 + MATTERS) * errors[first]
+    share = [name for name, part in beaten.items() if part < (1.0 + CERTAIN) / 2.0 or errors[name] < close]
+    return ranking, (first, *share) if share else ()
+
+
+def _interval(draws: Array, value: float) -> tuple[float, float]:
+    """Central 95 % of the draws, widened to hold the value."""
+    low, high = np.quantile(draws, [(1.0 - CERTAIN) / 2.0, (1.0 + CERTAIN) / 2.0])
+    return min(float(low), value), max(float(high), value)

@@ -1,0 +1,114 @@
+"""The usual way beside the emulator's: an optimiser with the solver in the loop, its simulations counted.
+
+The objective is that of the ranking: the root mean square over shots and channels of the residual over its noise. Both
+optimisers start in the middle of the ranges, each in its scale, as one must who knows nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.models.results import Optimised
+
+STEP = 0.05  # of a range: a smaller one would differentiate the scatter of the simulations
+SPREAD = 0.25  # of a range: the first population's standard deviation
+FAILED = 1e3  # times the noise: residual of a simulation that failed
+
+
+class _Spent(Exception):
+    """The simulations that were allowed are used up."""
+
+
+Residuals = Callable[[Mapping[str, float]], Array]
+"""residuals({dotted key: SI}) -> (n,) whose sum of squares is the objective's square; may raise RunFailed."""
+
+
+@dataclass
+class Problem:
+    """What an optimiser sees. physical: (q, k) fractions of the ranges -> SI; together: makes simulations of several
+    points beforehand, in parallel; budget: points, each one simulation a shot."""
+
+    names: Sequence[str]
+    physical: Callable[[Array], Array]
+    residuals: Residuals
+    together: Callable[[Sequence[Mapping[str, float]]], None]
+    budget: int
+    seed: int = 0
+    points: int = 0
+    best: tuple[float, Array] | None = None
+    size: int = field(default=1)
+
+    def values(self, unit: Array) -> dict[str, float]:
+        """SI values at a point in 0..1."""
+        row = self.physical(np.clip(unit, 0.0, 1.0)[None])[0]
+        return dict(zip(self.names, map(float, row), strict=True))
+
+    def at(self, unit: Array) -> Array:
+        """Residuals at a point in 0..1; a point counts, and the best is kept."""
+        if self.points >= self.budget:
+            raise _Spent
+        self.points += 1
+        try:
+            found = self.residuals(self.values(unit))
+            self.size = len(found)
+        except RunFailed:
+            found = np.full(self.size, FAILED / np.sqrt(self.size))
+        error = float(np.sqrt(found @ found))
+        if self.best is None or error < self.best[0]:
+            self.best = (error, np.clip(unit, 0.0, 1.0))
+        return found
+
+
+def by_least_squares(problem: Problem) -> str:
+    """Trust-region least squares (scipy), derivatives by differences."""
+    start = np.full(len(problem.names), 0.5)
+    problem.at(start)
+    ends = least_squares(problem.at, start, bounds=(0.0, 1.0), diff_step=STEP / 0.5, xtol=1e-3)
+    return str(ends.message)
+
+
+def by_cma(problem: Problem) -> str:
+    """CMA-ES (N. Hansen's library cma): a population at a time, all its simulations in parallel."""
+    cma: Any = import_module("cma")
+    options = {"bounds": [0.0, 1.0], "seed": problem.seed + 1, "verbose": -9, "maxfevals": problem.budget}
+    search = cma.CMAEvolutionStrategy([0.5] * len(problem.names), SPREAD, options)
+    while not search.stop():
+        points = [np.asarray(point) for point in search.ask()]
+        problem.together([problem.values(point) for point in points[: problem.budget - problem.points]])
+        search.tell([list(map(float, point)) for point in points], [float(np.sum(problem.at(p) ** 2)) for p in points])
+    return ", ".join(search.stop())
+
+
+OPTIMISERS: Mapping[str, Callable[[Problem], str]] = {"least_squares": by_least_squares, "cma": by_cma}
+
+
+def refuse_unknown(names: Sequence[str]) -> None:
+    """Raises UserError for a name that is no optimiser, or whose library is not installed."""
+    unknown = [name for name in names if name not in OPTIMISERS]
+    if unknown:
+        raise UserError(f'--optimisers: "{unknown[0]}" is unknown; use one or more of {", ".join(OPTIMISERS)}')
+    if "cma" in names:
+        try:
+            import_module("cma")
+        except ImportError as error:
+            raise UserError("--optimisers cma needs the library cma: pip install 'birdstrike[optimise]'") from error
+
+
+def optimised(name: str, problem: Problem) -> Optimised:
+    """The best point that an optimiser finds with the simulations that it may spend."""
+    try:
+        ended = OPTIMISERS[name](problem)
+    except _Spent:
+        ended = f"all {problem.budget} simulations a shot were spent"
+    if problem.best is None:
+        raise RunFailed(f"{name}: no simulation finished")
+    error, place = problem.best
+    return Optimised(problem.values(place), error, problem.points, ended)

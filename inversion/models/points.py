@@ -1,0 +1,66 @@
+"""Where a fit says that more simulations should stand, draws about it, and errors of a simulation against a record."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.estimation.known_errors import stacked
+from birdstrike.inversion.estimation.locate import Located
+from birdstrike.inversion.estimation.refinement import WIDER
+from birdstrike.inversion.estimation.shots import Shot
+from birdstrike.inversion.models.heldout import shot_error
+from birdstrike.inversion.models.results import ShotError
+from birdstrike.inversion.observations.observations import observe
+
+
+def near_answer(located: Located, points: int, seed: int) -> Array:
+    """Parameters (points, k) about the best fits: these first, then a spread over their covariance, enlarged."""
+    calibration = located.calibration
+    modes, coordinates = calibration.modes, calibration.coordinates
+    r = len(modes[0].z)
+    spread = norm.ppf(np.clip(qmc.Sobol(r, rng=seed).random_base2(points.bit_length()), 1e-3, 1.0 - 1e-3))
+    found = []
+    for i in range(points):
+        mode = modes[i % len(modes)]
+        if i < len(modes):
+            z = mode.z
+        else:
+            root = np.linalg.cholesky(mode.covariance[:-1, :-1] + 1e-12 * np.eye(r))
+            z = mode.z + WIDER * root @ spread[i]
+        found.append(coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
+    return np.array(found)
+
+
+def linearised_draws(located: Located, draws: int, rng: np.random.Generator) -> Array:
+    """(draws, k) of the linearised posterior, its modes in turn, inside their boxes."""
+    calibration = located.calibration
+    rows = []
+    for i in range(draws):
+        mode = calibration.modes[i % len(calibration.modes)]
+        z = rng.multivariate_normal(mode.z, mode.covariance[:-1, :-1], method="eigh")
+        rows.append(calibration.coordinates.theta(np.clip(z, mode.box.lows, mode.box.highs), mode.box))
+    return np.array(rows)
+
+
+def residuals_of(
+    shot: Shot, run: Histories, t0: float, window: tuple[float, float] | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Channel -> (simulation less record) over noise, at the record's points (in a window of its clock)."""
+    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
+    parts = observations.split(stacked(run, observations, t0))
+    found: dict[str, tuple[float, ...]] = {}
+    for c in observations.channels:
+        kept = np.ones(len(c.times), bool) if window is None else (c.times >= window[0]) & (c.times < window[1])
+        if kept.any():
+            found[c.name] = tuple(map(float, ((parts[c.name] - c.values) / c.noise)[kept]))
+    return found
+
+
+def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
+    """Errors of a simulation against a shot's record."""
+    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
+    parts = observations.split(stacked(run, observations, t0))
+    rmse = {c.name: float(np.sqrt(np.mean((parts[c.name] - c.values) ** 2))) for c in observations.channels}
+    return ShotError(rmse, shot_error(residuals_of(shot, run, t0)))

@@ -1,0 +1,187 @@
+"""What the calibration of several bird models found: the content of `models.json`. SI; None where a thing is not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from birdstrike.data.display import Displayed
+from birdstrike.data.files import write_atomically
+from birdstrike.inversion.results.estimates import Estimate
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Combined:
+    """A quantity that several sought constants make together, such as the bulk modulus K = B g.
+
+    formula: in the model's symbols; of: their dotted keys; sentence: the answer in words, with what is not
+    identifiable.
+    """
+
+    value: float
+    interval_95: tuple[float, float] | None
+    unit: str
+    identified: bool
+    formula: str
+    of: tuple[str, ...]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class ShotError:
+    """Errors of one simulation against one shot's record.
+
+    rmse: sensor -> root mean square error, SI; weighted: whitened RMS, root mean square over the channels of each
+    channel's error over its noise.
+    """
+
+    rmse: Mapping[str, float]
+    weighted: float
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """What an optimiser with the solver in the loop reached. parameters: SI; weighted: its error over the noise, all
+    shots; strikes: simulations of each shot; ended: why it stopped."""
+
+    parameters: Mapping[str, float]
+    weighted: float
+    strikes: int
+    ended: str
+
+
+@dataclass(frozen=True)
+class ModelAnswer:
+    """One bird model over all shots.
+
+    parameters: as in inversion.json; literature: published constants of what was sought, SI; source: where they stand;
+    verified, published: shot -> error of the calibrated model and of the published constants, by the solver;
+    heldout: shot -> whitened RMS of the solver at what the other shots (or, of a single shot, the other two thirds of
+    the record) gave; heldout_95: its block-bootstrap interval; residuals: shot -> channel -> those residuals over their
+    noise; expected: root mean square of `heldout`, expected_95; probability_best: share of the bootstrap in which no
+    model is better; q2: shot -> channel -> leave-one-out Q2 of the emulator; eroded: shot -> the campaign's largest
+    eroded share of the bird; optimised: optimiser -> what it reached, where any was asked for; discrepancy: share of
+    the peaks that the fit allowed for (1 sigma); inside: whether the model can make the records; strikes: shot ->
+    simulations; wall_s: [s] of the call that made the answer; failure: why there is none.
+    """
+
+    name: str
+    source: str
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    combinations: Mapping[str, Combined] = field(default_factory=dict)
+    literature: Mapping[str, float] = field(default_factory=dict)
+    verified: Mapping[str, ShotError] = field(default_factory=dict)
+    published: Mapping[str, ShotError] = field(default_factory=dict)
+    heldout: Mapping[str, float] = field(default_factory=dict)
+    heldout_95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    heldout_parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    residuals: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
+    expected: float | None = None
+    expected_95: tuple[float, float] | None = None
+    probability_best: float | None = None
+    q2: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
+    eroded: Mapping[str, float] = field(default_factory=dict)
+    optimised: Mapping[str, Optimised] = field(default_factory=dict)
+    discrepancy: float = 0.0
+    inside: bool = True
+    runs: int = 0
+    strikes: Mapping[str, int] = field(default_factory=dict)
+    wall_s: float = 0.0
+    warnings: tuple[str, ...] = ()
+    failure: str | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class ModelComparison(Displayed):
+    """All models over all shots.
+
+    ranking: names, least expected held-out error first; per_shot: the same by shot; tied: names that share the first
+    place, empty where the first stands alone; tied_per_shot: the same by shot; records: shot -> file; sentence: the
+    answer; speeds: shot -> impact speed [m/s]; heldout_by: "shot", or "time block" of a single record.
+    """
+
+    models: Mapping[str, ModelAnswer]
+    ranking: tuple[str, ...]
+    per_shot: Mapping[str, tuple[str, ...]]
+    tied: tuple[str, ...]
+    tied_per_shot: Mapping[str, tuple[str, ...]]
+    records: Mapping[str, str]
+    speeds: Mapping[str, float]
+    simulated: bool
+    heldout_by: str
+    sentence: str
+    per_shot_sentences: Mapping[str, str]
+    seed: int
+    warnings: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """`models.json`: the contract's keys, and beside them what the page shows."""
+        tree = _COMPARISON.dump_python(self, mode="json")
+        for name, model in tree["models"].items():
+            model["verified_weighted"] = {shot: one["weighted"] for shot, one in model["verified"].items()}
+            model["verified"] = {shot: one["rmse"] for shot, one in model["verified"].items()}
+            model["strikes_per_shot"] = model["strikes"]
+            model["strikes"] = sum(model["strikes"].values())
+            model["wall_s"] = round(model["wall_s"], 1)
+            del model["residuals"], tree["models"][name]["name"]
+        return {"schema_version": SCHEMA_VERSION, **tree}
+
+    @property
+    def headline(self) -> str:
+        """The answer, and each model's expected held-out error."""
+        return self.sentence
+
+    def to_dataframe(self) -> Any:
+        """A row a model, best first: expected held-out error with its interval, that of each shot, strikes."""
+        import pandas as pd
+
+        rows = []
+        for name in self.ranking:
+            one = self.models[name]
+            low, high = one.expected_95 or (None, None)
+            own = {f"heldout {shot}": value for shot, value in one.heldout.items()}
+            rows.append(
+                {
+                    "model": name,
+                    "expected": one.expected,
+                    "low_95": low,
+                    "high_95": high,
+                    "probability_best": one.probability_best,
+                    **own,
+                    "strikes": sum(one.strikes.values()),
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def draw(self) -> tuple[Any, ...]:
+        """No picture of its own; the page has them."""
+        return ()
+
+
+_COMPARISON = TypeAdapter(ModelComparison)
+_ANSWER = TypeAdapter(ModelAnswer)
+
+
+def save_answer(path: Path, answer: ModelAnswer, fingerprint: str) -> None:
+    """Keep one model's answer, with what it was made from."""
+    tree = {"fingerprint": fingerprint, "answer": _ANSWER.dump_python(answer, mode="json")}
+    write_atomically(path, _JSON.dump_json(tree, indent=1).decode() + "\n")
+
+
+def saved_answer(path: Path, fingerprint: str) -> ModelAnswer | None:
+    """An answer kept before, where it was made from the same; None where there is none."""
+    try:
+        tree = _JSON.validate_json(path.read_bytes())
+        return _ANSWER.validate_python(tree["answer"]) if tree["fingerprint"] == fingerprint else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+_JSON = TypeAdapter(dict[str, Any])

@@ -1,0 +1,69 @@
+"""Logarithmic ranges for an estimation that is linear in its parameters: such a parameter enters as a fraction 0..1.
+
+The emulator interpolates, the prior is uniform and intervals are central in that fraction, so that a modulus that spans
+decades is treated as its logarithm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.forward import Forward, Progress, watched
+
+
+@dataclass(frozen=True, eq=False)
+class Scale:
+    """Between SI values and what the estimation sees of them; space: ranges and their scales."""
+
+    space: ParameterSpace
+
+    def dataset(self, dataset: Dataset) -> Dataset:
+        """The runs with every logarithmic parameter as its fraction of the range."""
+        log = self.space.logarithmic
+        fractions = self.space.to_unit(dataset.parameters)
+        return replace(
+            dataset,
+            parameters=np.where(log, fractions, dataset.parameters),
+            lows=np.where(log, 0.0, dataset.lows),
+            highs=np.where(log, 1.0, dataset.highs),
+            units=tuple("" if one else unit for one, unit in zip(log, dataset.units, strict=True)),
+        )
+
+    def physical(self, theta: Array) -> Array:
+        """SI values (n, k) of what the estimation found (n, k)."""
+        log = self.space.logarithmic
+        fractions = np.where(log, theta, 0.0)
+        return np.where(log, self.space.to_physical(fractions), theta)
+
+    def value(self, name: str, found: float) -> float:
+        """One SI value."""
+        row = np.where(self.space.logarithmic, 0.5, self.space.lows)
+        place = self.space.names.index(name)
+        row[place] = found
+        return float(self.physical(row[None])[0, place])
+
+    def values(self, theta: Mapping[str, float]) -> dict[str, float]:
+        """SI values by key; keys that are not sought (nuisances) stay."""
+        return {name: self.value(name, v) if name in self.space.names else v for name, v in theta.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledForward:
+    """A forward model at parameters as the estimation sees them."""
+
+    forward: Forward
+    scale: Scale
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """Histories at these parameters; raises RunFailed."""
+        return self.forward(self.scale.values(theta))
+
+    def watched(self, progress: Progress) -> ScaledForward:
+        """The same with its progress reported."""
+        return replace(self, forward=watched(self.forward, progress))

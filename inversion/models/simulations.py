@@ -1,0 +1,54 @@
+"""Simulations that calibrations of models ask for, several at a time, each kept; the processes start when needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.run import Failed, PlannedRun
+from birdstrike.doe.campaign.runner import Runner
+from birdstrike.doe.campaign.worker import process_pool, worker_count
+from birdstrike.doe.solvers import solver_for
+from birdstrike.inversion import forward
+from birdstrike.solver.case.case import Case
+
+
+class LatePool(Executor):
+    """A pool of processes for several campaigns, started at the first run that is not at hand."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = worker_count(workers)
+        self._stack = ExitStack()
+        self._pool: Executor | None = None
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if self._pool is None:
+            self._pool = self._stack.enter_context(process_pool(self.workers))
+        return self._pool.submit(fn, *args, **kwargs)
+
+    def __exit__(self, *error: Any) -> bool | None:
+        return self._stack.__exit__(*error)
+
+
+def simulate_all(
+    jobs: Sequence[tuple[Case, Mapping[str, float]]],
+    store: RunStore,
+    pool: LatePool,
+    retry: float = 0.0,
+) -> list[str | None]:
+    """Run each case at these SI values into the store; why a job failed, None where it did not."""
+    if not jobs:
+        return []
+    solvers = [solver_for(case, forward.simulate) for case, _ in jobs]
+    placed = [case.with_values(values) if values else case for case, values in jobs]
+    planned = [PlannedRun.of(i, {}, case, solvers[i]) for i, case in enumerate(placed)]
+    planned = [replace(run, case=case) for run, case in zip(planned, placed, strict=True)]
+    runner = Runner(store, planned, lambda _: None, retry)
+    if runner.due:
+        runner.run(pool, solvers[0].simulate, placed[0], pool.workers)
+    ends = [runner.outcomes[i] for i in range(len(jobs))]
+    return [end.reason if isinstance(end, Failed) else None for end in ends]

@@ -1,0 +1,83 @@
+"""A folder of calibrate-models: a view a bird model, best first, each with its emulator of all shots.
+
+A constant that was sought over decades moves as the fraction of its logarithmic range, as the emulator knows it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.formatting import plain, span
+from birdstrike.reports.explore.kinds.kind import Kind
+from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs
+from birdstrike.surrogate.files import load_emulator, read_runs
+from birdstrike.surrogate.weights import emulator_table
+
+
+def holds(folder: Path) -> bool:
+    """Whether calibrate-models has finished here."""
+    return (folder / "models.json").is_file()
+
+
+def read(folder: Path) -> tuple[View, ...]:
+    """One view for every model that has an answer; raises UserError for a folder that is not whole."""
+    content = json.loads((folder / "models.json").read_text(encoding="utf-8"))
+    missing = [name for name in content["ranking"] if not (folder / name / "emulator.json").is_file()]
+    if missing or not content["ranking"]:
+        raise UserError(f"no emulator of {', '.join(missing) or 'any model'} in {folder}; repeat calibrate-models")
+    records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in content["speeds"]}
+    return tuple(_view(folder / name, name, content, records) for name in content["ranking"])
+
+
+def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, Measured]) -> View:
+    own, model = json.loads((folder / "emulator.json").read_text(encoding="utf-8")), content["models"][name]
+    emulator = load_emulator(folder / "emulator.npz")
+    theta, curves = read_runs(folder / "emulator.npz")
+    presets = [preset("calibrated", own["calibrated"])]
+    presets += [preset("published", own["published"])] if own["published"] else []
+    said = [answer(key, one["unit"], one) for key, one in model["parameters"].items()]
+    combined = "; ".join(one["sentence"] for one in model["combinations"].values() if one["sentence"])
+    place = f"Place {content['ranking'].index(name) + 1} of {len(content['ranking'])}"
+    return View(
+        title=f"Bird model {name}",
+        headline=f"{place}: held-out error {model['expected']:.2f} times the noise. {combined}".strip(),
+        parameters=[_slider(key, own) for key in emulator.names],
+        systems=[emulator_table(emulator)],
+        shots=[
+            _shot(shot, content["speeds"][shot], own["channels"][shot], measured) for shot, measured in records.items()
+        ],
+        answers=said,
+        presets=presets,
+        runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
+        warnings=model["warnings"],
+        case=str(folder / next(iter(records)) / "case.toml"),
+    )
+
+
+def _slider(key: str, own: dict[str, Any]) -> Table:
+    """Of a constant; one sought over decades says between which values its fraction runs."""
+    table = parameter(key, own["units"][key], *own["ranges"][key])
+    if key in own["logarithmic"]:
+        low, high, unit = own["logarithmic"][key]
+        table["label"] = f"{plain(key)}, share of the decades {span(low, high, unit)}"
+    return table
+
+
+def _shot(name: str, speed: float, channels: dict[str, str], measured: Measured) -> Table:
+    sensors = []
+    for plain_name, key in channels.items():
+        time, values = measured.points(plain_name)
+        sigma = measured.sigma.get(plain_name)
+        noise = float(np.nanmean(sigma)) if sigma is not None else None
+        seen = record(time, values, np.full(len(time), noise if noise is not None else np.nan), measured.path)
+        sensors.append(channel(key, measured.units[plain_name], noise, seen, plain(plain_name)))
+    return {"name": f"{name}, {speed:g} m/s", "system": 0, "channels": sensors}
+
+
+KIND = Kind("calibrate-models", holds, read)

@@ -1,0 +1,64 @@
+"""The page of calibrate-models: which bird model predicts best, calibrated beside published constants."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from birdstrike.data.curves import read_histories, read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Histories
+from birdstrike.reports.figures.switches import CALIBRATED, COLOURS, PUBLISHED, RECORD
+from birdstrike.reports.page.render import rendered
+from birdstrike.reports.sections.calibrated_models import (
+    ModelsResults,
+    answer_section,
+    basis_section,
+    constants_section,
+    curves_section,
+)
+
+SECTIONS = (answer_section, constants_section, curves_section, basis_section)
+"""What the page is made of, in order."""
+SWITCHES = {RECORD: "record", CALIBRATED: "calibrated constants", PUBLISHED: "published constants"}
+
+
+def read_models(folder: Path) -> ModelsResults:
+    """models.json and the curves of a folder; raises UserError where they are missing or damaged."""
+    path = folder / "models.json"
+    if not path.is_file():
+        raise UserError(
+            f"no models.json in {folder}; make it with: birdstrike calibrate-models CASE --measured CSV --out {folder}"
+        )
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        shots = list(content["speeds"])
+    except (ValueError, KeyError) as error:
+        raise UserError(f"{path} is damaged; repeat birdstrike calibrate-models") from error
+    records = {shot: read_measured(folder / "records" / f"{shot}.csv") for shot in shots}
+    curves = {what: {s: _curves(folder, what, s, content["models"]) for s in shots} for what in (CALIBRATED, PUBLISHED)}
+    return ModelsResults(content, records, curves[CALIBRATED], curves[PUBLISHED])
+
+
+def _curves(folder: Path, what: str, shot: str, names: dict[str, object]) -> dict[str, Histories]:
+    files = {name: folder / name / f"{what}_{shot}.csv" for name in names}
+    return {name: read_histories(path) for name, path in files.items() if path.is_file()}
+
+
+def write_models_page(folder: str | Path) -> Path:
+    """Write `models.html` beside models.json; its path."""
+    place = Path(folder)
+    write_atomically(place / "models.html", page(read_models(place)))
+    return place / "models.html"
+
+
+def page(results: ModelsResults) -> str:
+    """The page as HTML text; nothing in it points outside."""
+    kind = "simulated, not measured" if results.content["simulated"] else "measured"
+    return rendered(
+        title=f"Bird models calibrated to {len(results.records)} shot{'s' if len(results.records) > 1 else ''}",
+        subtitle=f"The records are {kind}; every model curve is simulated by birdstrike.",
+        sections=[make(results) for make in SECTIONS],
+        switches=[{"key": k, "title": v, "colour": COLOURS[k], "dashes": "none"} for k, v in SWITCHES.items()],
+    )

@@ -1,0 +1,204 @@
+"""Bird models calibrated to the same shots: the answer, errors by speed, constants, curves, what it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.histories import Histories
+from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
+from birdstrike.reports.figures.calibrated_models import curves_figure, heldout_figure
+from birdstrike.reports.figures.quantities import parameter_label
+
+MOST_CHANNELS = 3  # of a shot, that are drawn
+NONE = "–"
+
+
+@dataclass(frozen=True)
+class ModelsResults:
+    """content: models.json; records: shot -> record; calibrated, published: shot -> model -> curves."""
+
+    content: Mapping[str, Any]
+    records: Mapping[str, Measured]
+    calibrated: Mapping[str, Mapping[str, Histories]]
+    published: Mapping[str, Mapping[str, Histories]]
+
+    @property
+    def ranked(self) -> list[str]:
+        """Models with an answer, best first."""
+        return list(self.content["ranking"])
+
+    def title(self, shot: str) -> str:
+        """`s70, 70 m/s`."""
+        return f"{shot}, {self.content['speeds'][shot]:g} m/s"
+
+
+def answer_section(results: ModelsResults) -> Section:
+    """Which model predicts best, overall and at each speed."""
+    content = results.content
+    lines = [f"{results.title(shot)}: {said}." for shot, said in content["per_shot_sentences"].items()]
+    blocks: list[Block] = [Paragraph(f"{content['sentence']}."), *map(Paragraph, lines)]
+    if content["warnings"]:
+        blocks.append(Warnings(tuple(content["warnings"])))
+    by = (
+        "Each shot is predicted by the solver with the constants that the other shots gave"
+        if content["heldout_by"] == "shot"
+        else "Each third of the record is predicted by the solver with the constants that the other two gave"
+    )
+    words = (
+        f"{by}; the error is the root mean square over the channels of each one's error over its noise, 1 being noise. "
+        "Intervals: 95 %, moving-block bootstrap of the residuals in time. Probability: share of the bootstrap, the "
+        "same blocks for every model, in which no other model is better."
+    )
+    head = ("bird model", "expected error", *map(results.title, content["speeds"]), "probability of being best")
+    rows = tuple(_ranked_row(content["models"][name], name, content["speeds"]) for name in results.ranked)
+    blocks.append(Table(head, rows, words, frozenset(range(1, len(head)))))
+    shots = {
+        results.title(shot): {
+            name: (content["models"][name]["heldout"][shot], tuple(content["models"][name]["heldout_95"][shot]))
+            for name in results.ranked
+        }
+        for shot in content["speeds"]
+    }
+    if results.ranked:
+        caption = "Error of each shot at the constants of the others, with its 95 % interval; dotted: the noise."
+        blocks.append(drawing("heldout", heldout_figure(shots, results.ranked), caption))
+    return Section("answer", "Which bird model predicts best", tuple(blocks))
+
+
+def _ranked_row(model: Mapping[str, Any], name: str, shots: Mapping[str, float]) -> tuple[str, ...]:
+    own = (_error(model["heldout"][shot], model["heldout_95"][shot]) for shot in shots)
+    return (name, _error(model["expected"], model["expected_95"]), *own, f"{100 * model['probability_best']:.0f} %")
+
+
+def _error(value: float, ends: tuple[float, float]) -> str:
+    return f"{value:.2f} ({ends[0]:.2f} .. {ends[1]:.2f})"
+
+
+def constants_section(results: ModelsResults) -> Section:
+    """Calibrated beside published constants, and the combinations that count."""
+    blocks: list[Block] = []
+    rows, said = list[tuple[str, ...]](), list[str]()
+    for name in results.ranked:
+        model = results.content["models"][name]
+        rows += _constants(name, model)
+        said += [f"{name}: {one['sentence']}." for one in model["combinations"].values() if one["sentence"]]
+    words = (
+        "Constants of each model from all shots together, with 95 % intervals, beside published ones of such birds. A "
+        "constant whose interval is not much narrower than its range is not identifiable from these records."
+    )
+    blocks.append(
+        Table(("bird model", "constant", "calibrated", "95 % interval", "range", "published"), tuple(rows), words)
+    )
+    blocks += map(Paragraph, said)
+    sources = {
+        n: results.content["models"][n]["source"] for n in results.ranked if results.content["models"][n]["source"]
+    }
+    if sources:
+        blocks.append(Paragraph("Published: " + "; ".join(f"{n}: {text}" for n, text in sources.items()) + "."))
+    head = ("bird model", *(f"{results.title(s)}, {w}" for s in results.content["speeds"] for w in ("cal.", "publ.")))
+    errors = tuple(
+        (name, *_pairs(results.content["models"][name], results.content["speeds"])) for name in results.ranked
+    )
+    text = "Error over noise of the solver with calibrated (cal.) and with published (publ.) constants, shot by shot."
+    blocks.append(Table(head, errors, text, frozenset(range(1, len(head)))))
+    return Section("constants", "Calibrated beside published constants", tuple(blocks))
+
+
+def _constants(name: str, model: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    for key, one in model["parameters"].items():
+        unit, published = one["unit"], model["literature"].get(key)
+        known = one["identified"] and one["value"] is not None
+        yield (
+            name,
+            parameter_label(key),
+            quantity(one["value"], unit) if known else "not identifiable",
+            _span(one["interval_95"], unit) if one["interval_95"] else NONE,
+            _span(model["ranges"][key], unit),
+            NONE if published is None else quantity(published, unit),
+        )
+
+
+def _span(ends: tuple[float, float], unit: str) -> str:
+    return span(ends[0], ends[1], unit)
+
+
+def _pairs(model: Mapping[str, Any], shots: Mapping[str, float]) -> Iterator[str]:
+    for shot in shots:
+        yield f"{model['verified_weighted'][shot]:.2f}"
+        published = model["published"].get(shot)
+        yield f"{published['weighted']:.1f}" if published else NONE
+
+
+def curves_section(results: ModelsResults) -> Section:
+    """The solver's curves beside each record; switches hide the calibrated or the published ones."""
+    blocks = []
+    kind = "simulated" if results.content["simulated"] else "measured"
+    for shot, record in results.records.items():
+        channels = {name: record.units[name] for name in list(record.channels)[:MOST_CHANNELS]}
+        left = len(record.channels) - len(channels)
+        more = f"; {left} more channels are in the table of errors in models.json" if left else ""
+        figure = curves_figure(
+            channels,
+            (record.time, record.channels),
+            results.calibrated[shot],
+            results.published[shot],
+            results.ranked,
+            f"record ({kind})",
+        )
+        words = f"Shot {results.title(shot)}: heavy lines calibrated, thin lines published constants{more}."
+        blocks.append(drawing(f"curves-{shot}", figure, words))
+    return Section("curves", "Curves", tuple(blocks))
+
+
+def basis_section(results: ModelsResults) -> Section:
+    """Simulations, emulators and erosion behind the answer."""
+    rows = tuple(_basis(name, results.content["models"][name]) for name in results.ranked)
+    words = (
+        "Simulations a shot: campaign, runs near the answer, verification, held-out prediction, published constants. "
+        "Q2: least leave-one-out Q2 of a channel's emulator, 1 is perfect; below 0.9 the channel carries that "
+        "emulator's scatter as noise. Eroded: largest share of the bird in a run of the campaign. Discrepancy: share "
+        "of the peaks (1 sigma) that the fit allowed for as error of the model's form."
+    )
+    head = ("bird model", "simulations a shot", "least Q2", "in", "eroded", "discrepancy", "seconds")
+    tables = [Table(head, rows, words, frozenset({1, 2, 4, 5, 6}))]
+    if any(results.content["models"][name]["optimised"] for name in results.ranked):
+        tables.append(_optimised(results))
+    return Section("basis", "What the answer rests on", tuple(tables))
+
+
+def _optimised(results: ModelsResults) -> Table:
+    """Optimisers with the solver in the loop beside the calibration."""
+    rows = []
+    for name in results.ranked:
+        model = results.content["models"][name]
+        own = float(np.sqrt(np.mean(np.square(list(model["verified_weighted"].values())))))
+        rows.append((name, "calibration", f"{own:.2f}", str(max(model["strikes_per_shot"].values())), ""))
+        for method, one in model["optimised"].items():
+            rows.append((name, method.replace("_", " "), f"{one['weighted']:.2f}", str(one["strikes"]), one["ended"]))
+    words = (
+        "Error over the noise of the solver at each method's constants, all shots, and simulations of each shot; those "
+        "of the calibration include its held-out predictions and the published constants."
+    )
+    return Table(
+        ("bird model", "method", "error", "simulations a shot", "ended"), tuple(rows), words, frozenset({2, 3})
+    )
+
+
+def _basis(name: str, model: Mapping[str, Any]) -> tuple[str, ...]:
+    q2 = {f"{plain(c)} of {shot}": v for shot, own in model["q2"].items() for c, v in own.items() if v is not None}
+    worst = min(q2, key=lambda key: q2[key]) if q2 else ""
+    return (
+        name,
+        str(max(model["strikes_per_shot"].values(), default=0)),
+        f"{q2[worst]:.3f}" if worst else NONE,
+        worst,
+        f"{100 * max(model['eroded'].values(), default=0.0):.0f} %",
+        f"{100 * model['discrepancy']:.1f} %",
+        f"{model['wall_s']:.0f}",
+    )

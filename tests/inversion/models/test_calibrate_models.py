@@ -1,0 +1,185 @@
+"""Calibration and ranking of bird models: the generating one wins, and its bulk modulus is found."""
+
+from __future__ import annotations
+
+import json
+import re
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike.cli.app import app
+from birdstrike.data.curves import write_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Histories
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.results import load_dataset
+from birdstrike.doe.designs.registry import make_design
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.models.calibrate_models import calibrate_models
+from birdstrike.inversion.models.candidates import calibrated_case, candidate
+from birdstrike.inversion.models.heldout import ranked
+from birdstrike.inversion.models.results import ModelComparison
+from birdstrike.reports.explore.explore import explore
+from birdstrike.reports.explore.kinds.registry import kind_of
+from birdstrike.reports.page.models import write_models_page
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.write import case_toml
+from tests.inversion.models import rig
+
+NAMES = ("null", "murnaghan")
+RUNS = 12
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The folder, and what was found."""
+
+    folder: Path
+    found: ModelComparison
+    content: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Calibrated:
+    folder = tmp_path_factory.mktemp("models")
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        found = calibrate_models(cases, records, folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    return Calibrated(folder, found, json.loads((folder / "models.json").read_text(encoding="utf-8")))
+
+
+def test_the_generating_model_is_ranked_first(calibrated: Calibrated) -> None:
+    assert calibrated.found.ranking[0] == "murnaghan"
+    assert "null" not in calibrated.found.tied
+    own = calibrated.found.models["murnaghan"]
+    assert own.expected is not None
+    assert 0.7 < own.expected < 1.4  # in units of the noise
+    other = calibrated.found.models["null"]
+    assert other.expected is not None
+    assert other.expected > 3.0 * own.expected
+
+
+def test_the_bulk_modulus_is_found_and_gamma_is_not(calibrated: Calibrated) -> None:
+    own = calibrated.found.models["murnaghan"]
+    bulk = own.combinations["bulk_modulus"]
+    assert bulk.identified
+    assert bulk.value == pytest.approx(420e6, rel=0.03)
+    assert not own.parameters["bird.material.eos.g"].identified
+    assert "g not identifiable from this record" in bulk.sentence
+    viscosity = own.parameters["bird.material.viscosity"].interval_95
+    assert viscosity is not None
+    assert viscosity[0] < 300.0 < viscosity[1]
+
+
+def test_models_json_has_the_contract_s_keys(calibrated: Calibrated) -> None:
+    content = calibrated.content
+    assert {"schema_version", "models", "ranking", "per_shot", "tied"} <= set(content)
+    own = content["models"]["murnaghan"]
+    assert {"parameters", "combinations", "verified", "heldout", "probability_best", "strikes"} <= set(own)
+    assert set(own["verified"]) == set(own["heldout"]) == set(content["per_shot"]) == {"shot_0", "shot_1"}
+    assert set(own["verified"]["shot_0"]) == {"displacement_centre", "displacement_side"}
+    assert {"value", "interval_95", "unit", "identified", "reason"} == set(own["parameters"]["bird.material.eos.B"])
+    assert sum(model["probability_best"] for model in content["models"].values()) == pytest.approx(1.0, abs=0.01)
+
+
+def test_no_shot_takes_more_than_forty_simulations(calibrated: Calibrated) -> None:
+    for model in calibrated.content["models"].values():
+        assert max(model["strikes_per_shot"].values()) <= 40 - (20 - RUNS)
+
+
+@pytest.mark.parametrize(("name", "kept"), [("plastic_kinematic", True), ("null", False)])
+def test_eroding_runs_are_used_where_a_failure_strain_erodes(name: str, kept: bool, tmp_path: Path) -> None:
+    case = calibrated_case(candidate(name), rig.shot(80.0))
+
+    def eroding(case: Case, **_: Any) -> Histories:
+        run = rig.strike(case)
+        return replace(run, summary={"eroded_mass_fraction": 0.4})
+
+    design = make_design("lhs", ParameterSpace.of_case(case), 6)
+    with ThreadPoolExecutor(1) as pool:
+        run_campaign(case, design, tmp_path, workers=1, simulate=eroding, executor=pool, say=lambda _: None)
+    assert load_dataset(tmp_path).smooth.tolist() == [kept] * 6
+
+
+def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        again = calibrate_models(cases, records, calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False)
+    assert not rig.CALLS
+    assert again.as_json() == calibrated.found.as_json()
+
+
+def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: Calibrated) -> None:
+    page = write_models_page(calibrated.folder).read_text(encoding="utf-8")
+    assert calibrated.found.sentence in page
+    assert "7.98" in page  # the published gamma
+    assert 'data-switch="published"' in page
+    assert set(re.findall(r"https?://[^\s\"'<>)]*", page)) == {"http://www.w3.org/2000/svg"}
+
+
+def test_the_page_to_play_with_has_a_view_for_each_model(calibrated: Calibrated) -> None:
+    views = kind_of(calibrated.folder).read(calibrated.folder)
+    assert [view.title for view in views] == ["Bird model murnaghan", "Bird model null"]
+    modulus = next(one for one in views[0].parameters if one["key"].endswith(".B"))
+    assert modulus["label"] == "B, share of the decades 5 .. 1000 MPa"
+    assert [one["name"] for one in views[0].presets] == ["calibrated", "published"]
+    assert [shot["name"] for shot in views[0].shots] == ["shot_0, 60 m/s", "shot_1, 100 m/s"]
+    assert explore(calibrated.folder).is_file()
+
+
+def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        found = calibrate_models(cases[0], records[0], tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+    assert found.heldout_by == "time block"
+    assert len(found.models["null"].residuals["shot_0"]["displacement_centre"]) >= 20
+    assert "thirds of the record" in found.sentence
+
+
+def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    with pytest.raises(UserError, match='"jelly" is no bird model; name null, elastic') as caught:
+        calibrate_models(cases, records, tmp_path, ["jelly", "elastic+murnaghan", "murnaghan", "null+murnaghan"])
+    assert len(caught.value.errors) == 3
+    with pytest.raises(UserError, match="2 records and 3 cases"):
+        calibrate_models([*cases, cases[0]], records, tmp_path, ["null"])
+    with pytest.raises(UserError, match="hold the same points"):
+        calibrate_models(cases, [records[0], records[0]], tmp_path, ["null"])
+    with pytest.raises(UserError, match="below 8"):
+        calibrate_models(cases, records, tmp_path, ["null"], runs=3)
+    renamed = replace(records[0], channels={"gauge": records[0].channels["displacement_side"]}, sigma={})
+    with pytest.raises(UserError, match="has no sensor gauge"):
+        calibrate_models(cases[0], renamed, tmp_path, ["null"])
+
+
+def test_the_command_ends_with_1_for_the_user_s_mistake(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    (tmp_path / "case.toml").write_text(case_toml(cases[0]), encoding="utf-8")
+    write_measured(tmp_path / "a.csv", records[0])
+    words = [str(tmp_path / "case.toml"), "--measured", str(tmp_path / "a.csv"), "--models", "null,jelly"]
+    result = CliRunner().invoke(app, ["calibrate-models", *words, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 1
+    assert "jelly" in result.output + (result.stderr or "")
+
+
+def test_noise_of_one_record_is_no_reason_to_prefer_a_model(calibrated: Calibrated) -> None:
+    """A copy of the best model shares its place."""
+    own = calibrated.found.models["murnaghan"]
+    rng = np.random.default_rng(0)
+    alike = {
+        shot: {c: tuple(np.asarray(v) + 0.02 * rng.standard_normal(len(v))) for c, v in channels.items()}
+        for shot, channels in own.residuals.items()
+    }
+    worse = {shot: {c: tuple(2.0 * np.asarray(v)) for c, v in ch.items()} for shot, ch in own.residuals.items()}
+    entries = {"a": own, "b": replace(own, residuals=alike), "c": replace(own, residuals=worse)}
+    found = ranked(entries)
+    assert set(found.tied) == {"a", "b"}
+    assert found.ranking[-1] == "c"
+    assert found.answers["c"].probability_best == 0.0

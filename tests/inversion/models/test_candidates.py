@@ -1,0 +1,55 @@
+"""Names of bird models, the cases that they make, and ranges over decades."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion.models.candidates import built, calibrated_case, candidate, literature_case, modulus_of
+from birdstrike.inversion.models.scaled import Scale
+from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.case.case import Case
+from tests.inversion.diagnosis.rig import tiny
+
+B, G = "bird.material.eos.B", "bird.material.eos.g"
+
+
+def sought(case: Case) -> dict[str, Any]:
+    return {p.name: (p.low, p.high, p.scale) for p in case.parameters()}
+
+
+@pytest.mark.parametrize("name", [*BIRD_MATERIALS, "murnaghan", "null+polynomial_k", "hydrodynamic+grueneisen"])
+def test_every_model_makes_a_case_with_ranges(name: str) -> None:
+    case = calibrated_case(candidate(name), tiny())
+    assert case.parameters()
+    assert case.bird.material.model == name.partition("+")[0].replace("murnaghan", "null")
+    assert literature_case(candidate(name), tiny()) is not None
+
+
+def test_murnaghan_is_a_null_bird_on_that_law_sought_over_decades() -> None:
+    case = calibrated_case(candidate("murnaghan"), tiny())
+    assert sought(case)[B] == (5e6, 1e9, "logarithmic")
+    assert sought(case)[G] == (4.0, 12.0, "linear")
+    assert modulus_of(case) == ("B g", (B, G))
+    assert built(case, {B: 60e6, G: 7.0}).bulk_modulus == pytest.approx(420e6)
+
+
+def test_a_case_states_its_own_ranges() -> None:
+    own = {"inversion": {"models": {"murnaghan": {B: {"range": ["50 MPa", "200 MPa"]}}}}}
+    assert sought(calibrated_case(candidate("murnaghan"), tiny().overlaid(own))) == {B: (50e6, 200e6, "linear")}
+    of_the_case = sought(calibrated_case(candidate("null"), tiny()))  # the rig's bird is a NULL bird
+    assert of_the_case == {"bird.material.viscosity": (100.0, 1000.0, "linear")}
+
+
+def test_a_logarithmic_range_is_seen_as_its_logarithm() -> None:
+    scale = Scale(ParameterSpace.of_case(calibrated_case(candidate("hydrodynamic"), tiny())))
+    low, high = (
+        np.array([v[i] for v in sought(calibrated_case(candidate("hydrodynamic"), tiny())).values()]) for i in (0, 1)
+    )
+    for end in (low, high):
+        seen = np.where(scale.space.logarithmic, scale.space.to_unit(end[None])[0], end)
+        np.testing.assert_allclose(scale.physical(seen[None])[0], end)
+    assert scale.value("bird.material.pressure_cutoff", 0.5) == pytest.approx(-np.sqrt(5e6 * 1e4))

@@ -1,0 +1,65 @@
+"""Optimisers with the solver in the loop: they find a known minimum, and every simulation is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.inversion.models.calibrate_models import calibrate_models
+from birdstrike.inversion.models.optimisers import OPTIMISERS, Problem, optimised, refuse_unknown
+from tests.inversion.models import rig
+
+
+def bowl(budget: int, made: list[Mapping[str, float]]) -> Problem:
+    """Least at a = 3, b = 0.2."""
+
+    def residuals(values: Mapping[str, float]) -> np.ndarray:
+        made.append(values)
+        return np.array([values["a"] - 3.0, 10.0 * (values["b"] - 0.2)])
+
+    def together(points: Sequence[Mapping[str, float]]) -> None:
+        assert len(points) <= budget
+
+    return Problem(("a", "b"), lambda unit: unit * np.array([10.0, 1.0]), residuals, together, budget)
+
+
+@pytest.mark.parametrize("name", OPTIMISERS)
+def test_a_known_minimum_is_found_and_every_simulation_counted(name: str) -> None:
+    if name == "cma":
+        pytest.importorskip("cma")
+    made: list[Mapping[str, float]] = []
+    found = optimised(name, bowl(150, made))
+    assert found.parameters == pytest.approx({"a": 3.0, "b": 0.2}, abs=0.05)
+    assert found.strikes == len(made) <= 150
+    few: list[Mapping[str, float]] = []
+    stopped = optimised(name, bowl(3, few))
+    assert stopped.strikes == len(few) == 3
+
+
+def test_a_simulation_that_fails_is_no_minimum() -> None:
+    def residuals(values: Mapping[str, float]) -> np.ndarray:
+        if values["a"] > 0.55:
+            raise RunFailed("unstable")
+        return np.array([values["a"] - 0.9])
+
+    found = optimised("least_squares", Problem(("a",), lambda unit: unit, residuals, lambda _: None, 20))
+    assert found.parameters["a"] <= 0.55
+
+
+def test_unknown_optimisers_are_refused() -> None:
+    with pytest.raises(UserError, match='"simplex" is unknown; use one or more of least_squares, cma'):
+        refuse_unknown(["simplex"])
+
+
+def test_least_squares_runs_beside_the_calibration(tmp_path: Path) -> None:
+    cases, records = rig.shots()
+    with rig.formula_for_solver():
+        options = {"posterior": False, "optimisers": ["least_squares"], "budget": 30, "workers": 1}
+        found = calibrate_models(cases[0], records[0], tmp_path, ["murnaghan"], runs=10, **options)
+    other = found.models["murnaghan"].optimised["least_squares"]
+    assert 1 < other.strikes <= 30
+    assert other.weighted < 20.0
