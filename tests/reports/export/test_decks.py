@@ -242,7 +242,7 @@ def test_an_effect_of_the_case_is_in_its_deck(tmp_path: Path) -> None:
 
 def test_what_no_common_card_says_is_refused_with_a_remedy(tmp_path: Path) -> None:
     preload = SMALL | {"plate.preload": '["1 MPa", "1 MPa"]'}
-    with pytest.raises(UserError, match=r"plate\.preload has no card in a whole deck: .* --set"):
+    with pytest.raises(UserError, match=r"plate\.preload has no card in a whole deck: .*--set"):
         written("demo_rig", "radioss", "m-s-kg-Pa", tmp_path, **preload)
     curved = SMALL | {"plate.radius": "600 mm", "plate.edges": "pinned", "bird.particles": "200"}
     radioss("demo_rig", "m-s-kg-Pa", tmp_path, **curved)
