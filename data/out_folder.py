@@ -18,6 +18,7 @@ TELLTALES = {
     "compare-methods": ("comparison.json",),
     "diagnose": ("diagnosis.json",),
     "audit": ("audit.json",),
+    "compare": ("compare.json",),
     "converge": ("convergence.json",),
     "simulate": ("histories.csv", "summary.json"),
     "start": ("answers.toml",),

@@ -29,6 +29,7 @@ COMMANDS = (
     "report",
     "explore",
     "export",
+    "compare",
     "close-the-loop",
     "verify",
 )
