@@ -30,6 +30,7 @@ COMMANDS = (
     "explore",
     "export",
     "compare",
+    "evidence",
     "close-the-loop",
     "verify",
 )
