@@ -20,7 +20,9 @@ from birdstrike.data.unit_systems import unit_system
 AXES = ("x", "y", "z")
 Curves = dict[tuple[str, int, int], tuple[Array, Array]]
 """(displacement, contact or reaction; number; axis 0 to 2) -> times and values in the deck's units."""
-_RADIOSS = re.compile(r"(?P<group>contact of the bird|displacement sensors|reactions)\s+(?P<number>\d+)\s.*?(?P<var>\w+)")
+_RADIOSS = re.compile(
+    r"(?P<group>contact of the bird|displacement sensors|reactions)\s+(?P<number>\d+)\s.*?(?P<var>\w+)"
+)
 _VARIABLES = {
     **{f"D{a}": ("displacement", i, 1.0) for i, a in enumerate("XYZ")},
     **{f"F{s}{a}": ("contact", i, 1.0) for s in "NT" for i, a in enumerate("XYZ")},
@@ -97,7 +99,7 @@ def _of_nodout(path: Path, deck: DeckSensors) -> Curves:
     return curves
 
 
-def _of_binout(path: Path, reader) -> Curves:  # noqa: ANN001 (of the registry)
+def _of_binout(path: Path, reader) -> Curves:
     curves: Curves = {}
     for branch, kind in (("nodout", "displacement"), ("rcforc", "contact"), ("spcforc", "reaction")):
         try:
@@ -128,7 +130,7 @@ def _radioss_key(name: str) -> tuple[str, int, int, float] | None:
     return kind, int(match["number"]), axis, factor
 
 
-def _named(table: LooseTable, key) -> Curves:  # noqa: ANN001 (a function of a column's name)
+def _named(table: LooseTable, key) -> Curves:
     """Curves of a table by what their names say; normal and tangential forces of one contact add up."""
     values, curves = _values(table), dict[tuple[str, int, int], tuple[Array, Array]]()
     for column, name in enumerate(table.names):
@@ -146,7 +148,9 @@ def _values(table: LooseTable) -> Array:
     return np.array([[float(cell or "nan") for cell in cells] for _, cells in table.rows])
 
 
-def _sensor(sensor: DeckSensor, curves: Mapping[tuple[str, int, int], tuple[Array, Array]]) -> tuple[Array, Array] | None:
+def _sensor(
+    sensor: DeckSensor, curves: Mapping[tuple[str, int, int], tuple[Array, Array]]
+) -> tuple[Array, Array] | None:
     kind = {"displacement": "displacement", "contact_force": "contact", "reaction_force": "reaction"}.get(sensor.kind)
     if kind is None:
         return None

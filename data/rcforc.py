@@ -14,7 +14,8 @@ from birdstrike.data.loose_table import LooseTable, number_text, text_lines
 SIDES = {"slave": "slave", "master": "master", "surfa": "slave", "surfb": "master"}
 """Side of a contact, as older and newer versions call it -> as a column is called."""
 _ROW = re.compile(
-    r"\s*(slave|master|surf ?a|surf ?b)\s+(\d+)\s+time\s+(\S+)\s*x\s*(\S+?)\s*y\s*(\S+?)\s*z\s*(\S+?)\s*(?:mass|mx|tb|$)",
+    r"\s*(slave|master|surf ?a|surf ?b)\s+(\d+)\s+time\s+(\S+)"
+    r"\s*x\s*(\S+?)\s*y\s*(\S+?)\s*z\s*(\S+?)\s*(?:mass|mx|tb|$)",
     re.IGNORECASE,
 )
 SEARCHED = 400

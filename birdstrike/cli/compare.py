@@ -133,7 +133,9 @@ def command(
     from birdstrike.inversion.formatting import quantity
 
     with progress_bar("simulation") as progress:
-        answer = compare(case, histories, out, deck=deck, theirs=theirs, settings=overrides(settings), progress=progress)
+        answer = compare(
+            case, histories, out, deck=deck, theirs=theirs, settings=overrides(settings), progress=progress
+        )
     for name, one in answer["sensors"].items():
         rating = "" if one["iso18571"] is None else f", ISO/TS 18571 {one['iso18571']:.2f} ({one['iso18571_grade']})"
         share = "" if one["rms_of_peak"] is None else f"; RMS {100.0 * one['rms_of_peak']:.2g} % of the peak{rating}"

@@ -50,7 +50,9 @@ def command(
     ] = [],  # noqa: B006 (typer copies it)
     doe: Annotated[Path | None, typer.Option(help="Folder of the campaign, where it lies elsewhere.")] = None,
     verification: Annotated[Path | None, typer.Option(help="Page of birdstrike verify; by default here.")] = None,
-    runs: Annotated[bool, typer.Option("--runs", help="The campaign's simulations too, not only their curves.")] = False,
+    runs: Annotated[
+        bool, typer.Option("--runs", help="The campaign's simulations too, not only their curves.")
+    ] = False,
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
     """Write everything that backs an answer: inputs with digests, seeds, versions, checks, and what repeats it.
@@ -60,7 +62,9 @@ def command(
     with console.status("collecting"):
         found = evidence(folder, out, measured=measured, doe=doe, verification=verification, runs=runs)
     warn([*found.open_points, *(f"not verified: {line}" for line in found.missing)], "SUMMARY.md")
-    say(f"Written to {found.path}: {found.files} files, SUMMARY.md first. Unpacked anywhere, this repeats the calibration:")
+    say(
+        f"Written to {found.path}: {found.files} files, SUMMARY.md first. To repeat the calibration, unpacked anywhere:"
+    )
     say(f"    {found.repeat}")
     return {
         "out": str(found.path),

@@ -66,7 +66,9 @@ def write_evidence(
     versions |= {name: installed(name) for name in LIBRARIES}
     entries[CHECKS] = _json({"solver_version": SOLVER_VERSION, "aspects": [one.figures() for one in found]})
     entries[PAGE] = summary_page(sources, found, digests, versions).encode()
-    entries["repeat.sh"] = f"#!/bin/sh\n# Repeats the calibration in this folder.\nset -e\n{repeat_line(sources)}\n".encode()
+    entries["repeat.sh"] = (
+        f"#!/bin/sh\n# Repeats the calibration in this folder.\nset -e\n{repeat_line(sources)}\n".encode()
+    )
     entries[MANIFEST] = _json(_manifest(sources, entries, versions))
     with whole_file(out) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in (PAGE, MANIFEST, *sorted(entries.keys() - {PAGE, MANIFEST})):
@@ -82,7 +84,9 @@ def _with_points(sources: Sources, more: Sequence[str]) -> Sources:
 def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], list[str]]:
     """Aspects of the case with their rows, and what to know of the page that they come from."""
     root = Path(__file__).resolve().parents[2]
-    page = next((one for one in (given, Path("VERIFICATION.md"), root / "VERIFICATION.md") if one and one.is_file()), None)
+    page = next(
+        (one for one in (given, Path("VERIFICATION.md"), root / "VERIFICATION.md") if one and one.is_file()), None
+    )
     if given is not None and page != given:
         raise UserError(f"--verification {given}: there is no such file; birdstrike verify writes it")
     if page is None:

@@ -101,7 +101,9 @@ def _options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], list[s
         "cases": [None] * len(paths),
         "extras": {"refine": len(answer.refinement.added) if answer.refinement is not None else 0},
     }
-    line = f"{OPTIONS_FILE} is not there: the folder is of an older version, and the command is made from inversion.json"
+    line = (
+        f"{OPTIONS_FILE} is not there: the folder is of an older version, and the command is made from inversion.json"
+    )
     return known, [f"{line}; what it does not tell is at its default"]
 
 

@@ -14,7 +14,9 @@ from birdstrike.solver.case.case import case_hash
 from birdstrike.solver.version import SOLVER_VERSION
 
 
-def summary_page(sources: Sources, found: Sequence[Aspect], digests: Mapping[str, str], versions: Mapping[str, str]) -> str:
+def summary_page(
+    sources: Sources, found: Sequence[Aspect], digests: Mapping[str, str], versions: Mapping[str, str]
+) -> str:
     """Markdown; digests: archive name -> SHA-256 of the records."""
     lines = [
         f"# Evidence: {sources.case.name}",
@@ -65,7 +67,7 @@ def _answer(sources: Sources) -> Iterator[str]:
         else:
             yield f"- {name}: NOT IDENTIFIED ({one.reason})"
     if answer.verified_relative is not None:
-        yield f"- Simulation at this answer against the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
+        yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
     if sources.diagnosis is not None:
         content = json.loads((sources.diagnosis / "diagnosis.json").read_text(encoding="utf-8"))
         yield f"- Diagnosis: {str(content['verdict']).replace('_', ' ')}. {content.get('sentence', '')}"

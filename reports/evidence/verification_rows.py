@@ -78,8 +78,10 @@ def aspects(case: Case, rows: list[VerificationRow]) -> tuple[Aspect, ...]:
 
 def _with_rows(case: Case, rows: list[VerificationRow]) -> Iterator[Aspect]:
     yield _shock(case, rows)
-    yield _family(rows, "bird's particles", "SPH") if case.bird.method == "sph" else _family(
-        rows, "bird's hexahedra", "Lagrangian against SPH"
+    yield (
+        _family(rows, "bird's particles", "SPH")
+        if case.bird.method == "sph"
+        else _family(rows, "bird's hexahedra", "Lagrangian against SPH")
     )
     if case.bird.material.model != "null":
         model = case.bird.material.model.replace("_", " ")

@@ -85,8 +85,8 @@ def _remarks(model: StrikeModel) -> Iterator[str]:
     yield from model.missing
     if model.springs:
         yield (
-            "Springs of the supports have a mass and an inertia of their own, so that their stable step is the "
-            "shells'; both are small against the nodes'."
+            "Springs of the supports carry a mass and an inertia of their own, stiffness times step squared, so that "
+            "they do not rule the step; a spring far stiffer than the shells makes its nodes heavier by as much."
         )
     if len(model.bird.cells):
         yield "Hexahedra are deleted below the time step that the engine's file names."

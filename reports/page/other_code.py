@@ -13,7 +13,15 @@ from birdstrike.reports.comparison.other_code import CurvePair
 from birdstrike.reports.figures.other_code import two_codes_figure
 from birdstrike.reports.page.render import rendered
 
-HEAD = ("sensor", "peak, ours", "peak, theirs", "RMS of the peak", "peak later by", "impulse, ours / theirs", "ISO/TS 18571")
+HEAD = (
+    "sensor",
+    "peak, ours",
+    "peak, theirs",
+    "RMS of the peak",
+    "peak later by",
+    "impulse, ours / theirs",
+    "ISO/TS 18571",
+)
 
 
 def write_comparison_page(
@@ -23,7 +31,7 @@ def write_comparison_page(
     blocks: list[Block] = [Paragraph(_sentence(pairs, theirs)), _table(pairs)]
     if missing:
         blocks.insert(0, Warnings(tuple(f"{line}: not compared" for line in missing)))
-    curves = [drawing(f"codes-{pair.name}", two_codes_figure(pair, theirs), _caption(pair, theirs)) for pair in pairs]
+    curves = [_drawn(pair, theirs) for pair in pairs]
     sections = (
         Section("figures-of-merit", "How far apart the two codes are", tuple(blocks)),
         Section("curves", "The curves", tuple(curves)),
@@ -35,9 +43,15 @@ def write_comparison_page(
 
 METHOD = (
     "RMS: root mean square difference over the largest reading of the other code, at its instants, on a common clock. "
-    "Impulse: integral of a force over the time that both cover. ISO/TS 18571 rates corridor, phase, magnitude and slope "
-    "between 0 and 1: above 0.94 excellent, above 0.80 good, above 0.58 fair, else poor. No curve is filtered or shifted."
+    "Impulse: integral of a force over the time that both cover. ISO/TS 18571 rates corridor, phase, magnitude and "
+    "slope between 0 and 1: above 0.94 excellent, above 0.80 good, above 0.58 fair, else poor. "
+    "No curve is filtered or shifted."
 )
+
+
+def _drawn(pair: CurvePair, theirs: str) -> Block:
+    figure = two_codes_figure(pair.name, pair.unit, pair.time, pair.ours, pair.theirs, theirs)
+    return drawing(f"codes-{pair.name}", figure, _caption(pair, theirs))
 
 
 def _sentence(pairs: Sequence[CurvePair], theirs: str) -> str:
@@ -47,8 +61,8 @@ def _sentence(pairs: Sequence[CurvePair], theirs: str) -> str:
     worst = max(scored, key=lambda pair: pair.score.share if pair.score else 0.0)
     assert worst.score is not None
     return (
-        f"{len(pairs)} {'sensor' if len(pairs) == 1 else 'sensors'} of the case in both codes. The largest difference is "
-        f"that of {worst.name.replace('_', ' ')}: {100.0 * worst.score.share:.2g} % of its peak (RMS)."
+        f"{len(pairs)} {'sensor' if len(pairs) == 1 else 'sensors'} of the case in both codes. The largest difference "
+        f"is that of {worst.name.replace('_', ' ')}: {100.0 * worst.score.share:.2g} % of its peak (RMS)."
     )
 
 

@@ -29,7 +29,7 @@ class Formula:
     version = "formula"
     runs = 0
 
-    def simulate(self, case, **_: object) -> Histories:  # noqa: ANN001
+    def simulate(self, case, **_: object) -> Histories:
         Formula.runs += 1
         size = {"m": 4e-3, "N": 5e4}
         units = {name: sensor.unit for name, sensor in case.sensors.items()}
@@ -83,7 +83,9 @@ def test_a_time_history_of_the_deck_is_compared_sensor_by_sensor(tmp_path: Path)
     assert "rigT01, SHA-256 " in page
     assert "http://www.w3.org" in page
     assert 'src="http' not in page
-    np.testing.assert_allclose(read_histories(out / "theirs.csv").channels["displacement_x105"], 4.4e-3 * SHAPE, atol=1e-9)
+    np.testing.assert_allclose(
+        read_histories(out / "theirs.csv").channels["displacement_x105"], 4.4e-3 * SHAPE, atol=1e-9
+    )
     assert Formula.runs == 1
     assert CliRunner().invoke(app, [*line, "--out", str(out)]).exit_code == 0
     assert Formula.runs == 1, "our run of the same case is made once"
@@ -95,9 +97,8 @@ def test_curves_by_the_sensors_names_need_no_deck(tmp_path: Path) -> None:
     answer = compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings=SETTINGS)
     assert list(answer["sensors"]) == ["displacement_centre"]
     assert "contact_force has no curve of the other code" in answer["missing"]
-    (tmp_path / "record.csv").write_text(
-        "time [ms],displacement_centre [mm]\n" + "".join(f"{1e3 * t:.3f},{2.0 * s:.9f}\n" for t, s in zip(TIME, SHAPE, strict=True))
-    )  # fmt: skip
+    rows = "".join(f"{1e3 * t:.3f},{2.0 * s:.9f}\n" for t, s in zip(TIME, SHAPE, strict=True))
+    (tmp_path / "record.csv").write_text("time [ms],displacement_centre [mm]\n" + rows)
     again = compare("demo_rig", tmp_path / "record.csv", tmp_path / "out", settings=SETTINGS)
     assert again["sensors"]["displacement_centre"]["rms"] == pytest.approx(
         answer["sensors"]["displacement_centre"]["rms"], rel=1e-4

@@ -106,7 +106,9 @@ def test_rows_that_bear_on_a_case_are_chosen_by_what_it_asks_of_the_solver() -> 
 
 def test_what_no_row_covers_is_named() -> None:
     rows, _ = read_rows(ROOT / "VERIFICATION.md")
-    fast = load_case("reference_strike", {"impact.speed": "900 m/s", "impact.angle": "90 deg", "impact.friction": "0.2"})
+    fast = load_case(
+        "reference_strike", {"impact.speed": "900 m/s", "impact.angle": "90 deg", "impact.friction": "0.2"}
+    )
     missing = {one.name: one.missing for one in aspects(fast, rows) if one.missing}
     shock = next(text for name, text in missing.items() if name.startswith("shock in the bird"))
     assert shock.startswith("outside the range: the rows go from ")
