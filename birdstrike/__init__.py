@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from birdstrike.cli.check import check
+    from birdstrike.cli.compare import compare
     from birdstrike.cli.compare_methods import compare_methods
     from birdstrike.cli.converge import converge
+    from birdstrike.cli.evidence import evidence
     from birdstrike.cli.export import export
     from birdstrike.cli.import_curve import import_curve
     from birdstrike.cli.new import new
@@ -62,6 +64,8 @@ _VERBS = {
     "new": "birdstrike.cli.new",
     "import_curve": "birdstrike.cli.import_curve",
     "export": "birdstrike.cli.export",
+    "compare": "birdstrike.cli.compare",
+    "evidence": "birdstrike.cli.evidence",
     "run_doe": "birdstrike.cli.run_doe",
     "train_and_invert": "birdstrike.inversion.train_and_invert",
     "diagnose": "birdstrike.inversion.diagnosis.diagnose",
@@ -132,9 +136,11 @@ __all__ = [
     "calibrate_models",
     "check",
     "close_the_loop",
+    "compare",
     "compare_methods",
     "converge",
     "diagnose",
+    "evidence",
     "explore",
     "export",
     "import_curve",

@@ -18,6 +18,7 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.loose_table import Head, LooseTable, read_loose_table
 from birdstrike.data.nodout import is_nodout, read_nodout
+from birdstrike.data.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.units import factor, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
@@ -150,6 +151,8 @@ def read_export(path: str | Path, options: ImportOptions) -> tuple[LooseTable, b
         return reader(Path(path), options.table), False
     if is_nodout(path):
         return read_nodout(path, options.node), True
+    if is_rcforc(path):
+        return read_rcforc(path), False
     return read_loose_table(path, options.decimal, bool(options.rate)), False
 
 

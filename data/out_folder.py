@@ -19,6 +19,7 @@ TELLTALES = {
     "calibrate-models": ("models.json",),
     "diagnose": ("diagnosis.json",),
     "audit": ("audit.json",),
+    "compare": ("compare.json",),
     "converge": ("convergence.json",),
     "simulate": ("histories.csv", "summary.json"),
     "start": ("answers.toml",),

@@ -18,6 +18,12 @@ COHERENT = {
     "N": "{mass}*{length}/{time}^2",
     "Pa": "{mass}/({length}*{time}^2)",
     "Pa s": "{mass}/({length}*{time})",
+    "Pa/m": "{mass}/({length}^2*{time}^2)",
+    "kg m^2": "{mass}*{length}^2",
+    "m^2/s": "{length}^2/{time}",
+    "N/m": "{mass}/{time}^2",
+    "N m/rad": "{mass}*{length}^2/{time}^2",
+    "N/rad": "{mass}*{length}/{time}^2",
 }
 """SI unit -> what it is made of in any consistent system."""
 

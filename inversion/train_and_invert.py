@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from birdstrike.data.curves import Measured, read_histories, read_measured, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.store import RunStore
@@ -47,6 +48,8 @@ from birdstrike.solver.case.write import copy_case
 from birdstrike.surrogate.files import save_emulator, save_network
 from birdstrike.surrogate.inverse_network import HIDDEN
 
+OPTIONS_FILE = "options.json"
+"""Beside inversion.json: what was asked for, so that it can be asked for again."""
 One = str | Path
 Record = str | Path | Measured
 
@@ -170,7 +173,19 @@ def train_and_invert(
     if shots[0].case is not None:
         copy_case(shots[0].case, folder)
     write(folder, outcome, dataset, record)
+    asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
+    write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
     return outcome.inversion
+
+
+def _sources(folders: Sequence[Path], pairs: Sequence[tuple[Any, Any]]) -> dict[str, Any]:
+    """What an inversion was made of, as it was named: None for a record or a case that is no file."""
+
+    def named(one: Any) -> str | None:
+        return str(one) if isinstance(one, str | Path) else getattr(one, "path", None) or None
+
+    records, cases = [named(record) for record, _ in pairs], [named(case) for _, case in pairs]
+    return {"campaigns": [str(folder) for folder in folders], "measured": records, "cases": cases}
 
 
 def inverted(

@@ -30,6 +30,8 @@ COMMANDS = (
     "report",
     "explore",
     "export",
+    "compare",
+    "evidence",
     "close-the-loop",
     "verify",
 )

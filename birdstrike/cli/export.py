@@ -1,21 +1,28 @@
-"""`birdstrike export`: the bird's material as cards of another solver."""
+"""`birdstrike export`: a bird, the effects that a model lacks, or a whole case, as cards of another solver."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, console, framed, say
+from birdstrike.cli.frame import Json, Settings, console, framed, overrides, say
+from birdstrike.cli.next_steps import following, set_again
+from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import SYSTEMS, unit_system
+
+if TYPE_CHECKING:
+    from birdstrike.reports.export.deck import WrittenDeck
 
 
 class Target(StrEnum):
     """The solver whose cards are written."""
 
     lsdyna = "lsdyna"
+    radioss = "radioss"
 
 
 class AnswerOf(StrEnum):
@@ -27,6 +34,7 @@ class AnswerOf(StrEnum):
 
 
 DEFAULT_UNITS = next(iter(SYSTEMS))
+ENDING = {Target.lsdyna: ".k", Target.radioss: ".rad"}
 
 
 def export(
@@ -37,45 +45,117 @@ def export(
     units: str = DEFAULT_UNITS,
     case: str | Path | None = None,
     method: str = "best",
+    deck: bool = False,
+    settings: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write the cards of a case's bird or of an inverted one; the file's path.
+    """Write the cards of a case's bird or of an inverted one, or a case's whole deck; the file's path.
 
-    source: a case, or the folder of train-and-invert or close-the-loop; units: a name of data.unit_systems. Raises
-    UserError, also where ansys-dyna-core (the extra `lsdyna`) is not installed.
+    source: a case, or the folder of train-and-invert, diagnose or close-the-loop; to: lsdyna or radioss; units: a name
+    of data.unit_systems; deck: everything that runs, from a case; settings: dotted keys laid over a case. Raises
+    UserError, also where ansys-dyna-core (the extra `lsdyna`) is not installed and the cards of a bird for LS-DYNA want
+    it.
     """
-    from birdstrike.data.errors import UserError
-    from birdstrike.reports.export.exported import read_export
-    from birdstrike.reports.export.lsdyna import write_lsdyna
+    _known(to)
+    if deck:
+        return _write_deck(source, out, to, units, settings).files[0]
+    _write_cards(source, out, to, units, case, method, settings)
+    return Path(out)
 
+
+def _known(to: str) -> None:
     if to not in list(Target):
         raise UserError(f'--to "{to}" is not on offer; available: {", ".join(Target)}')
-    write_lsdyna(Path(out), read_export(source, case, method), unit_system(units))
-    return Path(out)
+
+
+def _write_deck(
+    source: str | Path, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
+) -> WrittenDeck:
+    from birdstrike.reports.export.deck import write_deck
+    from birdstrike.solver.case.case import load_case
+
+    system = unit_system(units)
+    if Path(source).is_dir():
+        raise UserError(
+            f"--deck writes the deck of a case, and {source} is a folder; give a case file, such as the one that a "
+            "diagnosis leaves with its effect (case_after in diagnosis.json), or the inversion's case.toml"
+        )
+    return write_deck(load_case(source, settings), Path(out), to, system)
+
+
+def _write_cards(
+    source: str | Path,
+    out: str | Path,
+    to: str,
+    units: str,
+    case: str | Path | None,
+    method: str,
+    settings: Mapping[str, Any] | None,
+) -> int:
+    """Writes the birds' cards and those of the effects in a folder; how many effects."""
+    from birdstrike.data.files import write_atomically
+    from birdstrike.reports.export.effects import effect_lines, read_effects
+    from birdstrike.reports.export.exported import read_export
+    from birdstrike.reports.export.lsdyna import write_lsdyna
+    from birdstrike.reports.export.radioss import bird_file
+
+    system, folder = unit_system(units), Path(source)
+    if folder.is_dir() and settings:
+        raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")
+    birds = read_export(source, case, method, settings)
+    found = read_effects(folder, case) if folder.is_dir() else None
+    lines = [] if found is None else effect_lines(found, system, to)
+    if to == Target.lsdyna:
+        write_lsdyna(Path(out), birds, system, lines)
+    else:
+        write_atomically(Path(out), bird_file(birds, system, lines))
+    return 0 if found is None else len(found.effects)
 
 
 @framed
 def command(
     source: Annotated[
-        str, typer.Argument(metavar="DIR|CASE", help="Folder of train-and-invert or close-the-loop, or a case.")
+        str,
+        typer.Argument(metavar="DIR|CASE", help="Folder of train-and-invert, diagnose, close-the-loop; or a case."),
     ],
     to: Annotated[Target, typer.Option(help="The solver whose cards are written.")] = Target.lsdyna,
+    deck: Annotated[bool, typer.Option("--deck", help="The whole case, as a deck that runs.")] = False,
     out: Annotated[
-        Path | None, typer.Option(help="The file; by default bird.k in DIR, or CASE.k here.", dir_okay=False)
+        Path | None,
+        typer.Option(help="The file; by default bird.k or .rad in DIR, CASE.k or CASE_0000.rad here.", dir_okay=False),
     ] = None,
     units: Annotated[
         str, typer.Option(help=f"Unit system: {', '.join(SYSTEMS)}.", autocompletion=lambda: list(SYSTEMS))
     ] = DEFAULT_UNITS,
     method: Annotated[AnswerOf, typer.Option(help="Whose answer: best is the one verified best.")] = AnswerOf.best,
     case: Annotated[str | None, typer.Option(help="The inversion's case, where DIR does not hold it.")] = None,
+    settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
 ) -> dict[str, Any]:
-    """Write the bird's material as cards of another solver: the inverted bird and the three it is compared with.
+    """Write cards of another solver: the inverted bird and the effects that its model lacks, or a whole case (--deck).
 
     Example: birdstrike export loop --to lsdyna --units mm-ms-kg-GPa
+
+    Example: birdstrike export reference_strike --deck --to radioss --out strike_0000.rad
     """
     folder = Path(source)
-    path = out or (folder / "bird.k" if folder.is_dir() else Path(f"{folder.stem}.k"))
+    if deck:
+        path = out or Path(f"{folder.stem}{'_0000.rad' if to == Target.radioss else '.k'}")
+        with console.status("writing the deck"):
+            written = _write_deck(source, path, to.value, units, overrides(settings))
+        for line in written.missing:
+            say(line)
+        files = [str(file) for file in written.files]
+        say(f"Written, units {units}: {', '.join(files)}; which of its outputs are the sensors: {written.sensors}.")
+        say(f"{written.nodes} nodes, {written.elements} elements, bird included. Run it; then:")
+        say(following("compare", source, *set_again(settings), "--histories", "RESULT", "--deck", written.sensors))
+        counts = {"nodes": written.nodes, "elements": written.elements}
+        return {"out": files[0], "files": files, "units": units, "sensors": str(written.sensors), **counts}
+    ending = ENDING[to]
+    path = out or (folder / f"bird{ending}" if folder.is_dir() else Path(f"{folder.stem}{ending}"))
     with console.status("writing cards"):
-        export(source, path, to=to.value, units=units, case=case, method=method.value)
-    say(f"Written to {path}, units {units}. Next: *INCLUDE it in your model, and read the comments above each card.")
-    return {"out": str(path), "units": units}
+        effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings))
+    include = "*INCLUDE" if to == Target.lsdyna else "#include"
+    more = f", with the cards of {effects} {'effect' if effects == 1 else 'effects'}" if effects else ""
+    say(f"Written to {path}, units {units}{more}.")
+    say(f"Next: {include} it in your model, and read the comments above each card.")
+    return {"out": str(path), "units": units, "effects": effects}

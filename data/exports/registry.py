@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -33,15 +34,23 @@ EXPORTS: Mapping[str, Format] = MappingProxyType(
         **dict.fromkeys((".xlsx", ".xlsm"), Format("excel", "openpyxl", "workbook of Excel")),
         **dict.fromkeys((".uff", ".unv", ".uf", ".58"), Format("uff58", "pyuff", "universal file")),
         "binout": Format("binout", "lasso-python", "binout of LS-DYNA", "binout"),
+        "t01": Format("radioss_t01", "numpy", "time history of Radioss"),
     }
 )
 """Ending of a file's name, or its beginning, -> format."""
 
 
+def _kind(name: str) -> str:
+    """Key of a file's format, of its name in small letters: Radioss numbers its time histories of restarts."""
+    if name.startswith("binout"):
+        return "binout"
+    return "t01" if re.search(r"t\d\d$", name) else Path(name).suffix
+
+
 def reader_of(path: str | Path) -> Reader | None:
     """The reader of a file's format, None for text; raises MeasuredError where its package is not installed."""
     name = Path(path).name.lower()
-    form = EXPORTS.get("binout" if name.startswith("binout") else Path(name).suffix)
+    form = EXPORTS.get(_kind(name))
     if form is None:
         return None
     try:

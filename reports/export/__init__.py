@@ -1,5 +1,7 @@
-"""Cards for LS-DYNA: the bird's material and equation of state in a chosen system of units.
+"""Decks and cards of other codes: a bird, the effects that its model lacks, or a whole case.
 
-Enters: a case or the folder of an inversion. Leaves: a `.k` file. Read `exported` (whose constants, and what is known
-of them), `cards` (which field holds which constant), `lsdyna` (the file).
+Enters: a case, or the folder of an inversion or a diagnosis. Leaves: a `.k` file, or `.rad` files of Radioss. Read
+`exported` (whose constants, and what is known of them), `cards` (which field holds which constant), `lsdyna` (a file of
+cards), `effects`; for whole decks `model` (the case as any code takes it), `numbering`, `fixed_columns`, then a code's
+deck and its materials, and `deck` (which of them is written).
 """

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -39,16 +42,24 @@ class Export:
     source: tuple[str, ...]
 
 
-def read_export(target: str | Path, case: str | Path | None = None, method: str = "best") -> Export:
-    """The birds of a case, or of the folder of train-and-invert or of close-the-loop; raises UserError.
+def read_export(
+    target: str | Path,
+    case: str | Path | None = None,
+    method: str = "best",
+    settings: Mapping[str, Any] | None = None,
+) -> Export:
+    """The birds of a case, or of the folder of train-and-invert, diagnose or close-the-loop; raises UserError.
 
     case: the inversion's case where the folder does not hold it; method: network, emulator, or best, the one whose
-    verification differs least from the record. An inverted bird comes with the three that it is compared with.
+    verification differs least from the record; settings: dotted keys laid over a case. An inverted bird comes with the
+    three that it is compared with.
     """
     folder = Path(target)
     if not folder.is_dir():
-        return _of_case(load_case(target))
+        return _of_case(load_case(target, settings))
     path = next((p for p in (folder / "inversion.json", folder / "inversion" / "inversion.json") if p.is_file()), None)
+    if path is None and (folder / "diagnosis.json").is_file():
+        return _of_diagnosis(folder / "diagnosis.json", case)
     if path is None:
         raise UserError(f"{folder} holds no inversion.json; make it with train-and-invert or close-the-loop")
     try:
@@ -68,6 +79,39 @@ def read_export(target: str | Path, case: str | Path | None = None, method: str 
     density = inverted.bird.actual_density
     first = ExportedBird("inverted", inverted.bird.material, density, tuple(_found(inversion, name)))
     return Export((first, *_compared(density)), source)
+
+
+def _of_diagnosis(path: Path, case: str | Path | None) -> Export:
+    """The bird that a diagnosis fitted, with the likeliest effect in its model where there is one."""
+    beside = path.parent / "case.toml"
+    if case is None and not beside.is_file():
+        raise UserError(f"{path.parent} does not hold the declared case; name it: --case CASE.toml")
+    declared = load_case(case or beside)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        fitted = content["after"] or content["before"]
+        estimates = {key: _estimate(one) for key, one in fitted["parameters"].items()}
+    except (ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
+    point = {key: one.value for key, one in estimates.items() if one.value is not None}
+    bird = declared.with_values(point).bird
+    ranges = {parameter.name: (parameter.low, parameter.high) for parameter in declared.parameters()}
+    known = [
+        f"{key.removeprefix(MATERIAL)}: {_known(one, one.value, ranges.get(key, (math.nan, math.nan)))}"
+        for key, one in estimates.items()
+    ]
+    model = "with its likeliest effect" if content["after"] else "without effects"
+    source = (
+        f"Fitted by the diagnosis ({path.name}), {model}.",
+        f"Case {case_hash(declared)}: {_impact(declared)}.",
+    )
+    return Export((ExportedBird("inverted", bird.material, bird.actual_density, tuple(known)),), source)
+
+
+def _estimate(one: Mapping[str, Any]) -> Estimate:
+    interval = one["interval_95"]
+    limits = None if interval is None else (float(interval[0]), float(interval[1]))
+    return Estimate(one["value"], limits, one["unit"], one["identified"], "")
 
 
 def _of_case(case: Case) -> Export:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -21,8 +21,10 @@ DIGITS = 5
 """Significant digits of a number: with more it would fill its column of ten and touch its neighbour."""
 
 
-def lsdyna_deck(export: Export, system: UnitSystem) -> str:
+def lsdyna_deck(export: Export, system: UnitSystem, effects: Sequence[str] = ()) -> str:
     """The text of the file: a head that says units and source, then the birds' cards, numbered from 1.
+
+    effects: lines of cards that follow them.
 
     Raises UserError without ansys-dyna-core, or for a law that LS-DYNA has not.
     """
@@ -32,12 +34,15 @@ def lsdyna_deck(export: Export, system: UnitSystem) -> str:
     for number, bird in enumerate(export.birds, start=1):
         for keyword in _keywords(core, bird, number, system):
             deck.append(keyword)
-    return deck.write() + "\n"
+    text = deck.write().rstrip()
+    if effects:
+        text = "\n".join([text.removesuffix("*END").rstrip(), *effects, "*END"])
+    return text + "\n"
 
 
-def write_lsdyna(path: Path, export: Export, system: UnitSystem) -> None:
+def write_lsdyna(path: Path, export: Export, system: UnitSystem, effects: Sequence[str] = ()) -> None:
     """The file, whole or not at all."""
-    write_atomically(path, lsdyna_deck(export, system))
+    write_atomically(path, lsdyna_deck(export, system, effects))
 
 
 def _dyna() -> Any:

@@ -1,0 +1,147 @@
+"""`birdstrike compare`: another code's curves of a case beside ours."""
+
+from __future__ import annotations
+
+import json as json_text
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say
+from birdstrike.data.errors import UserError
+
+if TYPE_CHECKING:
+    from birdstrike.data.histories import Histories
+    from birdstrike.solver.case.case import Case
+
+OURS, THEIRS, ANSWER, PAGE = "ours.csv", "theirs.csv", "compare.json", "compare.html"
+
+
+def compare(
+    case: str | Path | Mapping[str, Any],
+    histories: str | Path | Sequence[str | Path],
+    out: str | Path,
+    *,
+    deck: str | Path | None = None,
+    theirs: str = "the other code",
+    settings: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Simulate a case, set another code's curves of its sensors beside ours, and write figures of merit and a page.
+
+    histories: measured-data CSV or histories.csv by the sensors' names; with `deck`, the file of sensors that export
+    wrote beside the deck, also nodout, rcforc, binout, a T01 of Radioss or the CSV of th_to_csv; theirs: what the
+    curves are called. Our run is made once for a folder. Raises UserError.
+    """
+    from birdstrike.data.curves import write_histories
+    from birdstrike.data.files import write_json
+    from birdstrike.data.out_folder import reserved
+    from birdstrike.reports.comparison.other_code import curve_pairs
+    from birdstrike.reports.page.other_code import write_comparison_page
+    from birdstrike.solver.case.case import case_hash, load_case
+    from birdstrike.solver.version import SOLVER_VERSION
+
+    loaded, folder = load_case(case, settings), Path(out)
+    files = [histories] if isinstance(histories, str | Path) else list(histories)
+    other, missing = _theirs(files, deck)
+    with reserved(folder, "compare"):
+        key = {"case_hash": case_hash(loaded), "solver_version": SOLVER_VERSION}
+        ours = _ours(loaded, folder, key, progress)
+        pairs = curve_pairs(ours, other)
+        absent = [f"{name} has no curve of {theirs}" for name in ours.channels if name not in other.channels]
+        missing = [*missing, *(line for line in absent if not any(line.split()[0] in said for said in missing))]
+        folder.mkdir(parents=True, exist_ok=True)
+        write_histories(folder / OURS, ours)
+        write_histories(folder / THEIRS, other)
+        answer = {**key, "theirs": theirs, "sensors": {pair.name: pair.figures() for pair in pairs}, "missing": missing}
+        write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, missing)
+        write_json(folder / ANSWER, answer)
+    return answer
+
+
+def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histories, list[str]]:
+    from birdstrike.data.deck_results import read_deck_results
+    from birdstrike.data.deck_sensors import read_deck_sensors
+
+    gone = [str(file) for file in files if not Path(file).is_file()]
+    if gone:
+        raise UserError(f"--histories {name}: there is no such file" for name in gone)
+    if deck is not None:
+        found, missing = read_deck_results(files, read_deck_sensors(deck))
+        return found, list(missing)
+    if len(files) != 1:
+        raise UserError("several --histories go together with --deck, which says what each of them holds")
+    return _by_name(Path(files[0])), []
+
+
+def _by_name(path: Path) -> Histories:
+    """Curves by the sensors' names: `histories.csv`, or measured-data CSV."""
+    from birdstrike.data.curves import read_histories, read_measured
+    from birdstrike.data.errors import MeasuredError
+    from birdstrike.data.histories import Histories
+
+    with path.open("rb") as file:
+        first = file.readline()
+    if first.startswith(b"time_s,"):
+        return read_histories(path)
+    try:
+        record = read_measured(path)
+    except MeasuredError as error:
+        hint = "a file of another code as it is needs --deck SENSORS.json, which export wrote beside the deck"
+        raise UserError([*error.errors, hint]) from error
+    return Histories(record.time, dict(record.channels), dict(record.units))
+
+
+def _ours(case: Case, folder: Path, key: Mapping[str, str], progress: Callable[[float], None] | None) -> Histories:
+    """Our run; that of the folder where it is of the same case and solver."""
+    from birdstrike.data.curves import read_histories
+    from birdstrike.doe.solvers import solver_for
+
+    try:
+        before = json_text.loads((folder / ANSWER).read_text(encoding="utf-8"))
+        if all(before[name] == value for name, value in key.items()):
+            return read_histories(folder / OURS)
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    return solver_for(case).simulate(case, step_factor=1.0, threads=case.solver.threads, progress=progress)
+
+
+@framed
+def command(
+    case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
+    histories: Annotated[
+        list[Path], typer.Option(metavar="FILE", help="The other code's curves; repeatable with --deck.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for compare.html, compare.json and both sets of curves.")] = Path(
+        "compare"
+    ),
+    deck: Annotated[
+        Path | None, typer.Option(metavar="SENSORS.json", help="Of the deck that was run, written by export --deck.")
+    ] = None,
+    theirs: Annotated[str, typer.Option(metavar="NAME", help="What the other curves are called.")] = "the other code",
+    settings: Settings = [],  # noqa: B006 (typer copies it)
+    json: Json = False,  # noqa: ARG001 (read by the frame)
+) -> dict[str, Any]:
+    """Set another code's curves of a case beside ours: RMS of the peak, impulses, ISO/TS 18571, one page.
+
+    Example: birdstrike compare reference_strike --histories strikeT01 --deck strike.sensors.json --theirs OpenRadioss
+
+    Example: birdstrike compare reference_strike --histories theirs.csv --out compare
+    """
+    from birdstrike.inversion.formatting import quantity
+
+    with progress_bar("simulation") as progress:
+        answer = compare(
+            case, histories, out, deck=deck, theirs=theirs, settings=overrides(settings), progress=progress
+        )
+    for name, one in answer["sensors"].items():
+        rating = "" if one["iso18571"] is None else f", ISO/TS 18571 {one['iso18571']:.2f} ({one['iso18571_grade']})"
+        share = "" if one["rms_of_peak"] is None else f"; RMS {100.0 * one['rms_of_peak']:.2g} % of the peak{rating}"
+        peaks = " and ".join(quantity(one[key], one["unit"], 4) for key in ("peak_ours", "peak_theirs"))
+        say(f"{name}: peaks {peaks} (ours, theirs){share}")
+    for line in answer["missing"]:
+        say(f"not compared: {line}")
+    say(f"Written to {out}. Next: open {out / PAGE} in a browser.")
+    return {"out": str(out), **answer}

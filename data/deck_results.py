@@ -1,0 +1,175 @@
+"""What another code computed for a deck of birdstrike, as histories of the case's sensors: nodout, rcforc, T01, CSV."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from birdstrike.data.deck_sensors import DeckSensor, DeckSensors
+from birdstrike.data.errors import MeasuredError
+from birdstrike.data.exports.registry import reader_of
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.loose_table import LooseTable, read_loose_table
+from birdstrike.data.nodout import is_nodout, read_nodout
+from birdstrike.data.rcforc import is_rcforc, read_rcforc
+from birdstrike.data.unit_systems import unit_system
+
+AXES = ("x", "y", "z")
+Curves = dict[tuple[str, int, int], tuple[Array, Array]]
+"""(displacement, contact or reaction; number; axis 0 to 2) -> times and values in the deck's units."""
+_RADIOSS = re.compile(
+    r"(?P<group>contact of the bird|displacement sensors|reactions)\s+(?P<number>\d+)\s.*?(?P<var>\w+)"
+)
+_VARIABLES = {
+    **{f"D{a}": ("displacement", i, 1.0) for i, a in enumerate("XYZ")},
+    **{f"F{s}{a}": ("contact", i, 1.0) for s in "NT" for i, a in enumerate("XYZ")},
+    **{f"REAC{a}": ("reaction", i, 1.0) for i, a in enumerate("XYZ")},
+}
+_BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\d+)")
+
+
+def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[Histories, tuple[str, ...]]:
+    """Histories of the sensors that the files hold, SI, and what is missing; raises MeasuredError where none is there.
+
+    A sensor of several nodes is the sum with their weights. Forces are taken positive in the push, by the sign of their
+    impulse: codes differ in whose force they write.
+    """
+    curves: Curves = {}
+    for file in files:
+        curves |= _curves(Path(file), deck)
+    system = unit_system(deck.units)
+    found: dict[str, Array] = {}
+    missing, clock = [], None
+    for name, sensor in deck.sensors.items():
+        made = _sensor(sensor, curves)
+        if made is None:
+            missing.append(f"{name} ({sensor.kind.replace('_', ' ')}) is in none of the files")
+            continue
+        times, values = made
+        clock = times if clock is None or len(times) < len(clock) else clock
+        found[name] = np.stack([times, values])
+    if clock is None:
+        listed = ", ".join(map(str, files))
+        raise MeasuredError(
+            f"{listed}: no output of a sensor of {len(deck.sensors)} is there; are they of this deck, {deck.code}? "
+            "Radioss' groups keep their titles of the deck, LS-DYNA's nodes their numbers"
+        )
+    second = 1.0 / system.value(1.0, "s")
+    channels, units = {}, {}
+    for name, (times, values) in found.items():
+        unit = deck.sensors[name].unit
+        channels[name] = np.interp(clock, times, values) / system.value(1.0, unit)
+        units[name] = unit
+    return Histories(clock * second, channels, units), tuple(missing)
+
+
+def _curves(path: Path, deck: DeckSensors) -> Curves:
+    if not path.is_file():
+        raise MeasuredError(f"no file {path}")
+    reader = reader_of(path)
+    if reader is None and is_nodout(path):
+        return _of_nodout(path, deck)
+    if reader is None and is_rcforc(path):
+        return _named(read_rcforc(path), _rcforc_key)
+    if path.name.lower().startswith("binout"):
+        assert reader is not None
+        return _of_binout(path, reader)
+    table = read_loose_table(path) if reader is None else reader(path, "")
+    return _named(table, _radioss_key)
+
+
+def _of_nodout(path: Path, deck: DeckSensors) -> Curves:
+    wanted = {n for sensor in deck.sensors.values() if sensor.kind == "displacement" for n in sensor.numbers}
+    curves: Curves = {}
+    for node in sorted(wanted):
+        try:
+            table = read_nodout(path, node)
+        except MeasuredError as error:
+            if "has no node" in str(error):
+                continue
+            raise
+        values = _values(table)
+        places = {f"{axis}-disp": i for i, axis in enumerate(AXES)}
+        for column, name in enumerate(table.names):
+            if name in places:
+                curves["displacement", node, places[name]] = (values[:, 0], values[:, column])
+    return curves
+
+
+def _of_binout(path: Path, reader) -> Curves:
+    curves: Curves = {}
+    for branch, kind in (("nodout", "displacement"), ("rcforc", "contact"), ("spcforc", "reaction")):
+        try:
+            table = reader(path, branch)
+        except MeasuredError:
+            continue
+
+        def key(name: str, kind: str = kind) -> tuple[str, int, int, float] | None:
+            match = _BINOUT.fullmatch(name)
+            if match is None or (match["what"] == "displacement") != (kind == "displacement"):
+                return None
+            return kind, int(match["number"]), AXES.index(match["axis"]), 1.0
+
+        curves |= _named(table, key)
+    return curves
+
+
+def _rcforc_key(name: str) -> tuple[str, int, int, float] | None:
+    match = re.fullmatch(r"([xyz])-force master (\d+)", name)
+    return None if match is None else ("contact", int(match[2]), AXES.index(match[1]), 1.0)
+
+
+def _radioss_key(name: str) -> tuple[str, int, int, float] | None:
+    match = _RADIOSS.fullmatch(" ".join(name.split()))
+    if match is None or match["var"] not in _VARIABLES:
+        return None
+    kind, axis, factor = _VARIABLES[match["var"]]
+    return kind, int(match["number"]), axis, factor
+
+
+def _named(table: LooseTable, key) -> Curves:
+    """Curves of a table by what their names say; normal and tangential forces of one contact add up."""
+    values, curves = _values(table), dict[tuple[str, int, int], tuple[Array, Array]]()
+    for column, name in enumerate(table.names):
+        found = key(name)
+        if found is None:
+            continue
+        *place, factor = found
+        at = (place[0], place[1], place[2])
+        before = curves.get(at, (values[:, 0], np.zeros(len(values))))[1]
+        curves[at] = (values[:, 0], before + factor * values[:, column])
+    return curves
+
+
+def _values(table: LooseTable) -> Array:
+    return np.array([[float(cell or "nan") for cell in cells] for _, cells in table.rows])
+
+
+def _sensor(
+    sensor: DeckSensor, curves: Mapping[tuple[str, int, int], tuple[Array, Array]]
+) -> tuple[Array, Array] | None:
+    kind = {"displacement": "displacement", "contact_force": "contact", "reaction_force": "reaction"}.get(sensor.kind)
+    if kind is None:
+        return None
+    times, total = None, None
+    for number, weight in zip(sensor.numbers, sensor.weights, strict=True):
+        for axis, component in enumerate(sensor.direction):
+            if component == 0.0:
+                continue
+            if (kind, number, axis) not in curves:
+                return None
+            times, values = curves[kind, number, axis]
+            part = weight * component * values
+            total = part if total is None else total + part
+    if times is None or total is None:
+        return None
+    if kind != "displacement" and _impulse(times, total) < 0.0:
+        total = -total
+    return times, total
+
+
+def _impulse(times: Iterable[float], values: Array) -> float:
+    return float(np.trapezoid(values, np.asarray(times)))

@@ -1,0 +1,67 @@
+"""Which nodes, contacts and elements of a deck stand for a case's sensors: the file written beside the deck."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_json
+
+SUFFIX = ".sensors.json"
+
+
+@dataclass(frozen=True)
+class DeckSensor:
+    """kind, unit: of the case's sensor, SI; numbers: of the deck's nodes, or of the contacts of a contact force, or of
+
+    the shell under a gauge. The sensor reads the sum of `weights` times their displacement or force along `direction`;
+    a gauge's direction is that of the strain, its only weight the distance from the mid-surface [m].
+    """
+
+    kind: str
+    unit: str
+    numbers: tuple[int, ...]
+    weights: tuple[float, ...]
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DeckSensors:
+    """code: "lsdyna" or "radioss"; units: name of the system, as `birdstrike export --units` has it."""
+
+    code: str
+    units: str
+    sensors: Mapping[str, DeckSensor]
+
+    def save(self, path: Path) -> None:
+        """Write it as JSON, whole or not at all."""
+        write_json(
+            path, {"code": self.code, "units": self.units, "sensors": {n: asdict(s) for n, s in self.sensors.items()}}
+        )
+
+
+def sensors_file(deck: Path) -> Path:
+    """Where the file of a deck stands: strike.k and strike_0000.rad have strike.sensors.json."""
+    return deck.with_name(deck.name.removesuffix(deck.suffix).removesuffix("_0000") + SUFFIX)
+
+
+def read_deck_sensors(path: str | Path) -> DeckSensors:
+    """The file of a deck; raises UserError."""
+    if not Path(path).is_file():
+        raise UserError(f"no file {path}; birdstrike export CASE --deck writes it beside the deck")
+    try:
+        content: Any = json.loads(Path(path).read_text(encoding="utf-8"))
+        sensors = {name: _sensor(one) for name, one in content["sensors"].items()}
+        return DeckSensors(content["code"], content["units"], sensors)
+    except (ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path} is not the sensors' file of a deck, or is damaged; export the deck again") from error
+
+
+def _sensor(content: Mapping[str, Any]) -> DeckSensor:
+    x, y, z = (float(c) for c in content["direction"])
+    numbers, weights = tuple(int(n) for n in content["numbers"]), tuple(float(w) for w in content["weights"])
+    return DeckSensor(content["kind"], content["unit"], numbers, weights, (x, y, z))

@@ -1,0 +1,173 @@
+"""What an answer rests on: campaigns, records, options, and the files of its folders."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.paths import resolve_measured
+from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.inversion.train_and_invert import OPTIONS_FILE
+from birdstrike.reports.results.parts import find_parts
+from birdstrike.solver.case.case import Case, load_case
+
+CAMPAIGN_FILES = ("case.toml", "case.json", "design.csv", "curves.csv", "summary.json")
+
+
+@dataclass(frozen=True)
+class Sources:
+    """inversion, diagnosis: their folders, the latter None where there is none; campaigns, records: in the order of
+
+    the options; cases: of the records where they were named, else empty; case: of the first record; options: as
+    train-and-invert had them; open_points: what is not there, or not as it should be.
+    """
+
+    folder: Path
+    inversion: Path
+    answer: Inversion
+    diagnosis: Path | None
+    campaigns: tuple[Path, ...]
+    records: tuple[Path, ...]
+    cases: tuple[Path, ...]
+    case: Case
+    options: Mapping[str, Any]
+    report: Path | None
+    open_points: tuple[str, ...]
+
+
+def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | None = None) -> Sources:
+    """The sources of the answer in a folder; raises UserError for one that cannot be repeated.
+
+    measured: the records' files, in the order in which they were inverted, where they have moved; doe: the campaign's
+    folder, where it lies elsewhere.
+    """
+    parts = find_parts(folder, doe)
+    if parts.inversion is None:
+        raise UserError(f"{folder} holds no inversion; make it with train-and-invert or close-the-loop")
+    try:
+        answer = Inversion.load(parts.inversion / "inversion.json")
+    except ValidationError as error:
+        raise UserError(f"{parts.inversion}/inversion.json is damaged or of another version; repeat it") from error
+    options, told = _options(parts.inversion, answer)
+    campaigns = _campaigns(options, parts.doe, doe)
+    altered = [line for campaign in campaigns for line in CampaignFolder(campaign).altered()]
+    if altered:
+        raise UserError(altered)
+    records = _records(options, measured)
+    cases = tuple(Path(one) for one in options["cases"] if one)
+    held = parts.inversion / "case.toml"
+    case = load_case(cases[0] if cases else held if held.is_file() else campaigns[0] / "case.toml")
+    report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
+    points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
+    if parts.diagnosis is None:
+        points.append("no diagnosis: whether an effect is missing from the model was not asked")
+    return Sources(
+        folder,
+        parts.inversion,
+        answer,
+        parts.diagnosis,
+        campaigns,
+        records,
+        cases,
+        case,
+        options,
+        report,
+        tuple(points),
+    )
+
+
+def _options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], list[str]]:
+    """The options of train-and-invert; of a folder of an older version, those that inversion.json tells."""
+    path = inversion / OPTIONS_FILE
+    if path.is_file():
+        return json.loads(path.read_text(encoding="utf-8")), []
+    paths = [shot.path for shot in answer.shots] or [answer.measured.path]
+    methods = list(answer.methods)
+    known = {
+        "trainer": answer.training.trainer if answer.training is not None else "lm",
+        "method": "both" if len(methods) > 1 else methods[0],
+        "seed": answer.seed,
+        "allow_rank_deficient": any(one.combination is not None for one in answer.methods.values()),
+        "campaigns": [],
+        "measured": paths,
+        "cases": [None] * len(paths),
+        "extras": {"refine": len(answer.refinement.added) if answer.refinement is not None else 0},
+    }
+    line = (
+        f"{OPTIONS_FILE} is not there: the folder is of an older version, and the command is made from inversion.json"
+    )
+    return known, [f"{line}; what it does not tell is at its default"]
+
+
+def _campaigns(options: Mapping[str, Any], found: Path | None, given: Path | None) -> tuple[Path, ...]:
+    named = [Path(one) for one in options["campaigns"]]
+    if given is not None and len(named) <= 1:
+        named = [given]
+    if len(named) <= 1 and found is not None and not (named and named[0].is_dir()):
+        named = [found]
+    gone = [str(one) for one in named if not (one / "curves.csv").is_file()]
+    if gone or not named:
+        where = ", ".join(gone) or "an unknown place"
+        raise UserError(f"the campaign of the inversion is not where it was ({where}); name it: --doe CAMPAIGN")
+    return tuple(named)
+
+
+def _records(options: Mapping[str, Any], given: Sequence[str | Path]) -> tuple[Path, ...]:
+    named: list[Any] = list(given) or list(options["measured"])
+    if given and len(given) != len(options["measured"]):
+        raise UserError(
+            f"--measured was given {len(given)} times, and the inversion has {len(options['measured'])} records: give "
+            "each of them, in their order"
+        )
+    found, gone = [], []
+    for one in named:
+        try:
+            found.append(Path(resolve_measured(one)) if one else None)
+        except UserError:
+            found.append(None)
+        if found[-1] is None:
+            gone.append(str(one))
+    if gone:
+        raise UserError(
+            f"the record {name} is not where the inversion read it; name its file: --measured CSV" for name in gone
+        )
+    names = [one.name for one in found if one is not None]
+    if len(set(names)) < len(names):
+        raise UserError(f"two records have one name ({', '.join(names)}); rename one, and give both by --measured")
+    return tuple(one for one in found if one is not None)
+
+
+def repeat_words(sources: Sources) -> list[str]:
+    """Arguments that repeat the calibration in the unpacked archive."""
+    options, extras = sources.options, sources.options["extras"]
+    words = ["train-and-invert", *(f"campaigns/{i}" for i in range(1, len(sources.campaigns) + 1))]
+    words += [word for record in sources.records for word in ("--measured", f"records/{record.name}")]
+    if sources.cases:
+        words += [word for i in range(1, len(sources.cases) + 1) for word in ("--case", f"cases/{i}.toml")]
+    words += ["--out", "again", "--trainer", options["trainer"], "--method", options["method"]]
+    words += ["--seed", str(options["seed"]), "--refine", str(extras.get("refine", 0))]
+    if "hidden" in extras:
+        words += ["--hidden", "search" if extras["hidden"] is None else str(extras["hidden"])]
+    for name, unset in (("copies", 0), ("discrepancy", None), ("filter", None)):
+        if extras.get(name, unset) != unset:
+            words += [f"--{name}", str(extras[name])]
+    if extras.get("mesh"):
+        words += ["--mesh", "mesh/convergence.csv"]
+    words += ["--mesh-correction"] if extras.get("mesh_correction") else []
+    words += ["--no-posterior"] if extras.get("posterior") is False else []
+    words += ["--channels", ",".join(extras["channels"])] if extras.get("channels") else []
+    words += ["--allow-rank-deficient"] if options["allow_rank_deficient"] else []
+    return words
+
+
+def repeat_line(sources: Sources) -> str:
+    """The command itself."""
+    return shlex.join(["birdstrike", *repeat_words(sources)])

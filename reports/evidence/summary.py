@@ -1,0 +1,130 @@
+"""The page at the head of the evidence: what was found, from what, how to repeat it, where it holds, what is open."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from birdstrike.inversion.formatting import quantity, span
+from birdstrike.reports.evidence.sources import Sources, repeat_line
+from birdstrike.reports.evidence.verification_rows import Aspect
+from birdstrike.solver.case.case import case_hash
+from birdstrike.solver.version import SOLVER_VERSION
+
+
+def summary_page(
+    sources: Sources, found: Sequence[Aspect], digests: Mapping[str, str], versions: Mapping[str, str]
+) -> str:
+    """Markdown; digests: archive name -> SHA-256 of the records."""
+    lines = [
+        f"# Evidence: {sources.case.name}",
+        "",
+        sources.answer.headline + ".",
+        "",
+        "## What was found",
+        "",
+        *_answer(sources),
+        "",
+        "## From what",
+        "",
+        *_inputs(sources, digests),
+        "",
+        "## To repeat it",
+        "",
+        "In the folder where this archive is unpacked, with the versions below:",
+        "",
+        f"    {repeat_line(sources)}",
+        "",
+        "The numbers of again/inversion.json are then those of inversion/inversion.json; on another machine the last "
+        "digits may differ.",
+        "",
+        *(f"- {name}: {value}" for name, value in versions.items()),
+        "",
+        "## Where it holds",
+        "",
+        *_validity(sources),
+        "",
+        "## Checks of the solver that bear on this case",
+        "",
+        *_checks(found),
+        "",
+        "## Open points",
+        "",
+        *_open(sources, found),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _answer(sources: Sources) -> Iterator[str]:
+    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
+    for name, one in answer.parameters.items():
+        value = "no value" if one.value is None else quantity(one.value, one.unit, 4)
+        if one.identified and one.interval_95 is not None:
+            yield f"- {name}: {value}, 95 % interval {span(*one.interval_95, one.unit, 4)}"
+        else:
+            yield f"- {name}: NOT IDENTIFIED ({one.reason})"
+    if answer.verified_relative is not None:
+        yield f"- Simulation at this answer and the record: {100.0 * answer.verified_relative:.2g} % of the peaks (RMS)"
+    if sources.diagnosis is not None:
+        content = json.loads((sources.diagnosis / "diagnosis.json").read_text(encoding="utf-8"))
+        yield f"- Diagnosis: {str(content['verdict']).replace('_', ' ')}. {content.get('sentence', '')}"
+
+
+def _inputs(sources: Sources, digests: Mapping[str, str]) -> Iterator[str]:
+    kind = "SIMULATED, NOT MEASURED" if sources.answer.measured.simulated else "measured"
+    for record in sources.records:
+        yield f"- Record {record.name} ({kind}), SHA-256 {digests[f'records/{record.name}']}"
+    yield f"- Case {sources.case.name}, hash {case_hash(sources.case)}; solver {SOLVER_VERSION} (digest of its sources)"
+    for number, campaign in enumerate(sources.campaigns, 1):
+        summary = _json(campaign / "summary.json")
+        design = summary.get("design", {})
+        made = f"design {design.get('kind')}, {design.get('runs')} runs, seed {design.get('seed')}"
+        yield f"- Campaign {number}: {made}, solver {summary.get('solver_version')}"
+    yield f"- Seed of the inversion {sources.answer.seed}; {sources.answer.runs_used} runs used"
+
+
+def _validity(sources: Sources) -> Iterator[str]:
+    """The ranges that were searched and what the campaign spans: outside of them nothing is known."""
+    case = sources.case
+    units = {parameter.name: parameter.unit for parameter in case.parameters()}
+    for name, (low, high) in sources.answer.ranges.items():
+        yield f"- {name} was sought in {span(low, high, units.get(name, ''), 4)}"
+    speed, angle = quantity(case.impact.speed, "m/s", 4), quantity(case.impact.angle, "rad", 4)
+    yield f"- One impact: {speed} at {angle} from the surface, to {quantity(case.time.end, 's', 4)}; other speeds and "
+    yield "  targets are an extrapolation of the calibrated bird"
+    if not case.plate.rigid and case.target is None:
+        yield f"- Target: plate of {quantity(case.plate.thickness, 'm', 4)}, edges {case.plate.edge_words}"
+    unknown = [n for n, one in _best(sources).items() if not one["identified"]]
+    if unknown:
+        yield f"- Not identified, and so only a place in its range: {', '.join(unknown)}"
+
+
+def _best(sources: Sources) -> dict[str, dict[str, Any]]:
+    answer = sources.answer.methods[sources.answer.best or next(iter(sources.answer.methods))]
+    return {name: {"identified": one.identified} for name, one in answer.parameters.items()}
+
+
+def _checks(found: Sequence[Aspect]) -> Iterator[str]:
+    if not found:
+        yield "None: the verification page was not there (see the open points)."
+    for one in found:
+        verdicts = [row.verdict for row in one.rows]
+        judged = f"{verdicts.count('within')} rows within their tolerance, {verdicts.count('beyond')} beyond"
+        yield f"- {one.name}: {judged}{f'; MISSING: {one.missing}' if one.missing else ''}"
+
+
+def _open(sources: Sources, found: Sequence[Aspect]) -> Iterator[str]:
+    lines = [*sources.open_points, *sources.answer.warnings]
+    if sources.diagnosis is not None:
+        lines += _json(sources.diagnosis / "diagnosis.json").get("warnings", [])
+    lines += [f"verification: {one.name}: {one.missing}" for one in found if one.missing]
+    yield from (f"- {line}" for line in dict.fromkeys(lines))
+    if not lines:
+        yield "None."
+
+
+def _json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}

@@ -1,0 +1,306 @@
+"""The effects that a diagnosis named, as cards: each where it lives in a deck, with what is known of it above."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.data.unit_systems import UnitSystem
+from birdstrike.reports.export import lsdyna_materials, radioss_materials
+from birdstrike.reports.export.cards import cards_of
+from birdstrike.reports.export.fixed_columns import card, columns, comments
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.effects import shown
+from birdstrike.solver.effects.registry import effects
+
+FIRST_NUMBER = 1001
+"""Numbers of the cards of effects begin here, apart from the birds'."""
+LEAST = 0.05
+"""Probability from which on an effect has a card, besides those of the credible set."""
+METAL = ("plate_modulus", "plate_density", "plate_yield", "plate_hardening", "plate_rate_hardening")
+SPRINGS = {"clamp_rotation": ("rotational", "N/rad", "about the edge"), "edge_slip": ("in_plane", "Pa", "in the plane")}
+WIDE = 20
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with sensor or shot.
+
+    changed: the declared case with it, None where the case cannot carry it.
+    """
+
+    name: str
+    whole: str
+    magnitude: float
+    interval_95: tuple[float, float] | None
+    probability: float
+    declared: Case
+    changed: Case | None
+
+
+@dataclass(frozen=True)
+class FoundEffects:
+    """verdict: of the diagnosis, in its own words; declared: the case that it is about."""
+
+    verdict: str
+    sentence: str
+    effects: tuple[FoundEffect, ...]
+
+
+def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects | None:
+    """The effects of the diagnosis in a folder, or in its `diagnosis`; None where there is none. Raises UserError."""
+    path = next((p for p in (folder / "diagnosis.json", folder / "diagnosis" / "diagnosis.json") if p.is_file()), None)
+    if path is None:
+        return None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        listed, named = content["effects"], set(_named(content["confidence_set"]))
+    except (ValueError, KeyError) as error:
+        raise UserError(f"{path} is damaged or of another version; repeat birdstrike diagnose") from error
+    declared = load_case(_declared(path, case))
+    known, found = effects(), []
+    for entry in listed:
+        name = entry["name"].partition("@")[0].partition(".")[0]
+        if name not in known or entry["magnitude"] in (None, 0.0):
+            continue
+        if entry["name"] in named or entry["probability"] >= LEAST:
+            limits = entry["interval_95"]
+            interval = None if limits is None else (float(limits[0]), float(limits[1]))
+            about = (name, entry["name"], float(entry["magnitude"]), interval, float(entry["probability"]))
+            found.append(FoundEffect(*about, declared, _changed(declared, name, float(entry["magnitude"]))))
+    return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
+
+
+def _named(confidence_set: list[str]) -> Iterator[str]:
+    for member in confidence_set:
+        yield from member.split("+")
+
+
+def _declared(path: Path, given: str | Path | None) -> str | Path:
+    beside = [path.parent / "case.toml", path.parent.parent / "doe" / "case.toml", path.parent.parent / "case.toml"]
+    found = given or next((file for file in beside if file.is_file()), None)
+    if found is None:
+        raise UserError(f"{path.parent} does not hold the declared case; name it: --case CASE.toml")
+    return found
+
+
+def _changed(declared: Case, name: str, magnitude: float) -> Case | None:
+    try:
+        return declared.with_effects({name: magnitude}).resolved()
+    except CaseError:
+        return None
+
+
+def effect_lines(found: FoundEffects, system: UnitSystem, code: str) -> list[str]:
+    """The cards of all effects, with what is known of each above it; code: "lsdyna" or "radioss"."""
+    sign, writer = ("$", _Lsdyna(system)) if code == "lsdyna" else ("#", _Radioss(system))
+    head = [
+        f"Effects of the diagnosis. Verdict: {found.verdict.replace('_', ' ')}. {found.sentence}".strip(),
+        f"Each is alone in its cards, numbered from {FIRST_NUMBER}: use those that you adopt in place of your own.",
+    ]
+    if not found.effects:
+        return comments(sign, [head[0], "No effect is in the credible set: there is nothing to add to the deck."])
+    lines = comments(sign, head)
+    for number, effect in enumerate(found.effects, start=FIRST_NUMBER):
+        lines += comments(sign, _about(effect))
+        lines += writer.lines(effect, number)
+    return lines
+
+
+def _about(effect: FoundEffect) -> Iterator[str]:
+    known = effects()[effect.name]
+    magnitude = shown(known, effect.magnitude, 4)
+    limits = effect.interval_95
+    interval = "no interval"
+    if limits is not None:
+        interval = f"95 % interval {shown(known, limits[0], 4)} .. {shown(known, limits[1], 4)}"
+    yield f"Effect {effect.whole}: {known.meaning}"
+    yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
+
+
+class _Writer:
+    """Cards of one code: a method for each place in a deck, common ones here."""
+
+    sign = "$"
+
+    def __init__(self, system: UnitSystem) -> None:
+        self.system = system
+
+    def lines(self, effect: FoundEffect, number: int) -> list[str]:
+        """The cards of an effect, or a comment that says why there is none."""
+        if effect.changed is None:
+            return comments(self.sign, ["The declared case cannot carry this magnitude: there is no card."])
+        place = self.place(effect.name)
+        if place is None:
+            return comments(self.sign, [_without_card(effect, self.system)])
+        return list(place(effect, effect.changed, number))
+
+    def place(self, name: str) -> Callable[[FoundEffect, Case, int], Iterator[str]] | None:
+        """What writes an effect's cards; None for one that has none."""
+        if name in METAL:
+            return self.metal
+        if name in SPRINGS:
+            return self.springs
+        places = {
+            "plate_thickness": self.thickness,
+            "plate_damping": self.damping,
+            "impact_speed": self.velocity,
+            "impact_angle": self.velocity,
+            "bird_friction": self.friction,
+            "bird_mass": self.bird,
+        }
+        return places.get(name)
+
+    def spring(self, effect: FoundEffect, case: Case) -> tuple[float, str]:
+        """Stiffness of the frame per length of edge in the system's unit, and what it is."""
+        key, unit, where = SPRINGS[effect.name]
+        edges = case.plate.edges
+        if case.target is not None:
+            edges = next(iter(case.target.supports.values()))
+        stiffness = getattr(edges, key)
+        about = f"stiffness {where} per length of edge; a node has it times the length of edge that belongs to it"
+        return self.system.value(stiffness, unit), about
+
+    def thickness(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        raise NotImplementedError
+
+    metal = springs = damping = velocity = friction = bird = thickness
+
+
+def _struck(case: Case) -> tuple[float, Any]:
+    """Thickness [m] and metal of what is struck."""
+    if case.target is None:
+        return case.plate.thickness, case.plate.material
+    part = case.target.struck_part
+    return part.thickness, case.target.materials[part.material]
+
+
+def _velocity(case: Case, system: UnitSystem) -> list[float]:
+    speed, angle = system.value(case.impact.speed, "m/s"), case.impact.angle
+    return [speed * math.cos(angle), 0.0, -speed * math.sin(angle)]
+
+
+def _damping(case: Case, system: UnitSystem) -> float:
+    rate = case.plate.damping if case.target is None else case.target.damping
+    return system.value(2.0 * rate, "1/s")
+
+
+def _without_card(effect: FoundEffect, system: UnitSystem) -> str:
+    known = effects()[effect.name]
+    if known.group == "instrument":
+        return (
+            "It is of the instrument: nothing changes in the deck; correct the record, or the curve that you compare."
+        )
+    lengths: Mapping[str, str] = {"m": f"; {system.value(effect.magnitude, 'm'):.7g} {system.base['length']}"}
+    return (
+        f"It has no card of its own: change the geometry or the initial state of the deck{lengths.get(known.unit, '')}."
+    )
+
+
+class _Lsdyna(_Writer):
+    def thickness(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        thickness, _ = _struck(case)
+        yield from ("*SECTION_SHELL", "$#   secid    elform      shrf       nip", card(number, 2, 5.0 / 6.0, 5))
+        yield card(*[self.system.value(thickness, "m")] * 4)
+
+    def metal(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        yield from lsdyna_materials.metal_lines(effect.name, _struck(case)[1], number, self.system)
+
+    def springs(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        stiffness, about = self.spring(effect, case)
+        yield from comments("$", [about])
+        yield from ("*MAT_SPRING_ELASTIC", "$#     mid         k", card(number, stiffness))
+
+    def damping(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        alpha = _damping(case, self.system)
+        yield from comments("$", [f"Damping constant over time, LCID {number} of *DAMPING_PART_MASS of your plate."])
+        yield from ("*DEFINE_CURVE", card(number, 0, 1.0, 1.0, 0.0, 0.0, 0))
+        yield from (columns((0.0, WIDE), (alpha, WIDE)), columns((1e20, WIDE), (alpha, WIDE)))
+
+    def velocity(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        names = ("vx", "vy", "vz")
+        yield from comments("$", [f"Velocity of the bird: &vx{number}, &vy{number}, &vz{number} in *INITIAL_VELOCITY."])
+        for name, value in zip(names, _velocity(case, self.system), strict=True):
+            yield from self.parameter(f"{name}{number}", value)
+
+    def friction(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        yield from comments("$", [f"Coulomb friction: &fric{number} as FS and FD of the bird's *CONTACT."])
+        yield from self.parameter(f"fric{number}", case.impact.friction)
+
+    def bird(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        for one in cards_of(case.bird.material, case.bird.actual_density):
+            yield from lsdyna_materials.keyword_lines(one, number, self.system)
+
+    @staticmethod
+    def parameter(name: str, value: float) -> Iterator[str]:
+        """A number by name."""
+        yield from ("*PARAMETER", f"R {name:<8}{card(value)}")
+
+
+class _Radioss(_Writer):
+    sign = "#"
+
+    def thickness(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        thickness, _ = _struck(case)
+        yield from (f"/PROP/SHELL/{number}", effect.name)
+        yield "#   Ishell    Ismstr     Ish3n    Idrill    Ipinch                  P_Thick_Fail"
+        yield columns((24, 10), (2, 10), (2, 10), (0, 10), (0, 10), (None, 10), (0.0, WIDE))
+        yield card(0.0, 0.0, 0.0, 0.0, 0.0, width=WIDE)
+        yield "#        N   Istrain               Thick              Ashear              Ithick     Iplas"
+        value = self.system.value(thickness, "m")
+        yield columns((5, 10), (1, 10), (value, WIDE), (0.0, WIDE), (None, 10), (2, 10), (1, 10))
+
+    def metal(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        yield from radioss_materials.metal_lines(effect.name, _struck(case)[1], number, self.system)
+
+    def springs(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        stiffness, about = self.spring(effect, case)
+        freedom = "K4, K5 and K6" if effect.name == "clamp_rotation" else "the two K along the plate"
+        yield from comments("#", [f"{freedom} of /PROP/SPR_GENE of your supports: {stiffness:.9g}, {about}"])
+
+    def damping(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        yield from self.to_complete(
+            [
+                f"/DAMP/{number}",
+                effect.name,
+                "#              Alpha                Beta  grnod_id   skew_id              Tstart               Tstop",
+                columns((_damping(case, self.system), WIDE), (0.0, WIDE), ("PLATE", 10), (0, 10)),
+            ],
+            "PLATE is the number of your plate's group of nodes",
+        )
+
+    def velocity(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
+        yield from self.to_complete(
+            [
+                f"/INIVEL/TRA/{number}",
+                effect.name,
+                "#                 Vx                  Vy                  Vz   Gnod_id   Skew_id",
+                columns(*((v, WIDE) for v in _velocity(case, self.system)), ("BIRD", 10), (0, 10)),
+            ],
+            "BIRD is the number of your bird's group of nodes",
+        )
+
+    def friction(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        yield from self.to_complete(
+            [
+                "#              Stfac                Fric              GAPmin              Tstart               Tstop",
+                columns((None, WIDE), (case.impact.friction, WIDE)),
+            ],
+            "Fric of the bird's /INTER/TYPE7",
+        )
+
+    def bird(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:  # noqa: ARG002
+        bird = case.bird
+        sph = bird.method == "sph"
+        yield from radioss_materials.bird_lines(bird.material, bird.actual_density, number, self.system, sph)
+
+    @staticmethod
+    def to_complete(lines: list[str], what: str) -> Iterator[str]:
+        """Cards that need a number of the user's own deck, as comments to be completed."""
+        yield from comments("#", [f"To complete and uncomment; {what}:"])
+        yield from (f"#{line}" if not line.startswith("#") else line for line in lines)

@@ -1,0 +1,127 @@
+"""Another code's curves beside ours, from the files of a deck and by the sensors' names."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import birdstrike.doe.solvers
+from birdstrike import compare, export
+from birdstrike.cli.app import app
+from birdstrike.data.curves import read_histories, write_histories
+from birdstrike.data.deck_sensors import read_deck_sensors
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Histories
+from tests.data.exports.radioss_t01_writer import write_t01
+
+TIME = 5e-6 * np.arange(401)
+SHAPE = np.sin(np.pi * TIME / TIME[-1]) ** 2
+SETTINGS = {"bird.particles": "150", "plate.elements": "[6, 4]", "time.end": "2 ms"}
+
+
+class Formula:
+    """Stands in for the solver: every displacement is 4 mm times the shape, the force 50 kN times it."""
+
+    version = "formula"
+    runs = 0
+
+    def simulate(self, case, **_: object) -> Histories:
+        Formula.runs += 1
+        size = {"m": 4e-3, "N": 5e4}
+        units = {name: sensor.unit for name, sensor in case.sensors.items()}
+        return Histories(TIME, {name: size[unit] * SHAPE for name, unit in units.items()}, units)
+
+
+@pytest.fixture(autouse=True)
+def formula(monkeypatch: pytest.MonkeyPatch) -> None:
+    Formula.runs = 0
+    monkeypatch.setattr(birdstrike.doe.solvers, "solver_for", lambda _: Formula())
+
+
+def t01_of_a_deck(folder: Path) -> tuple[Path, Path]:
+    """A deck of the demo rig, and a time history in which every node moves 10 % farther than ours."""
+    export("demo_rig", folder / "rig_0000.rad", to="radioss", units="mm-ms-kg-GPa", deck=True, settings=SETTINGS)
+    sensors = read_deck_sensors(folder / "rig.sensors.json").sensors
+    nodes = sorted({n for one in sensors.values() if one.kind == "displacement" for n in one.numbers})
+    milliseconds = 1e3 * TIME
+    zero = np.zeros_like(TIME)
+    moved = np.column_stack([column for _ in nodes for column in (zero, zero, -4.4 * SHAPE)])
+    impulse = np.concatenate([[0.0], np.cumsum(25.0 * (SHAPE[1:] + SHAPE[:-1]) * np.diff(milliseconds))])
+    contact = np.column_stack([zero, zero, impulse, zero, zero, zero])
+    groups = [
+        (("contact of the bird", {1: ""}, (1, 2, 3, 4, 5, 6)), contact),
+        (("displacement sensors", dict.fromkeys(nodes, "w"), (1, 2, 3)), moved),
+    ]
+    write_t01(folder / "rigT01", milliseconds, np.zeros((len(TIME), 12)), groups)
+    return folder / "rigT01", folder / "rig.sensors.json"
+
+
+def test_a_time_history_of_the_deck_is_compared_sensor_by_sensor(tmp_path: Path) -> None:
+    history, sensors = t01_of_a_deck(tmp_path)
+    settings = [word for key, value in SETTINGS.items() for word in ("--set", f"{key}={value}")]
+    line = ["compare", "demo_rig", *settings, "--histories", str(history), "--deck", str(sensors)]
+    out = tmp_path / "compared"
+    found = CliRunner().invoke(app, [*line, "--theirs", "OpenRadioss", "--out", str(out), "--json"])
+    assert found.exit_code == 0, found.output
+    answer = json.loads(found.stdout.splitlines()[-1])
+    rms = 0.1 / 1.1 * np.sqrt(np.mean(SHAPE**2))
+    for name in ("displacement_centre", "displacement_x105", "displacement_y107"):
+        one = answer["sensors"][name]
+        assert one["peak_ours"] == pytest.approx(4.0e-3, rel=1e-6)
+        assert one["peak_theirs"] == pytest.approx(4.4e-3, rel=1e-6)
+        assert one["rms_of_peak"] == pytest.approx(rms, rel=1e-5)
+        assert one["iso18571_grade"] in ("good", "excellent")
+    force = answer["sensors"]["contact_force"]
+    assert force["impulse_ours"] == pytest.approx(5e4 * 1e-3, rel=1e-4)
+    assert force["impulse_theirs"] == pytest.approx(5e4 * 1e-3, rel=1e-3)
+    page = (out / "compare.html").read_text()
+    assert "birdstrike beside OpenRadioss" in page
+    assert "rigT01, SHA-256 " in page
+    assert "http://www.w3.org" in page
+    assert 'src="http' not in page
+    np.testing.assert_allclose(
+        read_histories(out / "theirs.csv").channels["displacement_x105"], 4.4e-3 * SHAPE, atol=1e-9
+    )
+    assert Formula.runs == 1
+    assert CliRunner().invoke(app, [*line, "--out", str(out)]).exit_code == 0
+    assert Formula.runs == 1, "our run of the same case is made once"
+
+
+def test_curves_by_the_sensors_names_need_no_deck(tmp_path: Path) -> None:
+    theirs = Histories(TIME, {"displacement_centre": 2e-3 * SHAPE}, {"displacement_centre": "m"})
+    write_histories(tmp_path / "theirs.csv", theirs)
+    answer = compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings=SETTINGS)
+    assert list(answer["sensors"]) == ["displacement_centre"]
+    assert "contact_force has no curve of the other code" in answer["missing"]
+    rows = "".join(f"{1e3 * t:.3f},{2.0 * s:.9f}\n" for t, s in zip(TIME, SHAPE, strict=True))
+    (tmp_path / "record.csv").write_text("time [ms],displacement_centre [mm]\n" + rows)
+    again = compare("demo_rig", tmp_path / "record.csv", tmp_path / "out", settings=SETTINGS)
+    assert again["sensors"]["displacement_centre"]["rms"] == pytest.approx(
+        answer["sensors"]["displacement_centre"]["rms"], rel=1e-4
+    )
+
+
+def test_what_cannot_be_compared_is_said_with_a_remedy(tmp_path: Path) -> None:
+    other = Histories(TIME, {"w": SHAPE}, {"w": "m"})
+    write_histories(tmp_path / "w.csv", other)
+    with pytest.raises(UserError, match=r"no sensor is in both: .* name them as the case does \(birdstrike import"):
+        compare("demo_rig", tmp_path / "w.csv", tmp_path / "a", settings=SETTINGS)
+    wrong = Histories(TIME, {"displacement_centre": SHAPE}, {"displacement_centre": "N"})
+    write_histories(tmp_path / "n.csv", wrong)
+    with pytest.raises(UserError, match="the case records m, the other curve is in N; import it with its unit"):
+        compare("demo_rig", tmp_path / "n.csv", tmp_path / "b", settings=SETTINGS)
+    late = Histories(TIME + 1.0, {"displacement_centre": SHAPE}, {"displacement_centre": "m"})
+    write_histories(tmp_path / "late.csv", late)
+    with pytest.raises(UserError, match=r"no two points between 0 and 2 ms, .* is its clock in the right unit"):
+        compare("demo_rig", tmp_path / "late.csv", tmp_path / "c", settings=SETTINGS)
+    with pytest.raises(UserError, match="there is no such file"):
+        compare("demo_rig", tmp_path / "none.csv", tmp_path / "d", settings=SETTINGS)
+    with pytest.raises(UserError, match="birdstrike export CASE --deck writes it beside the deck"):
+        compare("demo_rig", tmp_path / "w.csv", tmp_path / "e", deck=tmp_path / "no.sensors.json", settings=SETTINGS)
+    (tmp_path / "rcforc").write_text("not a table\n")
+    with pytest.raises(UserError, match=r"needs --deck SENSORS\.json"):
+        compare("demo_rig", tmp_path / "rcforc", tmp_path / "f", settings=SETTINGS)

@@ -1,0 +1,137 @@
+"""The evidence of an answer, unpacked elsewhere, repeats the calibration and gets the same numbers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import birdstrike.inversion.forward
+from birdstrike import evidence
+from birdstrike.cli.app import app
+from birdstrike.data.errors import UserError
+from birdstrike.reports.evidence.verification_rows import aspects, read_rows
+from birdstrike.solver.case.case import load_case
+from tests.inversion import small_campaign
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def zipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The archive of a finished inversion by the emulator; the folders that it was made from are gone."""
+    folder = tmp_path_factory.mktemp("evidence")
+    small_campaign.build(folder / "doe")
+    small_campaign.write_record(folder / "shot 7.csv")
+    line = ["train-and-invert", str(folder / "doe"), "--measured", str(folder / "shot 7.csv"), "--method", "emulator"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
+        found = CliRunner().invoke(app, [*line, "--seed", "3", "--refine", "0", "--out", str(folder / "inversion")])
+        assert found.exit_code == 0, found.output
+    out = tmp_path_factory.mktemp("kept") / "evidence.zip"
+    made = CliRunner().invoke(app, ["evidence", str(folder / "inversion"), "--out", str(out), "--json"])
+    assert made.exit_code == 0, made.output
+    assert "Written to" in made.stdout
+    again = evidence(folder / "inversion", out.with_name("again.zip"))
+    assert again.path.read_bytes() == out.read_bytes(), "the same evidence has the same bytes"
+    shutil.rmtree(folder)
+    return out
+
+
+def unpacked(zipped: Path, folder: Path) -> dict[str, Any]:
+    with zipfile.ZipFile(zipped) as archive:
+        archive.extractall(folder)
+    return json.loads((folder / "manifest.json").read_text())
+
+
+def test_the_calibration_repeats_from_the_archive_alone(
+    zipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = unpacked(zipped, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
+    found = CliRunner().invoke(app, manifest["repeat"][1:])
+    assert found.exit_code == 0, found.output
+    before, after = (json.loads((tmp_path / one / "inversion.json").read_text()) for one in ("inversion", "again"))
+    for key in ("methods", "best", "ranges", "posterior", "seed", "case_hash", "time_offset", "runs_used"):
+        assert after[key] == before[key], key
+    assert " ".join(manifest["repeat"][:2]) in (tmp_path / "repeat.sh").read_text()
+
+
+def test_every_file_has_the_digest_of_the_manifest(zipped: Path, tmp_path: Path) -> None:
+    manifest = unpacked(zipped, tmp_path)
+    files = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert files == {*manifest["files"], "manifest.json"}
+    for name, entry in manifest["files"].items():
+        content = (tmp_path / name).read_bytes()
+        assert hashlib.sha256(content).hexdigest() == entry["sha256"]
+        assert len(content) == entry["bytes"]
+    needed = {"SUMMARY.md", "case.toml", "records/shot 7.csv", "campaigns/1/curves.csv", "inversion/inversion.json"}
+    assert needed | {"verification.json", "inversion/options.json", "inversion/posterior.csv"} <= files
+    assert manifest["seed"] == 3
+    assert len(manifest["campaigns"][0]["runs"]) == small_campaign.RUNS
+    assert manifest["verification_runs"]["emulator"]
+
+
+def test_the_summary_says_what_was_found_where_it_holds_and_what_is_open(zipped: Path, tmp_path: Path) -> None:
+    manifest = unpacked(zipped, tmp_path)
+    page = (tmp_path / "SUMMARY.md").read_text()
+    assert "bird.material.viscosity: " in page
+    assert "NOT IDENTIFIED" in page
+    assert "SIMULATED, NOT MEASURED" in page
+    assert manifest["files"]["records/shot 7.csv"]["sha256"] in page
+    assert "birdstrike train-and-invert campaigns/1 --measured 'records/shot 7.csv'" in page
+    assert "was sought in" in page
+    assert "no diagnosis: whether an effect is missing from the model was not asked" in page
+
+
+def test_rows_that_bear_on_a_case_are_chosen_by_what_it_asks_of_the_solver() -> None:
+    rows, code = read_rows(ROOT / "VERIFICATION.md")
+    assert len(rows) > 200
+    assert len(code) == 12
+    found = {one.name: one for one in aspects(load_case("reference_strike"), rows)}
+    shock = next(one for name, one in found.items() if name.startswith("shock in the bird"))
+    assert not shock.missing
+    assert {row.family for row in shock.rows} == {"Planar impact"}
+    assert all(": Grueneisen" in row.name for row in shock.rows)
+    assert found["clamped plate"].rows
+    assert not any("Curved" in row.family for one in found.values() for row in one.rows)
+
+
+def test_what_no_row_covers_is_named() -> None:
+    rows, _ = read_rows(ROOT / "VERIFICATION.md")
+    fast = load_case(
+        "reference_strike", {"impact.speed": "900 m/s", "impact.angle": "90 deg", "impact.friction": "0.2"}
+    )
+    missing = {one.name: one.missing for one in aspects(fast, rows) if one.missing}
+    shock = next(text for name, text in missing.items() if name.startswith("shock in the bird"))
+    assert shock.startswith("outside the range: the rows go from ")
+    assert shock.endswith("and the case has 900 m/s")
+    elastic = {one.name: one.missing for one in aspects(load_case("reference_strike_elastic"), rows)}
+    assert elastic["strength of the bird"] == "no row checks the strength of a bird of model elastic"
+
+
+def test_evidence_that_could_not_be_repeated_is_refused(tmp_path: Path, zipped: Path) -> None:
+    unpacked(zipped, tmp_path / "there")
+    folder = tmp_path / "there" / "inversion"
+    with pytest.raises(UserError, match=r"the campaign of the inversion is not where it was .* name it: --doe"):
+        evidence(folder, tmp_path / "e.zip")
+    campaign = tmp_path / "there" / "campaigns" / "1"
+    with pytest.raises(UserError, match="is not where the inversion read it; name its file: --measured"):
+        evidence(folder, tmp_path / "e.zip", doe=campaign)
+    record = tmp_path / "there" / "records" / "shot 7.csv"
+    assert evidence(folder, tmp_path / "e.zip", doe=campaign, measured=[record]).path.is_file()
+    with pytest.raises(UserError, match="is a zip; name it so"):
+        evidence(folder, tmp_path / "e.tar", doe=campaign, measured=[record])
+    (campaign / "curves.csv").write_text((campaign / "curves.csv").read_text() + "\n")
+    with pytest.raises(UserError, match="has been edited since the campaign wrote it"):
+        evidence(folder, tmp_path / "f.zip", doe=campaign, measured=[record])
+    with pytest.raises(UserError, match="does not exist; make it with: birdstrike close-the-loop"):
+        evidence(tmp_path / "nothing", tmp_path / "f.zip")
+    assert not (tmp_path / "f.zip").exists()

@@ -1,0 +1,334 @@
+"""Whole decks, read back by an independent reader: geometry, masses, momentum, constants and units, by number."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from birdstrike import export
+from birdstrike.cli.app import app
+from birdstrike.data.deck_sensors import read_deck_sensors
+from birdstrike.data.errors import UserError
+from birdstrike.data.unit_systems import unit_system
+from birdstrike.reports.export.fixed_columns import number
+from birdstrike.solver.build import build_bird, build_plate
+from birdstrike.solver.case.case import Case, load_case
+from tests.reports.export.radioss_reader import Block, elements_of, nodes_of, read_deck
+
+UNITS = ("mm-ms-kg-GPa", "mm-s-t-MPa", "m-s-kg-Pa")
+SCALES = {"mm-ms-kg-GPa": (1e3, 1e3, 1.0), "mm-s-t-MPa": (1e3, 1.0, 1e-3), "m-s-kg-Pa": (1.0, 1.0, 1.0)}
+"""Length, time and mass of a system's units in one of SI, written down here apart from the program's table."""
+SMALL = {"bird.particles": "200", "plate.elements": "[6, 4]", "impact.friction": "0.3", "plate.damping": "40 1/s"}
+SPRINGS = '{ rotational = "100 kN*m/rad/m", in_plane = "500 N/mm^2" }'
+
+
+def written(case: str, code: str, units: str, folder: Path, **settings: str) -> str:
+    name = "strike_0000.rad" if code == "radioss" else "strike.k"
+    export(case, folder / name, to=code, units=units, deck=True, settings=settings)
+    return (folder / name).read_text()
+
+
+def radioss(case: str, units: str, folder: Path, **settings: str) -> dict[str, list[Block]]:
+    return read_deck(written(case, "radioss", units, folder, **settings))
+
+
+def lsdyna(case: str, units: str, folder: Path, **settings: str) -> dict[str, list[Any]]:
+    from ansys.dyna.core import Deck
+
+    deck = Deck()
+    deck.loads(written(case, "lsdyna", units, folder, **settings))
+    assert not list(deck.string_keywords), "ansys-dyna-core does not know every keyword that was written"
+    found: dict[str, list[Any]] = {}
+    for keyword in deck.keywords:
+        found.setdefault(keyword.get_title(), []).append(keyword)
+    return found
+
+
+def particles_of(text: str) -> np.ndarray:
+    """Node, part and mass of every row of *ELEMENT_SPH, by its columns: ansys-dyna-core reads the first row alone."""
+    after = text.split("*ELEMENT_SPH\n")[1].split("*")[0].splitlines()
+    rows = [(line[:8], line[8:16], line[16:32]) for line in after if not line.startswith("$")]
+    return np.array([[float(cell) for cell in row] for row in rows])
+
+
+def truth(case: str, **settings: str) -> tuple[Case, Any, Any]:
+    loaded = load_case(case, settings).resolved()
+    return loaded, build_plate(loaded), build_bird(loaded)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_radioss_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tmp_path: Path) -> None:
+    (length, time, mass), (case, plate, bird) = SCALES[units], truth("demo_rig", **SMALL)
+    deck = radioss("demo_rig", units, tmp_path, **SMALL)
+    names = {"mm": "mm", "m": "m", "ms": "ms", "s": "s", "kg": "kg", "t": "Mg"}
+    begin = deck["BEGIN"][0]
+    own = units.split("-")
+    assert begin.cells(2, 20, 20, 20) == [names[own[2]], names[own[0]], names[own[1]]] == begin.cells(3, 20, 20, 20)
+    numbers, places = nodes_of(deck)
+    assert len(set(numbers)) == len(numbers) == len(plate.x) + bird.n
+    assert places[: len(plate.x)] == pytest.approx(length * plate.x, rel=1e-14, abs=1e-14)
+    assert places[len(plate.x) :] == pytest.approx(length * bird.x[: bird.n], rel=1e-14, abs=1e-12)
+    shells = elements_of(deck, "SHELL")[1]
+    assert np.array_equal(shells[:, 1:], plate.quads + 1)
+    particles = elements_of(deck, "SPHCEL")[2].ravel()
+    assert np.array_equal(particles, numbers[len(plate.x) :])
+    per_particle = deck["PROP/SPH"][0].floats(1, 4)[0]
+    assert per_particle * len(particles) == pytest.approx(mass * 1.8757, rel=1e-3)
+    assert per_particle * len(particles) == pytest.approx(mass * bird.masses.sum(), rel=1e-13)
+    velocity = np.array([float(cell) for cell in deck["INIVEL/TRA"][0].cells(1, 20, 20, 20)])
+    momentum = per_particle * len(particles) * velocity
+    expected = bird.masses.sum() * np.array([91.1 * np.cos(np.pi / 6), 0.0, -91.1 / 2.0])
+    assert momentum == pytest.approx(mass * length / time * expected, rel=1e-13, abs=1e-9)
+    pressure, density = mass / (length * time**2), mass / length**3
+    metal = deck["MAT/COWPER"][0]
+    assert metal.floats(1, 1) == pytest.approx([2780.0 * density])
+    assert metal.floats(2, 2) == pytest.approx([71e9 * pressure, 0.3])
+    assert metal.floats(3) == pytest.approx([690e6 * pressure, 0.0, 1.0, 0.0, 0.0])
+    assert deck["MAT/HYD_VISC"][0].floats(2, 2) == pytest.approx([600.0 / 938.0 * length**2 / time, -0.6e6 * pressure])
+    assert deck["EOS/GRUNEISEN"][0].floats(1, 4) == pytest.approx([1670.0 * length / time, 2.48, 0.0, 0.0])
+    assert deck["EOS/GRUNEISEN"][0].floats(2, 4) == pytest.approx([0.0, 0.0, 0.0, 938.0 * density])
+    shell = deck["PROP/SHELL"][0]
+    assert float(shell.cells(3, 10, 10, 20)[2]) == pytest.approx(0.01 * length)
+    assert shell.cells(3, 10)[0] == "5"
+    contact = deck["INTER/TYPE7"][0]
+    stiffness, friction, gap = contact.floats(4, 3)
+    assert friction == 0.3
+    assert gap == pytest.approx(length * (0.005 + bird.skin))
+    assert stiffness == pytest.approx(bird.bulk_modulus * bird.spacing * mass / time**2)
+    assert float(deck["DAMP"][0].cells(1, 20)[0]) == pytest.approx(80.0 / time)
+    held = set(deck["GRNOD/NODE"][0].integers(1))
+    assert held == {int(n) + 1 for n in plate.mesh.rim}
+    assert deck["BCS"][0].lines[1][:10] == "   111 111"
+    engine = (tmp_path / "strike_0001.rad").read_text().splitlines()
+    assert float(engine[engine.index("/RUN/strike/1") + 1]) == pytest.approx(case.time.end * time)
+    assert float(engine[engine.index("/TFILE/4") + 1]) == pytest.approx(5e-6 * time)
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_lsdyna_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tmp_path: Path) -> None:
+    (length, time, mass), (case, plate, bird) = SCALES[units], truth("demo_rig", **SMALL)
+    deck = lsdyna("demo_rig", units, tmp_path, **SMALL)
+    nodes = deck["*NODE"][0].nodes
+    places = nodes[["x", "y", "z"]].to_numpy(float)
+    assert nodes["nid"].is_unique
+    assert places[: len(plate.x)] == pytest.approx(length * plate.x, rel=1e-11, abs=1e-12)
+    assert places[len(plate.x) :] == pytest.approx(length * bird.x[: bird.n], rel=1e-9, abs=1e-9)
+    corners = deck["*ELEMENT_SHELL"][0].elements[["n1", "n2", "n3", "n4"]].to_numpy(int)
+    assert np.array_equal(corners, plate.quads + 1)
+    particles = particles_of((tmp_path / "strike.k").read_text())
+    assert np.array_equal(particles[:, 0], nodes["nid"].to_numpy(int)[len(plate.x) :])
+    assert set(particles[:, 1]) == {2.0}
+    total = particles[:, 2].sum()
+    assert total == pytest.approx(mass * bird.masses.sum(), rel=1e-9)
+    start = deck["*INITIAL_VELOCITY_GENERATION"][0]
+    expected = np.array([91.1 * np.cos(np.pi / 6), 0.0, -91.1 / 2.0]) * length / time
+    assert (start.id, start.styp) == (2, 2)
+    assert [start.vx, start.vy, start.vz] == pytest.approx(expected, rel=1e-7, abs=1e-12)
+    assert total * start.vz == pytest.approx(mass * length / time * -bird.masses.sum() * 45.55, rel=1e-7)
+    pressure, density = mass / (length * time**2), mass / length**3
+    metal, null, law = (deck[name][0] for name in ("*MAT_PLASTIC_KINEMATIC", "*MAT_NULL", "*EOS_GRUNEISEN"))
+    metal_truth = [2780.0 * density, 71e9 * pressure, 0.3, 690e6 * pressure]
+    assert [metal.ro, metal.e, metal.pr, metal.sigy] == pytest.approx(metal_truth)
+    assert [null.ro, null.pc, null.mu] == pytest.approx([938.0 * density, -6e5 * pressure, 600.0 * pressure * time])
+    assert [law.c, law.s1, law.v0] == pytest.approx([1670.0 * length / time, 2.48, 1.0])
+    assert deck["*CONTROL_TERMINATION"][0].endtim == pytest.approx(case.time.end * time)
+    contact = deck["*CONTACT_AUTOMATIC_NODES_TO_SURFACE"][0]
+    assert (contact.fs, contact.fd) == (0.3, 0.3)
+    assert 0.5 * (contact.sast + contact.sbst) == pytest.approx(length * (0.005 + bird.skin), rel=1e-6)
+    curve = deck["*DEFINE_CURVE"][0].curves.to_numpy(float)
+    assert curve[:, 1] == pytest.approx(80.0 / time)
+    parts = {int(one.parts["pid"][0]): one.parts for one in deck["*PART"]}
+    assert list(parts) == [1, 2]
+    support = deck["*BOUNDARY_SPC_SET"][0]
+    assert [support.dofx, support.dofy, support.dofz, support.dofrx, support.dofry, support.dofrz] == [1] * 6
+
+
+def test_edge_springs_carry_the_frames_stiffness(tmp_path: Path) -> None:
+    """The sum over all nodes is the stiffness per length times the length of the edge, in both codes."""
+    settings = SMALL | {"plate.edges": SPRINGS}
+    around = 2.0 * (0.525 + 0.43)
+    deck = radioss("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    counts = {part: len(rows) for part, rows in elements_of(deck, "SPRING").items()}
+    rotation = sum(counts[block.number] * block.floats(11)[0] for block in deck["PROP/SPR_GENE"])
+    in_plane = sum(counts[block.number] * block.floats(2)[0] for block in deck["PROP/SPR_GENE"])
+    assert rotation == pytest.approx(1e5 * around, rel=1e-10)
+    assert in_plane == pytest.approx(5e8 * around, rel=1e-10)
+    assert all(block.floats(8)[0] == 0.0 for block in deck["PROP/SPR_GENE"])
+    assert {block.lines[1][:10] for block in deck["BCS"]} == {"   001 000", "   111 111"}
+    cards = lsdyna("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    stiffness = {one.mid: one.k for one in cards["*MAT_SPRING_ELASTIC"]}
+    springs = cards["*ELEMENT_DISCRETE"][0].elements
+    turning = {int(p.parts["pid"][0]) for p in cards["*PART"] if int(p.parts["secid"][0]) == 9002}
+    about_x = springs[springs["vid"] == 1]
+    sums = {True: 0.0, False: 0.0}
+    for part in about_x["pid"]:
+        sums[int(part) in turning] += stiffness[int(part)]
+    assert sums[True] == pytest.approx(1e5 * around, rel=1e-6)
+    assert sums[False] == pytest.approx(5e8 * around, rel=1e-6)
+
+
+def test_an_assembly_has_its_parts_and_a_contact_for_each_thickness(tmp_path: Path) -> None:
+    settings = {
+        "bird.particles": "150",
+        "target.generator.element_size": "50 mm",
+        "target.parts.stiffeners.thickness": "2 mm",
+    }
+    _, plate, bird = truth("openradioss_panel", **settings)
+    deck = radioss("openradioss_panel", "mm-s-t-MPa", tmp_path, **settings)
+    shells = elements_of(deck, "SHELL")
+    assert {part: len(rows) for part, rows in shells.items()} == {
+        i: len(facets) for i, facets in enumerate(plate.mesh.parts.values(), start=1)
+    }
+    assert np.array_equal(shells[2][:, 1:], plate.quads[plate.mesh.parts["stiffeners"]] + 1)
+    metal = deck["MAT/PLAS_JOHNS"]
+    assert metal[0].floats(3) == pytest.approx([350.0, 426.0, 0.34, 0.0, 0.0])
+    gaps = [contact.floats(4, 3)[2] for contact in deck["INTER/TYPE7"]]
+    assert gaps == pytest.approx([1.5 + 1e3 * bird.skin, 1.0 + 1e3 * bird.skin])
+    cards = lsdyna("openradioss_panel", "mm-s-t-MPa", tmp_path, **settings)
+    law = cards["*MAT_SIMPLIFIED_JOHNSON_COOK"][0]
+    assert [law.a, law.b, law.n, law.c] == pytest.approx([350.0, 426.0, 0.34, 0.0])
+    sensors = read_deck_sensors(tmp_path / "strike.sensors.json").sensors
+    at = {int(n): x for n, x in zip(*nodes_of(deck), strict=True)}
+    x60 = sensors["w_x60"]
+    place = sum(w * at[n] for n, w in zip(x60.numbers, x60.weights, strict=True))
+    assert place == pytest.approx([60.0, 0.0, 0.0], abs=1e-9)
+    assert sensors["u_blade"].direction == (1.0, 0.0, 0.0)
+    assert set(sensors["reaction_force"].numbers) == set(deck["GRNOD/NODE"][0].integers(1))
+
+
+def test_a_bird_of_hexahedra_has_the_volume_of_the_case(tmp_path: Path) -> None:
+    settings = SMALL | {"bird.method": "hexahedra"}
+    case, _, bird = truth("demo_rig", **settings)
+    deck = radioss("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    numbers, places = nodes_of(deck)
+    at = dict(zip(numbers, places, strict=True))
+    cells = np.array([[at[n] for n in row[1:]] for row in elements_of(deck, "BRICK")[2]])
+    assert len(cells) == len(bird.cells)
+    from birdstrike.solver.bird.hex_mesh import HexMesh
+
+    volume = HexMesh(cells.reshape(-1, 3), np.arange(8 * len(cells)).reshape(-1, 8)).volumes.sum()
+    assert 938.0 * volume == pytest.approx(case.bird.actual_mass, rel=1e-9)
+    assert "DT/BRICK/DEL" in (tmp_path / "strike_0001.rad").read_text()
+    solid = lsdyna("demo_rig", "m-s-kg-Pa", tmp_path, **settings)["*ELEMENT_SOLID"][0].elements
+    assert np.array_equal(solid[[f"n{k}" for k in range(1, 9)]].to_numpy(int), elements_of(deck, "BRICK")[2][:, 1:])
+
+
+@pytest.mark.parametrize("model", ["elastic", "plastic_kinematic", "hydrodynamic"])
+def test_other_bird_models_are_radioss_laws_with_the_same_constants(model: str, tmp_path: Path) -> None:
+    settings = {"bird.particles": "150", "plate.elements": "[6, 4]"}
+    deck = radioss(f"reference_strike_{model}", "m-s-kg-Pa", tmp_path, **settings)
+    if model == "elastic":
+        assert deck["MAT/ELAST"][0].floats(2, 2) == pytest.approx([68.9e6, 0.49])
+    elif model == "plastic_kinematic":
+        assert deck["MAT/PLAS_JOHNS"][0].floats(3)[:4] == pytest.approx([6894.0, 0.0, 1.0, 1.25])
+    else:
+        young, poisson = deck["MAT/HYDPLA"][0].floats(2, 2)
+        assert young / (2.0 * (1.0 + poisson)) == pytest.approx(10.2e6)
+        assert young / (3.0 * (1.0 - 2.0 * poisson)) == pytest.approx(2072e6)
+        assert deck["MAT/HYDPLA"][0].floats(4, 1) == pytest.approx([-0.9e6])
+        assert deck["EOS/POLYNOMIAL"][0].floats(1, 4) == pytest.approx([0.0, 2072e6, 6217e6, 10362e6])
+
+
+def test_an_effect_of_the_case_is_in_its_deck(tmp_path: Path) -> None:
+    deck = radioss("demo_rig", "mm-ms-kg-GPa", tmp_path, **SMALL | {"effects.plate_thickness": "-0.5 mm"})
+    assert float(deck["PROP/SHELL"][0].cells(3, 10, 10, 20)[2]) == pytest.approx(9.5)
+    assert "effects.plate_thickness = -0.5 mm" in " ".join((tmp_path / "strike_0000.rad").read_text().split("\n#   "))
+
+
+def test_what_no_common_card_says_is_refused_with_a_remedy(tmp_path: Path) -> None:
+    preload = SMALL | {"plate.preload": '["1 MPa", "1 MPa"]'}
+    with pytest.raises(UserError, match=r"plate\.preload has no card in a whole deck: .*--set"):
+        written("demo_rig", "radioss", "m-s-kg-Pa", tmp_path, **preload)
+    curved = SMALL | {"plate.radius": "600 mm", "plate.edges": "pinned", "bird.particles": "200"}
+    radioss("demo_rig", "m-s-kg-Pa", tmp_path, **curved)
+    with pytest.raises(UserError, match=r"plate\.edges: supports that hold some freedoms of a curved"):
+        written("demo_rig", "lsdyna", "m-s-kg-Pa", tmp_path, **curved | {"plate.edges": '{ in_plane = "500 N/mm^2" }'})
+    rated = {"bird.material.rate_c": "100 1/s", "bird.particles": "150", "plate.elements": "[6, 4]"}
+    with pytest.raises(UserError, match=r'export with bird\.method = "hexahedra"'):
+        written("reference_strike_plastic_kinematic", "radioss", "m-s-kg-Pa", tmp_path, **rated)
+    with pytest.raises(UserError, match=r"is called NAME_0000\.rad, without blanks"):
+        export("demo_rig", tmp_path / "my deck.rad", to="radioss", deck=True, settings=SMALL)
+    with pytest.raises(UserError, match="--deck writes the deck of a case"):
+        export(tmp_path, tmp_path / "x.k", deck=True)
+    with pytest.raises(UserError, match='"abaqus" is not on offer; available: lsdyna, radioss'):
+        export("demo_rig", tmp_path / "x.k", to="abaqus")
+    assert not (tmp_path / "x.k").exists()
+
+
+def test_command_names_the_files_and_what_comes_next(tmp_path: Path) -> None:
+    out = tmp_path / "shot.rad"
+    settings = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
+    found = CliRunner().invoke(
+        app, ["export", "demo_rig", "--deck", "--to", "radioss", "--out", str(out), *settings, "--json"]
+    )
+    assert found.exit_code == 0, found.output
+    answer = json.loads(found.stdout.splitlines()[-1])
+    assert [Path(file).name for file in answer["files"]] == ["shot_0000.rad", "shot_0001.rad"]
+    assert all(Path(file).is_file() for file in (*answer["files"], answer["sensors"]))
+    assert "birdstrike compare demo_rig" in " ".join(found.stdout.split())
+
+
+@pytest.mark.parametrize("value", [1.0 / 3.0, -1.0 / 3e7, 71e9, 0.1, -45.55, 123456.789, 1e-20, 0.0])
+def test_numbers_in_columns_keep_all_digits_that_fit(value: float) -> None:
+    for width, digits in ((10, 2), (16, 8), (20, 11)):
+        text = number(value, width)
+        assert len(text) == width
+        assert text[0] == " "
+        assert "." in text
+        assert float(text) == pytest.approx(value, rel=0.5 * 10.0**-digits, abs=0.0)
+    assert float(number(0.30000000000000004, 20)) == pytest.approx(0.3, rel=1e-15)
+
+
+def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: Path) -> None:
+    names = {"plate_thickness": 2e-4, "bird_friction": 0.12, "impact_speed": 1.5, "clamp_rotation": 1e-6}
+    names |= {"plate_density": 50.0, "plate_damping": 60.0, "sensor_gain.displacement_centre": 0.03}
+    effects = [
+        {"name": name, "magnitude": size, "interval_95": [0.5 * size, 2.0 * size], "probability": 0.12}
+        for name, size in names.items()
+    ]
+    effects.append({"name": "bird_yaw", "magnitude": 0.01, "interval_95": [0.0, 0.1], "probability": 0.001})
+    parameters = {
+        "bird.material.viscosity": {"value": 420.0, "interval_95": [400.0, 440.0], "unit": "Pa s", "identified": True}
+    }
+    content = {
+        "verdict": "ambiguous",
+        "sentence": "Several effects explain the residual.",
+        "confidence_set": ["plate_thickness", "bird_friction+impact_speed", "none"],
+        "effects": effects,
+        "before": {"parameters": parameters},
+        "after": None,
+    }
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    (tmp_path / "case.toml").write_text('extends = "demo_rig"\n')
+    from ansys.dyna.core import Deck
+
+    system = unit_system("mm-ms-kg-GPa")
+    export(tmp_path, tmp_path / "bird.k", units=system.name)
+    text = (tmp_path / "bird.k").read_text()
+    plain = " ".join(line.lstrip("$ ") for line in text.splitlines() if line.startswith("$"))
+    assert "magnitude +0.2 mm, 95 % interval +0.1 mm .. +0.4 mm, probability 0.12" in plain
+    assert "bird_yaw" not in text
+    assert "nothing changes in the deck; correct the record" in plain
+    deck = Deck()
+    deck.loads(text)
+    assert not list(deck.string_keywords)
+    found: dict[str, list[Any]] = {}
+    for keyword in deck.keywords:
+        found.setdefault(keyword.get_title(), []).append(keyword)
+    assert found["*MAT_NULL"][0].mu == pytest.approx(system.value(420.0, "Pa s"))
+    assert found["*SECTION_SHELL"][0].t1 == pytest.approx(10.2)
+    assert found["*MAT_SPRING_ELASTIC"][0].k == pytest.approx(system.value(1e6, "N/rad"))
+    assert found["*MAT_PLASTIC_KINEMATIC"][0].ro == pytest.approx(system.value(2830.0, "kg/m^3"))
+    named = {line.split()[1]: float(line.split()[2]) for line in text.splitlines() if line.startswith("R ")}
+    assert named["fric1002"] == 0.12
+    assert named["vz1003"] == pytest.approx(-0.5 * 92.6)
+    export(tmp_path, tmp_path / "bird.rad", to="radioss", units=system.name)
+    blocks = read_deck((tmp_path / "bird.rad").read_text())
+    assert float(blocks["PROP/SHELL"][0].cells(3, 10, 10, 20)[2]) == pytest.approx(10.2)
+    assert blocks["MAT/COWPER"][0].floats(1, 1) == pytest.approx([2.83e-6])
+    assert blocks["MAT/HYD_VISC"][0].floats(2, 1) == pytest.approx([420.0 / 938.0 * 1e3])
