@@ -22,7 +22,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case
 
-MOST = 3  # effects brought up to date
+MOST = 3  # effects brought up to date in one round; the next takes those that are within reach then
 LEAST_SIZE = 1.0  # plausible sizes, never beyond the design's own: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
@@ -52,9 +52,7 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
     wanted = [_wanted(ranking, label, first.group) for label in _labels(ranking)]
-    wanted = [one for one in wanted if not _known(one)]
-    if any(one.response.simulated for one in problem.found if one.response):
-        wanted = [one for one in wanted if any(_bent(one.response, b) for b in one.response.simulated)]
+    wanted = [one for one in wanted if not _known(one)][:MOST]
     if not wanted:
         return problem
     setup = first.setup
@@ -83,8 +81,10 @@ def _farther(response: Response, h: float) -> float:
 
 
 def _known(one: Wanted) -> bool:
-    """Whether the effect was simulated by itself at nearly this magnitude."""
-    return any(abs(b - one.b) <= NEAR * abs(one.b) for b in one.response.simulated)
+    """Whether the effect was simulated by itself at nearly this magnitude, or at another one without bending."""
+    done = one.response.simulated
+    near = any(abs(b - one.b) <= NEAR * abs(one.b) for b in done)
+    return near or (bool(done) and not any(_bent(one.response, b) for b in done))
 
 
 def _bent(response: Response, b: float) -> bool:
@@ -100,7 +100,7 @@ def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Respon
 
 
 def _labels(ranking: Ranking) -> list[str]:
-    """The likeliest effects of the solver, members of the likeliest pairs included; each effect once."""
+    """Effects of the solver within reach of the best, the likeliest first, members of the likeliest pairs before."""
     if ranking.shares[NONE] > SURE:
         return []
     singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
@@ -114,7 +114,7 @@ def _labels(ranking: Ranking) -> list[str]:
     for label in [*named, *order]:
         if singles[label].response and all(singles[label].name != singles[other].name for other in found):
             found.append(label)
-    return found[:MOST]
+    return found
 
 
 def _wanted(ranking: Ranking, label: str, group: str) -> Wanted:
