@@ -52,7 +52,7 @@ def read_keywords(path: str) -> Any:
     if triangle.any():
         cells.append(("triangle", _rows(corners[triangle][:, :3], at)))
     named = _headings(deck)
-    sets = {
+    sets: dict[str, Any] = {
         named.get(int(pid), f"part_{pid}"): [np.flatnonzero(part[kind] == pid) for kind in _kinds(triangle)]
         for pid in np.unique(part)
     }
@@ -79,9 +79,9 @@ def _headings(deck: Any) -> dict[int, str]:
     return found
 
 
-def _node_sets(deck: Any, at: dict[int, int]) -> dict[str, NDArray[np.int64]]:
+def _node_sets(deck: Any, at: dict[int, int]) -> dict[str, Any]:
     """Rows of the points of each set of nodes, by its title or its number."""
-    found: dict[str, NDArray[np.int64]] = {}
+    found: dict[str, Any] = {}
     for keyword in deck.get_kwds_by_type("SET"):
         if keyword.subkeyword.startswith("NODE_LIST"):
             title = getattr(keyword, "title", None)
