@@ -8,6 +8,8 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.effects.effect import Declared, Effect, Table
 
 GROUP = "bird and impact"
+NEARLY_NORMAL = math.radians(80.0)
+"""Angle from which on an error of the angle may carry a shot beyond the normal."""
 
 
 def _impact(case: Declared, key: str, unit: str, change: float) -> Table:
@@ -18,6 +20,17 @@ def _impact(case: Declared, key: str, unit: str, change: float) -> Table:
 def _offset(case: Declared, along: float, across: float) -> Table:
     declared = case.impact.offset
     return {"impact": {"offset": [quantity_text(declared[0] + along, "m"), quantity_text(declared[1] + across, "m")]}}
+
+
+def _angle(case: Declared, change: float) -> Table:
+    """Of a nearly normal shot beyond the normal: the same slope, the bird flying the other way over the plate."""
+    impact = case.impact
+    steeper = impact.angle + change
+    if steeper <= 0.5 * math.pi or impact.angle < NEARLY_NORMAL or impact.aim != "axis":
+        return _impact(case, "angle", "rad", change)
+    slope, heading = math.pi - steeper, impact.heading + math.pi
+    direction = [math.cos(slope) * math.cos(heading), math.cos(slope) * math.sin(heading), -math.sin(slope)]
+    return {"impact": {"direction": direction, "angle": quantity_text(slope, "rad")}}
 
 
 def _sphere(case: Declared) -> str:
@@ -39,7 +52,7 @@ IMPACT = (
         "impact_angle",
         "an impact at another angle",
         "rad",
-        lambda case, x: _impact(case, "angle", "rad", x),
+        _angle,
         lambda _: math.radians(1.0),
         lambda case: -case.impact.angle,
         group=GROUP,

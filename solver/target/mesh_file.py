@@ -1,4 +1,4 @@
-"""Meshes of targets from files that meshio reads: Abaqus, Gmsh, Nastran, VTK and others; read, checked, and in SI.
+"""Meshes of targets from files: what meshio reads (Abaqus, Gmsh, Nastran, VTK) and LS-DYNA's .k; checked, and in SI.
 
 Parts are the file's named sets of elements, or else the numbers that it gives its elements (physical groups, property
 identifiers, or an array `part`), as part_1, part_2, ... where they have no names. Sets are its named sets of nodes.
@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.solver.target.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.mesh import sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -51,12 +52,14 @@ def _read(path: str, unit: str, origin: tuple[float, float, float], _changed: in
     import meshio  # late: only targets from files need it
 
     try:
-        file: Any = meshio.read(path)
+        file: Any = read_keywords(path) if Path(path).suffix.lower() in ENDINGS else meshio.read(path)
+    except UserError:
+        raise
     except (Exception, SystemExit) as error:  # meshio ends the process on some files
         reason = str(error) or type(error).__name__
         raise UserError(
             f"target.mesh = {path} is no mesh that meshio reads: {reason}; Abaqus .inp, Gmsh .msh, Nastran .bdf, "
-            "VTK .vtk and .vtu are"
+            "VTK .vtk and .vtu are, and LS-DYNA .k through ansys-dyna-core"
         ) from error
     other = sorted({block.type for block in file.cells} - {"quad", "vertex", "line"})
     if other or not any(block.type == "quad" for block in file.cells):

@@ -85,6 +85,16 @@ def test_a_direction_beside_the_length_axis_changes_the_hash_and_offset_counts_f
     assert np.allclose(first, second, atol=1e-12)
 
 
+def test_an_angle_beyond_the_normal_is_a_bird_from_the_other_side():
+    """Which a shot at 90 degrees needs for an error of its angle in either sense."""
+    normal = load_case("flat_plate_002", {"target.generator.element_size": "50 mm", "bird.particles": "200"})
+    less, more = (normal.with_effects({"impact_angle": np.deg2rad(x)}).resolved() for x in (-2.0, 2.0))
+    one, other = direction_of(less.impact), direction_of(more.impact)
+    assert one == pytest.approx([np.sin(np.deg2rad(2.0)), 0.0, -np.cos(np.deg2rad(2.0))], abs=1e-12)
+    assert other == pytest.approx(one * [-1.0, 1.0, 1.0], abs=1e-12)
+    assert less.normal_speed == pytest.approx(more.normal_speed)
+
+
 @pytest.mark.parametrize(
     ("impact", "message"),
     [

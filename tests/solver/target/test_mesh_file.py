@@ -88,6 +88,46 @@ def test_the_origin_moves_the_mesh_under_the_bird(tmp_path):
     assert plate.x == pytest.approx(MESH.nodes, abs=1e-12)
 
 
+def keyword_file(path: Path, nodes: np.ndarray, shells: np.ndarray) -> Path:
+    """The panel as an LS-DYNA keyword file, node numbers from 101 on."""
+    lines = ["*KEYWORD", "*NODE"]
+    lines += [f"{101 + i:8d}" + "".join(f"{c:16.9e}" for c in node) for i, node in enumerate(nodes)]
+    lines.append("*ELEMENT_SHELL")
+    for i, (part, corners) in enumerate(zip(MESH.part, shells, strict=False)):
+        lines.append(f"{i + 1:8d}{part + 7:8d}" + "".join(f"{101 + node:8d}" for node in corners))
+    for i, name in enumerate(MESH.parts):
+        lines += ["*PART", name, f"{i + 7:10d}{1:10d}{1:10d}"]
+    edges = [101 + int(node) for node in MESH.sets["edges"]]
+    lines += ["*SET_NODE_LIST_TITLE", "edges", f"{5:10d}"]
+    lines += ["".join(f"{node:10d}" for node in edges[k : k + 8]) for k in range(0, len(edges), 8)]
+    path.write_text("\n".join([*lines, "*END"]) + "\n")
+    return path
+
+
+def test_a_keyword_file_is_the_same_panel_with_its_names(tmp_path):
+    pytest.importorskip("ansys.dyna.core")
+    path = keyword_file(tmp_path / "panel.k", MESH.nodes, MESH.quads)
+    plate = build_plate(load_case(table_with(path)))
+    assert plate.x == pytest.approx(MESH.nodes, abs=1e-9)
+    assert np.array_equal(plate.quads, MESH.quads)
+    assert np.array_equal(plate.shells.section, MESH.part)
+    assert np.array_equal(np.flatnonzero(plate.fixed), np.sort(MESH.sets["edges"]))
+
+
+def test_a_keyword_file_s_triangles_and_missing_shells_are_told(tmp_path):
+    pytest.importorskip("ansys.dyna.core")
+    shells = MESH.quads.copy()
+    shells[3, 3] = shells[3, 2]
+    path = keyword_file(tmp_path / "panel.k", MESH.nodes, shells)
+    with pytest.raises(CaseError) as error:
+        load_case(table_with(path))
+    assert any("holds triangle; a target is of four-node shells" in line for line in error.value.errors)
+    path.write_text("*KEYWORD\n*NODE\n       1             0.0             0.0             0.0\n*END\n")
+    with pytest.raises(CaseError) as error:
+        load_case(table_with(path))
+    assert any("holds no *ELEMENT_SHELL" in line for line in error.value.errors)
+
+
 def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and quadrilaterals with one fault each."""
     nodes, quads = MESH.nodes.copy(), MESH.quads.copy()
