@@ -55,7 +55,7 @@ from birdstrike.inversion.models.error_terms import Discrepancy, NuisanceRuns, w
 from birdstrike.inversion.models.optimisers import Problem, optimised
 from birdstrike.inversion.models.points import linearised_draws, near_answer, residuals_of, shot_errors
 from birdstrike.inversion.models.results import Combined, ModelAnswer, Optimised, ShotError
-from birdstrike.inversion.models.scaled import Scale, ScaledForward
+from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
 from birdstrike.inversion.models.simulations import LatePool, simulate_all
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.estimates import Estimate
@@ -218,10 +218,10 @@ class ModelFit:
                 say=said.append,
                 retry=self.retry,
             )
-            shots.append(self._shot(setup, case, self.scale.dataset(dataset), place))
+            shots.append(self._shot(setup, case, self.scale.dataset(dataset), place, said))
         return shots
 
-    def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path) -> Shot:
+    def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> Shot:
         stored = StoredSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
         solver = ScaledForward(stored, self.scale)
         nuisances = NuisanceRuns(solver, case_nuisances(case))
@@ -241,7 +241,8 @@ class ModelFit:
             return np.hstack(parts)
 
         known = columns if nuisances.nuisances or shares else None
-        return Shot(dataset, setup.measured, solver, options, known, campaign=place, case=case)
+        verifier = NearestFinished(solver, dataset, said.append)
+        return Shot(dataset, setup.measured, solver, options, known, campaign=place, verifier=verifier, case=case)
 
     def _refined(self, joint: Joint, said: list[str]) -> tuple[Dataset, Emulator, int]:
         """Runs added about the best fit, all shots at each point, while the emulator's error widens the answer."""
@@ -323,7 +324,7 @@ class ModelFit:
         self._run(thetas)
         answers = {}
         for setup, shot, theta, (t0, _) in zip(self.setups, shots, thetas, origins, strict=True):
-            answers[setup.name] = (theta, residuals_of(shot, shot.forward(theta), t0))
+            answers[setup.name] = (theta, residuals_of(shot, verified(shot)(theta), t0))
         return answers
 
     def _run(self, thetas: Sequence[Mapping[str, float]]) -> None:
@@ -354,7 +355,7 @@ class ModelFit:
         simulate_all([(case, self.scale.values(theta)) for theta in thetas], self.store, self.pool, self.retry)
         together: dict[str, tuple[float, ...]] = {}
         for theta, low, high in zip(thetas, edges[:-1], edges[1:], strict=True):
-            for name, own in residuals_of(shot, shot.forward(theta), t0, (low, high)).items():
+            for name, own in residuals_of(shot, verified(shot)(theta), t0, (low, high)).items():
                 together[name] = together.get(name, ()) + own
         return {self.setups[0].name: (thetas[0], together)}
 
@@ -408,7 +409,7 @@ class ModelFit:
         if answer.combination is not None:
             theta = dict(answer.combination.point)
         moved = [(outcome.inversion.time_offset.value, True), *origins[1:]]
-        runs = [shot.forward(theta) for shot in shots]
+        runs = [verified(shot)(theta) for shot in shots]
         self._written("calibrated", runs, moved)
         found = self._errors(shots, moved, runs)
         return {name: one for name, one in found.items() if one is not None}
@@ -530,6 +531,11 @@ class ModelFit:
             if i:
                 text = re.sub(rf"(\w)@{i + 1}\b", rf"\1 of {setup.name}", text)
         return text
+
+
+def verified(shot: Shot) -> Forward:
+    """The model of a shot that verifies answers."""
+    return shot.verifier or shot.forward
 
 
 def _part(dataset: Dataset, shot: Shot, number: int) -> Shot:

@@ -6,12 +6,13 @@ decades is treated as its logarithm.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.forward import Forward, Progress, watched
@@ -65,5 +66,38 @@ class ScaledForward:
         return self.forward(self.scale.values(theta))
 
     def watched(self, progress: Progress) -> ScaledForward:
+        """The same with its progress reported."""
+        return replace(self, forward=watched(self.forward, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class NearestFinished:
+    """A forward model that answers with the nearest run of a campaign where its own simulation fails, and says so.
+
+    A model whose best constants make the solver fail is still to be compared with the others.
+    """
+
+    forward: Forward
+    dataset: Dataset
+    say: Callable[[str], None]
+
+    def __call__(self, theta: Mapping[str, float]) -> Histories:
+        """Histories at these parameters, or at the nearest run's; raises RunFailed where that one fails too."""
+        try:
+            return self.forward(theta)
+        except RunFailed as failure:
+            place = np.array([theta[name] for name in self.dataset.names])
+            apart = (self.dataset.parameters - place) / (self.dataset.highs - self.dataset.lows)
+            nearest = int(np.argmin((apart**2).sum(axis=1)))
+            number = int(self.dataset.runs[nearest])
+            self.say(
+                f"the simulation at an answer failed ({failure}): run {number} of the campaign, "
+                "the nearest that finished, stands in for it, so that the errors are those of its constants; change "
+                "what the solver asks for, or narrow the ranges: inversion.models"
+            )
+            found = dict(zip(self.dataset.names, map(float, self.dataset.parameters[nearest]), strict=True))
+            return self.forward(found)
+
+    def watched(self, progress: Progress) -> NearestFinished:
         """The same with its progress reported."""
         return replace(self, forward=watched(self.forward, progress))

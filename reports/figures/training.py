@@ -37,7 +37,7 @@ def hidden_size_figure(sizes: Mapping[int, tuple[float, float]]) -> Figure:
     axes = figure.subplots()
     mean, spread = (100.0 * np.array(column) for column in zip(*sizes.values(), strict=True))
     axes.errorbar(list(sizes), mean, spread, fmt="o-", color=BLUE, markersize=4, capsize=3)
-    axes.set_xlabel("Hidden neurons")
+    axes.set_xlabel("Hidden neurons [–]")
     axes.set_ylabel("Cross-validated error [% of range]")
     axes.margins(x=0.05)
     axes.set_ylim(bottom=0.0)

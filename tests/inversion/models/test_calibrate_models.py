@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.curves import write_measured
-from birdstrike.data.errors import UserError
+from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
@@ -141,6 +141,26 @@ def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:
     assert found.heldout_by == "time block"
     assert len(found.models["null"].residuals["shot_0"]["displacement_centre"]) >= 20
     assert "thirds of the record" in found.sentence
+
+
+def test_a_model_whose_answer_the_solver_refuses_is_still_compared(tmp_path: Path) -> None:
+    """Every simulation but the campaign's fails, as one whose energy does not balance."""
+    cases, records = rig.shots()
+    campaign: set[float] = set()
+
+    def fragile(case: Case, **_: Any) -> Histories:
+        if len(campaign) == RUNS and case.bird.material.young not in campaign:
+            raise RunFailed("the energy balance was off", "refine the mesh")
+        campaign.add(case.bird.material.young)
+        return rig.strike(case)
+
+    with rig.formula_for_solver() as patch:
+        patch.setattr("birdstrike.inversion.forward.simulate", fragile)
+        found = calibrate_models(cases[0], records[0], tmp_path, ["elastic"], runs=RUNS, workers=1, posterior=False)
+    own = found.models["elastic"]
+    assert own.failure is None
+    assert own.heldout["shot_0"] > 0.0
+    assert any("the nearest that finished, stands in for it" in line for line in own.warnings)
 
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
