@@ -28,6 +28,7 @@ _VARIABLES = {
     **{f"F{s}{a}": ("contact", i, 1.0) for s in "NT" for i, a in enumerate("XYZ")},
     **{f"REAC{a}": ("reaction", i, 1.0) for i, a in enumerate("XYZ")},
 }
+_CONVERTED = re.compile(r"DATABASE_HISTORY_NODE\S*\s+(?P<number>\d+)\s(?:.*\s)?(?P<var>D[XYZ]|var ?\d+)", re.IGNORECASE)
 _BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\d+)")
 
 
@@ -78,7 +79,28 @@ def _curves(path: Path, deck: DeckSensors) -> Curves:
         assert reader is not None
         return _of_binout(path, reader)
     table = read_loose_table(path) if reader is None else reader(path, "")
-    return _named(table, _radioss_key)
+    return (_of_converted(table) if deck.code == "lsdyna" else {}) | _named(table, _radioss_key)
+
+
+def _of_converted(table: LooseTable) -> Curves:
+    """Displacements of nodes where OpenRadioss ran the LS-DYNA deck itself: its group bears the keyword's name.
+
+    Variables without names come in the order of Radioss, displacements (or places) first; their starts are taken off.
+    """
+    values, curves = _values(table), Curves()
+    unnamed: dict[int, int] = {}
+    for column, name in enumerate(table.names):
+        match = _CONVERTED.fullmatch(" ".join(name.split()))
+        if match is None:
+            continue
+        node, variable = int(match["number"]), match["var"].upper()
+        if variable in _VARIABLES:
+            axis = _VARIABLES[variable][1]
+        else:
+            axis = unnamed[node] = unnamed.get(node, -1) + 1
+        if axis < len(AXES):
+            curves["displacement", node, axis] = (values[:, 0], values[:, column] - values[0, column])
+    return curves
 
 
 def _of_nodout(path: Path, deck: DeckSensors) -> Curves:

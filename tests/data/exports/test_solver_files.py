@@ -120,6 +120,19 @@ def test_rcforc_is_the_force_on_the_target_positive_in_the_push(tmp_path: Path) 
     np.testing.assert_allclose(read_measured(out).channels["contact_force"], 1e3 * FORCE, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.parametrize("names", [("DX", "DY", "DZ", "VX"), ("var 22", "var 23", "var 24", "var 25")])
+def test_openradioss_ran_the_deck_of_lsdyna_itself(names: tuple[str, ...], tmp_path: Path) -> None:
+    """Its nodes' group bears the keyword's name; places serve as well as displacements."""
+    head = ",".join(f'"DATABASE_HISTORY_NODE      {node}       {name}"' for node in (7, 9) for name in names)
+    rows = "".join(
+        f"{t:.6f},0.0,5.0,{8.0 + w:.9f},1.0,0.0,0.0,{2.0 * w:.9f},1.0\n" for t, w in zip(TIME, WAVE, strict=True)
+    )
+    (tmp_path / "strikeT01.csv").write_text(f'"time",{head}\n{rows}')
+    found, missing = read_deck_results([tmp_path / "strikeT01.csv"], deck("lsdyna"))
+    np.testing.assert_allclose(found.channels["sensor"], -1.75e-3 * WAVE, atol=1e-10)
+    assert not missing
+
+
 def test_files_without_any_sensor_are_an_error_that_says_what_to_look_for(tmp_path: Path) -> None:
     path = time_history(tmp_path / "strikeT01")
     with pytest.raises(MeasuredError, match="no output of a sensor of 1 is there; are they of this deck, radioss"):
