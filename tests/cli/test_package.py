@@ -184,6 +184,7 @@ def test_the_public_results_are_found() -> None:
         "MeshConvergence",
         "Verification",
         "MethodScore",
+        "Evidence",
     ]
     assert returned == {getattr(birdstrike, name) for name in expected}
 
