@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
     from birdstrike.loop import close_the_loop
+    from birdstrike.reports.evidence.archive import Evidence
     from birdstrike.reports.explore.explore import explore
     from birdstrike.reports.page.page import report
     from birdstrike.reports.verification.verify import Verification, verify
@@ -99,6 +100,7 @@ _TYPES = {
     "Diagnosis": "birdstrike.inversion.diagnosis.answer",
     "EffectFigures": "birdstrike.inversion.diagnosis.answer",
     "DiagnosisOptions": "birdstrike.inversion.diagnosis.pipeline",
+    "Evidence": "birdstrike.reports.evidence.archive",
     "Verification": "birdstrike.reports.verification.verify",
     "UserError": "birdstrike.data.errors",
     "RunFailed": "birdstrike.data.errors",
@@ -116,6 +118,7 @@ __all__ = [
     "Effect",
     "EffectFigures",
     "Estimate",
+    "Evidence",
     "Extras",
     "GridConvergence",
     "Histories",

@@ -28,6 +28,10 @@ _VARIABLES = {
     **{f"F{s}{a}": ("contact", i, 1.0) for s in "NT" for i, a in enumerate("XYZ")},
     **{f"REAC{a}": ("reaction", i, 1.0) for i, a in enumerate("XYZ")},
 }
+_CONVERTED = re.compile(
+    r"(?P<group>DATABASE_HISTORY_NODE|TimeHistory1|TH-INTER)\s+(?P<number>\d+)\s(?:.*\s)?"
+    r"(?P<var>[DF][NT]?[XYZ]|var ?\d+)"
+)
 _BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\d+)")
 
 
@@ -78,7 +82,34 @@ def _curves(path: Path, deck: DeckSensors) -> Curves:
         assert reader is not None
         return _of_binout(path, reader)
     table = read_loose_table(path) if reader is None else reader(path, "")
-    return _named(table, _radioss_key)
+    return (_of_converted(table) if deck.code == "lsdyna" else {}) | _named(table, _radioss_key)
+
+
+def _of_converted(table: LooseTable) -> Curves:
+    """Displacements and contact forces where OpenRadioss ran the LS-DYNA deck itself: its groups bear other titles.
+
+    Variables that th_to_csv leaves without names come in the order of Radioss: of nodes displacements first, of
+    contacts the impulses, normal then tangential.
+    """
+    values, curves = _values(table), Curves()
+    time = values[:, 0]
+    places: dict[tuple[str, int], int] = {}
+    for column, name in enumerate(table.names):
+        match = _CONVERTED.fullmatch(" ".join(name.split()))
+        if match is None:
+            continue
+        kind = "contact" if match["group"] == "TH-INTER" else "displacement"
+        number, curve = int(match["number"]), values[:, column]
+        place = places[kind, number] = places.get((kind, number), -1) + 1
+        if match["var"] in _VARIABLES:
+            of, axis, _ = _VARIABLES[match["var"]]
+        else:
+            of, axis = (kind, place % 3) if place < (6 if kind == "contact" else 3) else ("", 0)
+            curve = np.gradient(curve, time) if kind == "contact" else curve
+        if of == kind:
+            before = curves.get((kind, number, axis), (time, np.zeros_like(time)))[1]
+            curves[kind, number, axis] = (time, before + curve)
+    return curves
 
 
 def _of_nodout(path: Path, deck: DeckSensors) -> Curves:

@@ -156,6 +156,6 @@ def command(
         effects = _write_cards(source, path, to.value, units, case, method.value, overrides(settings))
     include = "*INCLUDE" if to == Target.lsdyna else "#include"
     more = f", with the cards of {effects} {'effect' if effects == 1 else 'effects'}" if effects else ""
-    say(f"Written to {path}, units {units}{more}.")
-    say(f"Next: {include} it in your model, and read the comments above each card.")
+    head = f"Written to {path}, units {units}{more}."
+    say(f"{head} Next: {include} it in your model, and read the comments above each card.")
     return {"out": str(path), "units": units, "effects": effects}

@@ -30,8 +30,13 @@ KNOWN_GROUPS = {
     "contact of the bird": ("FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ"),
     "displacement sensors": ("DX", "DY", "DZ"),
     "reactions": ("REACX", "REACY", "REACZ"),
+    "DATABASE_HISTORY_NODE": ("DX", "DY", "DZ"),
+    "TH-INTER": ("FNX", "FNY", "FNZ", "FTX", "FTY", "FTZ"),
 }
-"""Titles of the groups of `birdstrike export --deck`, and their variables in order."""
+"""Titles of the groups of `birdstrike export --deck`, and of those that OpenRadioss makes of an LS-DYNA deck: their
+
+variables in order, of the latter the first ones.
+"""
 IMPULSES = frozenset("FNX FNY FNZ FTX FTY FTZ REACX REACY REACZ REACXX REACYY REACZZ".split())  # noqa: SIM905
 OLD = 3050
 """Version of the file up to which it has no factors of units."""
@@ -151,7 +156,9 @@ def _group_names(path: Path, groups: list[_Group]) -> list[str]:
     names = []
     for group in groups:
         usual = known.get(group.title, ())
-        own = usual if len(usual) == len(group.variables) else tuple(f"var{code}" for code in group.variables)
+        own = (*usual, *(f"var{code}" for code in group.variables[len(usual) :]))
+        if len(usual) > len(group.variables):
+            own = tuple(f"var{code}" for code in group.variables)
         names += [" ".join(f"{group.title} {n} {name} {v}".split()) for n, name in group.elements for v in own]
     if len(given) != total:
         return names

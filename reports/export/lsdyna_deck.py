@@ -28,6 +28,8 @@ DISPLACED, TURNED = 9001, 9002
 """Sections of the supports' springs."""
 DAMPING_CURVE = 9001
 BIRD_NODES = 9002
+UNIT_NAMES = {"s": "sec", "us": "micro_s", "t": "mtrc_ton"}
+"""What *CONTROL_UNITS calls a unit, where that is not its symbol."""
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -70,6 +72,12 @@ def _remarks(model: StrikeModel) -> Iterator[str]:
 
 def _control(model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     shock = model.case.solver
+    names = (UNIT_NAMES.get(unit, unit) for unit in (*system.base.values(), "K"))
+    yield from (
+        "*CONTROL_UNITS",
+        "$#  length      time      mass      temp",
+        "".join(f"{n:10}" for n in names).rstrip(),
+    )
     yield from ("*CONTROL_TERMINATION", "$#  endtim", card(system.value(model.end, "s")))
     yield from ("*CONTROL_TIMESTEP", "$#  dtinit    tssfac", card(0.0, TIME_STEP))
     yield from ("*CONTROL_ENERGY", "$#    hgen      rwen    slnten     rylen", card(2, 2, 2, 2))

@@ -185,6 +185,7 @@ def test_the_public_results_are_found() -> None:
         "Verification",
         "MethodScore",
         "ModelComparison",
+        "Evidence",
     ]
     assert returned == {getattr(birdstrike, name) for name in expected}
 

@@ -120,6 +120,49 @@ def test_rcforc_is_the_force_on_the_target_positive_in_the_push(tmp_path: Path) 
     np.testing.assert_allclose(read_measured(out).channels["contact_force"], 1e3 * FORCE, rtol=1e-4, atol=1e-6)
 
 
+BOTH = DeckSensors(
+    "lsdyna",
+    "mm-ms-kg-GPa",
+    {
+        "moves": DeckSensor("displacement", "m", (7, 9), (0.25, 0.75), DOWN),
+        "pushes": DeckSensor("contact_force", "N", (1,), (1.0,), DOWN),
+    },
+)
+
+
+def check_both(file: Path) -> None:
+    found, missing = read_deck_results([file], BOTH)
+    np.testing.assert_allclose(found.channels["moves"], -1.75e-3 * WAVE, atol=1e-8)
+    np.testing.assert_allclose(found.channels["pushes"], 1e3 * np.gradient(IMPULSE, TIME), atol=2.0)
+    assert not missing
+
+
+def test_openradioss_ran_the_deck_of_lsdyna_itself(tmp_path: Path) -> None:
+    """Its groups: the keyword's name with displacements, velocities and more, and TH-INTER with energies at the end."""
+    zero = np.zeros_like(TIME)
+    node = [np.column_stack([zero, zero, scale * WAVE, zero, zero, zero + 5.0]) for scale in (1.0, 2.0)]
+    contact = np.column_stack([zero, zero, -2.0 / 3.0 * IMPULSE, zero, zero, -1.0 / 3.0 * IMPULSE, zero + 3.0])
+    groups = [
+        (("DATABASE_HISTORY_NODE", {7: "", 9: ""}, (1, 2, 3, 4, 5, 6)), np.column_stack(node)),
+        (("TH-INTER", {1: "bird"}, (1, 2, 3, 4, 5, 6, 20)), contact),
+    ]
+    write_t01(tmp_path / "strikeT01", TIME, np.tile(np.arange(12.0), (len(TIME), 1)), groups, 4021)
+    check_both(tmp_path / "strikeT01")
+
+
+def test_csv_without_names_of_variables(tmp_path: Path) -> None:
+    """What th_to_csv writes of it: numbers of columns, and impulses as they stand in the binary file."""
+    names = [f"DATABASE_HISTORY_NODE      {node}       " for node in (7, 9) for _ in range(4)]
+    names += ["TH-INTER      1      bird  "] * 7
+    head = ",".join(f'"{name} var {i}"' for i, name in enumerate(names, 13))
+    rows = "".join(
+        f"{t:.6f},0.0,0.0,{w:.9f},1.0,0.0,0.0,{2.0 * w:.9f},1.0,0.0,0.0,{-p:.9f},0.0,0.0,0.0,9.0\n"
+        for t, w, p in zip(TIME, WAVE, IMPULSE, strict=True)
+    )
+    (tmp_path / "strikeT01.csv").write_text(f'"time",{head}\n{rows}')
+    check_both(tmp_path / "strikeT01.csv")
+
+
 def test_files_without_any_sensor_are_an_error_that_says_what_to_look_for(tmp_path: Path) -> None:
     path = time_history(tmp_path / "strikeT01")
     with pytest.raises(MeasuredError, match="no output of a sensor of 1 is there; are they of this deck, radioss"):

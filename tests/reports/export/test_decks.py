@@ -136,6 +136,9 @@ def test_lsdyna_deck_reads_back_to_the_case_in_three_unit_systems(units: str, tm
     assert [metal.ro, metal.e, metal.pr, metal.sigy] == pytest.approx(metal_truth)
     assert [null.ro, null.pc, null.mu] == pytest.approx([938.0 * density, -6e5 * pressure, 600.0 * pressure * time])
     assert [law.c, law.s1, law.v0] == pytest.approx([1670.0 * length / time, 2.48, 1.0])
+    said = deck["*CONTROL_UNITS"][0]
+    names = {"s": "sec", "t": "mtrc_ton"}
+    assert [said.length, said.time, said.mass] == [names.get(unit, unit) for unit in unit_system(units).base.values()]
     assert deck["*CONTROL_TERMINATION"][0].endtim == pytest.approx(case.time.end * time)
     contact = deck["*CONTACT_AUTOMATIC_NODES_TO_SURFACE"][0]
     assert (contact.fs, contact.fd) == (0.3, 0.3)
