@@ -211,8 +211,8 @@ def _compass(axes: Axes, look: Array) -> None:
         tip = look[:2] @ axis
         end = (corner[0] + size * tip[0], corner[1] + size * tip[1])
         arrow = {"arrowstyle": "-|>", "color": GREY, "lw": 0.9}
-        where = {"xycoords": "axes fraction", "textcoords": "axes fraction"}
-        axes.annotate("", xy=end, xytext=corner, arrowprops=arrow, **where)
+        share = "axes fraction"
+        axes.annotate("", xy=end, xytext=corner, arrowprops=arrow, xycoords=share, textcoords=share)
         axes.text(corner[0] + 1.35 * size * tip[0], corner[1] + 1.35 * size * tip[1], name, transform=axes.transAxes)
 
 

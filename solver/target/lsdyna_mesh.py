@@ -30,7 +30,7 @@ def read_keywords(path: str) -> Any:
             f"target.mesh = {path} is an LS-DYNA file: reading it needs ansys-dyna-core; install birdstrike[lsdyna], "
             "or save the mesh as Abaqus .inp, Gmsh .msh or Nastran .bdf"
         ) from error
-    deck = Deck()
+    deck: Any = Deck()
     deck.loads(Path(path).read_text(encoding="utf-8", errors="replace"))
     tables = [keyword.nodes for keyword in deck.get_kwds_by_type("NODE") if keyword.subkeyword == "NODE"]
     shells = [keyword.elements for keyword in deck.get_kwds_by_type("ELEMENT") if keyword.subkeyword == "SHELL"]
@@ -48,7 +48,7 @@ def read_keywords(path: str) -> Any:
         raise UserError(
             f"target.mesh = {path}: shells name {len(unknown)} nodes that are not there, first {unknown[0]}"
         )
-    cells = [("quad", _rows(corners[~triangle], at))]
+    cells: list[Any] = [("quad", _rows(corners[~triangle], at))]
     if triangle.any():
         cells.append(("triangle", _rows(corners[triangle][:, :3], at)))
     named = _headings(deck)
