@@ -21,7 +21,7 @@ from birdstrike.surrogate.inverse_network import NetworkFit
 FEWEST_HELD_OUT = 3
 NOISE_DRAWS = 200
 MOST_NAMED = 5  # inputs
-SATURATED = 1e-3  # of a range: a bounded output nearer to an end has lost its slope
+SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its slope
 
 
 @dataclass(frozen=True)
