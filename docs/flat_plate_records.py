@@ -44,7 +44,7 @@ def record(speed: str, step: int = STEP, **changes: object) -> Measured:
     time = run.time[::step]
     rng = np.random.default_rng([SEED, int(speed)])
     curves = {
-        name: run.channels[name][::step] + case.sensors[name].noise * rng.standard_normal(len(time))
+        name: run.channels[name][::step] + (case.sensors[name].noise or 0.0) * rng.standard_normal(len(time))
         for name in CHANNELS
     }
     notes = (

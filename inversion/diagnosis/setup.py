@@ -132,7 +132,7 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
     """The campaign's finished runs."""
     done = plan.finished(runs)
     histories = [runs[f"coarse {i}"] for i in done]
-    space = plan.space
+    space, loss = plan.space, plan.case.bird.material.smooth_loss
     return Dataset(
         space.names,
         space.units,
@@ -143,6 +143,7 @@ def dataset(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) 
         histories[0].time,
         {name: np.array([one.channels[name] for one in histories]) for name in channels},
         {name: histories[0].units[name] for name in channels},
-        np.array([is_smooth(one.summary) for one in histories]),
+        np.array([is_smooth(one.summary, loss) for one in histories]),
         case_hash(plan.coarse),
+        smooth_loss=loss,
     )
