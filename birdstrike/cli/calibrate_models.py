@@ -66,8 +66,7 @@ def command(
     that the records cannot tell apart share the first place. Ranges come with
     the models; a case may state its own under inversion.models.NAME.
 
-    Example: birdstrike calibrate-models flat_plate_002_70 --measured s70.csv
-    --case flat_plate_002 --measured s120.csv --out models
+    Example: birdstrike calibrate-models flat_plate_002_70 --measured flat_plate_002_70 --out models
     """
     from birdstrike.inversion.models.calibrate_models import calibrate_models
     from birdstrike.reports.page.models import write_models_page

@@ -199,7 +199,7 @@ EMITTED = (
     (2, "needed half the time step: not spacing alone differs"),
     (2, "the emulator predicts left-out runs of "),
     (3, "too few smooth runs stand there, so no answer is sought there"),
-    (3, "lost more than 5 % of the bird"),
+    (3, "lost more than "),
     (3, "is damaged ("),
     (3, "and the run will be repeated"),
     (3, "left out of the fit"),

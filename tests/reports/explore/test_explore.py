@@ -274,5 +274,5 @@ def test_the_command_writes_a_small_page_and_says_where(loop: Path, tmp_path: Pa
 
 
 def test_a_folder_without_results_names_the_commands(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="close-the-loop, diagnose, train-and-invert, run-doe"):
+    with pytest.raises(UserError, match="close-the-loop, calibrate-models, diagnose, train-and-invert, run-doe"):
         explore(tmp_path)
