@@ -217,18 +217,26 @@ def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
     return plot(name, axes)
 
 
-def verdict_of(presence: Mapping[str, float], alarm: float, alpha: float, credible: tuple[str, ...]) -> str:
+def verdict_of(
+    presence: Mapping[str, float],
+    alarm: float,
+    alpha: float,
+    credible: tuple[str, ...],
+    same_bird: float | None = None,
+) -> str:
     """attributed: the alarm was raised, one effect is there with 95 %, no other is likelier there than not.
 
     presence: none, something else, and each effect -> probability that it is there. unexplained: something else holds
-    most.
+    most. same_bird: probability that the baselines' birds are the shot's, None without baselines: beside those of
+    another bird nothing is attributed, because model error changes with the bird by as much as there is of it.
     """
     if alarm >= alpha:
         return NO_RESIDUAL if presence.get(NONE, 0.0) >= 0.5 or NONE in credible else AMBIGUOUS
     if presence.get(SOMETHING_ELSE, 0.0) >= 0.5:
         return UNEXPLAINED
     first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
-    return ATTRIBUTED if first >= LEVEL and second < 0.5 else AMBIGUOUS
+    alone = first >= LEVEL and second < 0.5
+    return ATTRIBUTED if alone and (same_bird is None or same_bird >= 0.5) else AMBIGUOUS
 
 
 def magnitude_words(one: EffectFigures) -> str:
@@ -274,6 +282,8 @@ def sentence_of(found: Diagnosis) -> str:
     real = "The residual is real" if found.alarm < found.alpha else "The residual is not significant"
     listed = "; ".join(_named(found, name) for name in found.confidence_set[:MOST_NAMED])
     rest = len(found.confidence_set) - MOST_NAMED
+    if len(found.confidence_set) == 1:
+        return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
 

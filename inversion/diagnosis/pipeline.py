@@ -148,7 +148,8 @@ class Pipeline:
     def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
-        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible)
+        same_bird = ranking.same_bird if self.baselines.shots else None
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, same_bird)
         chosen = self._chosen(ranking, verdict)
         ranking = _refitted(ranking, chosen)
         runs, failed = self._checked(ranking, chosen)
@@ -251,6 +252,12 @@ class Pipeline:
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
+            )
+        if self.baselines.shots and ranking.same_bird < 0.5:
+            found.append(
+                f"the bird of the baseline is not the shot's (probability that it is: {ranking.same_bird:.2g}): model "
+                "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
+                "baseline with a bird of the shot's own recipe"
             )
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(

@@ -10,6 +10,7 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
+from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
 from birdstrike.inversion.diagnosis.evidence import UNNAMED, ModelTester, credible_set, probabilities
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
@@ -202,3 +203,9 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
     old = response(np.ones(10))
     assert updated(old, 2.0, -3.0 * np.ones((4, 10)), np.zeros(1)) is old
+
+
+@pytest.mark.parametrize(("same_bird", "verdict"), [(None, "attributed"), (0.9, "attributed"), (0.1, "ambiguous")])
+def test_beside_a_baseline_of_another_bird_nothing_is_attributed(same_bird: float | None, verdict: str) -> None:
+    presence = {NONE: 0.01, "e0": 0.97, "e1": 0.02}
+    assert verdict_of(presence, 0.001, 0.05, ("e0",), same_bird) == verdict
