@@ -236,7 +236,12 @@ def verdict_of(
         return UNEXPLAINED
     first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
     alone = first >= LEVEL and second < 0.5
-    return ATTRIBUTED if alone and (same_bird is None or same_bird >= 0.5) else AMBIGUOUS
+    return ATTRIBUTED if alone and not of_another_bird(same_bird) else AMBIGUOUS
+
+
+def of_another_bird(same_bird: float | None) -> bool:
+    """Whether the baselines' birds are rather not the shot's; None: there are no baselines."""
+    return same_bird is not None and same_bird < 0.5
 
 
 def magnitude_words(one: EffectFigures) -> str:

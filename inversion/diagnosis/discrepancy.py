@@ -32,6 +32,7 @@ PARAMETER_LENGTH = 1.0
 """Factor on the lengths over which the discrepancy changes with the parameters: see `system.roughness`."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
 CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
+UNSEEN = 0.1  # of the record: correlation time where there is nothing to read it from
 FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
 
 
@@ -74,7 +75,7 @@ def shape_of(draws: Array, curve: Array, time: Array) -> Shape:
     """
     span = float(time[-1] - time[0])
     if not len(draws) or not np.any(draws):
-        return Shape(np.ones(len(time)), 0.1 * span)
+        return Shape(np.ones(len(time)), UNSEEN * span)
     smooth = np.array([_running(row, 0.02) for row in draws])
     slope = np.gradient(smooth, time, axis=1)
     length = float(np.sqrt(5.0 / 3.0 * (smooth**2).mean() / max((slope**2).mean(), 1e-300)))

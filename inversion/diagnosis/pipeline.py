@@ -20,6 +20,7 @@ from birdstrike.inversion.diagnosis.answer import (
     discrepancy_figures,
     effect_figures,
     noise_figures,
+    of_another_bird,
     pair_figures,
     remainder_figures,
     sentence_of,
@@ -137,6 +138,10 @@ class Pipeline:
             stated[kind] = max(share, stated.get(kind, 0.0))
         return unknown_or_stated(kinds, {k: stated[k] for k in kinds if k in stated}, len(self.shots) > 1)
 
+    def _same_bird(self, ranking: Ranking) -> float | None:
+        """Probability that the baselines' birds are the shots'; None without baselines."""
+        return ranking.same_bird if self.baselines.shots else None
+
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
         singles = [label for label, model in ranking.models.items() if len(model.members) == 1]
@@ -148,8 +153,7 @@ class Pipeline:
     def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
-        same_bird = ranking.same_bird if self.baselines.shots else None
-        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, same_bird)
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking))
         chosen = self._chosen(ranking, verdict)
         ranking = _refitted(ranking, chosen)
         runs, failed = self._checked(ranking, chosen)
@@ -253,7 +257,7 @@ class Pipeline:
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
             )
-        if self.baselines.shots and ranking.same_bird < 0.5:
+        if of_another_bird(self._same_bird(ranking)):
             found.append(
                 f"the bird of the baseline is not the shot's (probability that it is: {ranking.same_bird:.2g}): model "
                 "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "

@@ -130,7 +130,7 @@ class Ranking:
                     found[one.label] += share
         return found
 
-    @property
+    @cached_property
     def same_bird(self) -> float:
         """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
         tester = self.fits[NONE].tester

@@ -8,13 +8,12 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.diagnosis.discrepancy import started
+from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import Columns, Nuisance, stacked
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 
-LENGTH = 0.1  # of the record: correlation time of the discrepancy, as the diagnosis takes it without a mesh study
 WORTH_A_COLUMN = 1e-3  # share of its variance
 
 
@@ -46,7 +45,7 @@ class Discrepancy:
     """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak."""
 
     def __init__(self, contact: float, end: float) -> None:
-        self.contact, self.length = contact, LENGTH * (end - contact)
+        self.contact, self.length = contact, UNSEEN * (end - contact)
         self._factors: dict[bytes, Array] = {}
 
     def columns(self, observations: Observations, share: float) -> Array:

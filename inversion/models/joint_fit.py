@@ -1,6 +1,6 @@
 """One bird model calibrated to all shots at once, verified by the solver, and tested on what it was not calibrated to.
 
-A campaign a shot at the same points; an emulator of all; two rounds of runs where the answer may lie; the fit with
+A campaign a shot at the same points; an emulator of all; rounds of runs where the answer may lie; the fit with
 noise, nuisances and a discrepancy of the model whose size the records choose; then once more without each shot.
 """
 
