@@ -42,6 +42,7 @@ from birdstrike.inversion.estimation.refinement import PAYS, added_variance, wit
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.formatting import plain, quantity, span
 from birdstrike.inversion.forward import Forward, StoredSolver
+from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.models.candidates import (
     Candidate,
@@ -150,6 +151,7 @@ class ModelFit:
         outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
         self.report("fit", 1.0)
         self._kept(emulator, dataset, located)
+        self._kept_draws(outcome)
         folds = self._folds(dataset, shots, origins, emulator, discrepancy, share)
         published = self._published()
         self._written("published", published, origins)
@@ -199,6 +201,13 @@ class ModelFit:
             },
         }
         write_json(self.folder / "emulator.json", content)
+
+    def _kept_draws(self, outcome: InversionOutcome) -> None:
+        """The posterior's draws in SI, for `predict`; none of an earlier call stay where none were drawn."""
+        (self.folder / DRAWS_FILE).unlink(missing_ok=True)
+        if outcome.posterior is not None:
+            drawn = replace(outcome.posterior, theta=self.scale.physical(outcome.posterior.theta))
+            write_draws(self.folder / DRAWS_FILE, drawn, self.scale.space.names)
 
     def _campaigns(self, said: list[str]) -> list[Shot]:
         """Each shot's runs, at the same points, as a shot of the joint estimation."""
