@@ -5,8 +5,9 @@
 
 A rig is a declared coarse plate and a truth of the audit (inversion/audit/draws.py): another bird of the ranges, one
 undeclared effect, eight times the particles and twice the shells, on another lattice; every second rig by the audit's
-model-form variant. Two shots of it, at 70 and 90 m/s, and a clean baseline are diagnosed; six other speeds are predicted
-and simulated by the truth: 42, 56, 108 and 126 m/s outside (up to 40 % beyond the nearer end), 77 and 84 m/s between.
+model-form variant. Two shots of it, at 70 and 90 m/s, and a clean baseline are diagnosed; six other speeds are
+predicted and simulated by the truth: 77 and 84 m/s between, 42, 56, 108 and 126 m/s outside, up to 40 % beyond the
+nearer end.
 """
 
 from __future__ import annotations
@@ -132,15 +133,11 @@ def variants(setting: Setting) -> dict[str, dict[str, SensorDraws]]:
     chosen = {METHODS[0]: [NONE], METHODS[1]: [best], METHODS[2]: None}
     found: dict[str, dict[str, SensorDraws]] = {}
     for method, own in chosen.items():
-        shares = [
-            one.probability if own is None else float(one.label in own) for one in learnt.explanations
-        ]
+        shares = [one.probability if own is None else float(one.label in own) for one in learnt.explanations]
         weighted = tuple(replace(one, probability=p) for one, p in zip(learnt.explanations, shares, strict=True))
         of = replace(learnt, explanations=weighted)
         sample = draw_sample(of, setting.carried, setting.tolerances, shares_of(weighted, DRAWS), setting.seed + 1)
-        found[method] = {
-            name: sensor_draws(setting, name, sample) for name in setting.campaign.case.sensors
-        }
+        found[method] = {name: sensor_draws(setting, name, sample) for name in setting.campaign.case.sensors}
     assert NONE in labels
     return found
 
@@ -188,11 +185,14 @@ def run_rigs(folder: Path, count: int, until: str) -> None:
         try:
             learnt = diagnosed(place, drawn, runs)
         except (RunFailed, UserError) as error:
-            write_json(place / "failed.json", {"effects": dict(drawn.effects), "form": drawn.form, "reason": str(error)})
+            write_json(
+                place / "failed.json", {"effects": dict(drawn.effects), "form": drawn.form, "reason": str(error)}
+            )
             continue
         _share(place / "diagnosis" / "runs", runs / "runs")
-        print(f"rig {number}: {dict(drawn.effects)} {drawn.form}; diagnosed in {time.monotonic() - begun:.0f} s as "
-              f"{[(one.label, round(one.probability, 2)) for one in learnt.explanations]}", flush=True)  # fmt: skip
+        found = [(one.label, round(one.probability, 2)) for one in learnt.explanations]
+        told = f"rig {number}: {dict(drawn.effects)} {drawn.form}; in {time.monotonic() - begun:.0f} s as {found}"
+        print(told, flush=True)  # noqa: T201
         for i, speed in enumerate((*BETWEEN, *OUTSIDE)):
             target = place / f"predicted_{speed:g}.json"
             if target.is_file() or _over(until):
@@ -205,7 +205,7 @@ def run_rigs(folder: Path, count: int, until: str) -> None:
                 with Simulations(place / "truth", workers=1) as simulations:
                     truth = simulations.run({"truth": at_speed(drawn, speed, 30 + i)})["truth"]
             except (RunFailed, UserError, KeyError) as error:
-                print(f"  {speed:g} m/s failed: {error}", flush=True)
+                print(f"  {speed:g} m/s failed: {error}", flush=True)  # noqa: T201 (a script)
                 continue
             scores = {
                 method: {
@@ -217,7 +217,7 @@ def run_rigs(folder: Path, count: int, until: str) -> None:
             write_json(target, {"rig": number, "speed": speed, "form": drawn.form, "between": speed in BETWEEN,
                                 "effects": dict(drawn.effects), "wall_s": time.monotonic() - begun,
                                 "growth": setting.where.growth, "scores": scores})  # fmt: skip
-            print(f"  {speed:g} m/s in {time.monotonic() - begun:.0f} s", flush=True)
+            print(f"  {speed:g} m/s in {time.monotonic() - begun:.0f} s", flush=True)  # noqa: T201
 
 
 def _share(own: Path, shared: Path) -> None:
@@ -241,8 +241,9 @@ def table(folder: Path) -> str:
         "outside, up to 40 %": [one for one in found if not one["between"]],
         "all": found,
     }
-    head = "| predictions | method | 50 % | 80 % | 95 % | 50 % of peaks | 80 % of peaks | 95 % of peaks | score, points | score, peaks |"
-    lines = [head, "|" + "---|" * 10]
+    coverage = [f"{level} %{of}" for of in ("", " of peaks") for level in (50, 80, 95)]
+    head = ["predictions", "method", *coverage, "score, points", "score, peaks"]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for name, own in groups.items():
         for method in METHODS:
             cells = [one["scores"][method][sensor] for one in own for sensor in one["scores"][method]]
@@ -269,7 +270,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.what == "rigs":
         run_rigs(given.folder, given.rigs, given.until)
-    print(table(given.folder))
+    print(table(given.folder))  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -10,7 +10,18 @@ import typer
 from rich.table import Table
 
 from birdstrike.cli.campaign_bar import campaign_bar
-from birdstrike.cli.frame import Json, RetryFailed, Settings, console, framed, names_of, overrides, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    Json,
+    RetryFailed,
+    Settings,
+    console,
+    framed,
+    names_of,
+    overrides,
+    progress_bar,
+    say,
+    warn,
+)
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:

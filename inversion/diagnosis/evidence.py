@@ -332,7 +332,7 @@ class ModelTester:
     def _impossible(members: Sequence[Suspect], sizes: Array) -> NDArray[np.bool_]:
         """(n,) whether a one-sided magnitude of sizes (n, q) is negative."""
         sided = [i for i, one in enumerate(members) if one.one_sided]
-        return (sizes[:, sided] < 0.0).any(axis=1)
+        return np.asarray((sizes[:, sided] < 0.0).any(axis=1))
 
     def _unnamed_of(self, label: str) -> int:
         """Column of the unnamed error whose signature an effect has."""

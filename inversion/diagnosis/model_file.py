@@ -76,7 +76,11 @@ def _posterior(ranking: Ranking, shot: Shot) -> list[Table]:
     kept = ranking.confidence_set
     total = sum(ranking.shares[label] for label in kept)
     return [
-        {"label": label, "share": ranking.shares[label] / total if label in kept else 0.0, **_drawn(ranking, label, shot)}
+        {
+            "label": label,
+            "share": ranking.shares[label] / total if label in kept else 0.0,
+            **_drawn(ranking, label, shot),
+        }
         for label in dict.fromkeys([*kept, NONE])
     ]
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import beta
 
 from birdstrike.data.display import Displayed, draw_curves, own_axes
@@ -138,8 +139,8 @@ class Prediction(Displayed):
         draw_curves(on, band.time, band.quantiles["q50"], name, band.unit, **look)
         scale = 1.0 if not len(on.lines) else _scale(on, band)
         for low, high, alpha in (("q025", "q975", 0.2), ("q25", "q75", 0.35)):
-            edges = [scale * band.quantiles[key] for key in (low, high)]
-            on.fill_between(np.asarray(on.lines[-1].get_xdata()), *edges, alpha=alpha)
+            below, above = scale * band.quantiles[low], scale * band.quantiles[high]
+            on.fill_between(np.asarray(on.lines[-1].get_xdata()), below, above, alpha=alpha)
         return on
 
     def draw(self) -> tuple[Any, ...]:
@@ -171,7 +172,7 @@ def quantiles_of(values: Array) -> dict[str, Any]:
     return dict(zip(QUANTILES, found, strict=True))
 
 
-def share_of(hits: Array, count: float) -> tuple[float, tuple[float, float]]:
+def share_of(hits: NDArray[np.bool_], count: float) -> tuple[float, tuple[float, float]]:
     """Probability and its 95 % interval, from draws of which `count` are independent: Jeffreys' prior.
 
     Brown, Cai & DasGupta, Stat. Sci. 16 (2001) 101.
@@ -183,9 +184,9 @@ def share_of(hits: Array, count: float) -> tuple[float, tuple[float, float]]:
     return p, (low, high)
 
 
-def exceeded(values: Array, limit: float) -> Array:
+def exceeded(values: Array, limit: float) -> NDArray[np.bool_]:
     """(n,) whether a curve (n, m) passes a limit, away from 0."""
-    return values.max(axis=1) > limit if limit > 0.0 else values.min(axis=1) < limit
+    return np.asarray(values.max(axis=1) > limit if limit > 0.0 else values.min(axis=1) < limit)
 
 
 def settled(values: Array) -> Array:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
@@ -37,7 +38,7 @@ def shares(draws: SensorDraws) -> dict[str, float]:
     return {source: found[source] / whole for source in SOURCES}
 
 
-def _total_variance(values: Array, groups: Array, weights: Array) -> tuple[float, float]:
+def _total_variance(values: Array, groups: NDArray[np.int64], weights: Array) -> tuple[float, float]:
     """Variance between the groups' means, and mean variance within them."""
     mean, between, within = float(weights @ values), 0.0, 0.0
     for group in np.unique(groups):
@@ -66,8 +67,8 @@ def narrowing(
         left = width * float(np.sqrt(1.0 - share))
         text = _remedy(source, draws, learnt, tolerances, first)
         sentence = (
-            f"{text} ({source}: {100.0 * share:.0f} % of the variance of the largest {plain(first)}; without it the 95 % "
-            f"interval would be {quantity(left, draws.unit)} wide, now {quantity(width, draws.unit)})"
+            f"{text} ({source}: {100.0 * share:.0f} % of the variance of the largest {plain(first)}; without it the "
+            f"95 % interval would be {quantity(left, draws.unit)} wide, now {quantity(width, draws.unit)})"
         )
         rows.append({"source": source, "share": share, "width_left": left, "sentence": sentence})
     return tuple(rows)
@@ -75,7 +76,9 @@ def narrowing(
 
 def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequence[str], first: str) -> str:
     if source == "parameters":
-        return f"determine {_dominant(draws)} better: a further shot at the learnt rig, inverted together with the first"
+        return (
+            f"determine {_dominant(draws)} better: a further shot at the learnt rig, inverted together with the first"
+        )
     if source == "effect":
         if learnt.next_measurement:
             return f"decide between the explanations: {learnt.next_measurement}"
@@ -96,9 +99,7 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
 def _dominant(draws: SensorDraws) -> str:
     """The parameter or magnitude that moves the largest reading most, by a linear regression."""
     columns = {
-        key: column
-        for key, column in draws.sample.values.items()
-        if np.isfinite(column).all() and np.ptp(column) > 0.0
+        key: column for key, column in draws.sample.values.items() if np.isfinite(column).all() and np.ptp(column) > 0.0
     }
     if not columns:
         return "the bird"

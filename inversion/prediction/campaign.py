@@ -79,7 +79,7 @@ class Campaign:
         return self.finer[sensor].mean(axis=0) if sensor in self.finer else np.zeros(len(self.time))
 
     def mesh_draws(self, sensor: str, n: int, rng: np.random.Generator) -> Array:
-        """(n, m) SI about that mean: its scatter over the places, and a third of it for what a still finer mesh would add."""
+        """(n, m) SI about that mean: its scatter over the places, and a third of it for a still finer mesh."""
         if sensor not in self.finer:
             return np.zeros((n, len(self.time)))
         rows = self.finer[sensor]
@@ -157,7 +157,9 @@ def _bases(learnt: Learnt, case: Case) -> list[Case]:
     """The case with each explanation's bird material."""
     table = case.table
     return [
-        case if not one.material else case_from_table({**table, "bird": {**table["bird"], "material": one.material}}, case.name)
+        case
+        if not one.material
+        else case_from_table({**table, "bird": {**table["bird"], "material": one.material}}, case.name)
         for one in learnt.explanations
     ]
 

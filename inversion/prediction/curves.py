@@ -1,4 +1,4 @@
-"""All of a prediction together: the model at every draw, what the mesh and the emulator may err by, the model's error."""
+"""All of a prediction together: the model at every draw, the errors of mesh and emulator, the model's own error."""
 
 from __future__ import annotations
 
@@ -117,9 +117,7 @@ def _resampled(
     return campaign.points.take(chosen), chosen
 
 
-def _emulated(
-    campaign: Campaign, name: str, sample: Sample, rng: np.random.Generator | None
-) -> tuple[Array, Array]:
+def _emulated(campaign: Campaign, name: str, sample: Sample, rng: np.random.Generator | None) -> tuple[Array, Array]:
     """(n, m) mean curves and, with a generator, draws of the emulator's error."""
     mean, errors = np.zeros((len(sample), len(campaign.time))), np.zeros((len(sample), len(campaign.time)))
     for family in campaign.families:

@@ -7,7 +7,8 @@ the residual r with noise sigma,
 
     mean = rho K (K + K_own + sigma^2)^-1 r,   covariance = g^2 (K' + K'_own) - rho^2 K (K + K_own + sigma^2)^-1 K^T,
 
-g the growth outside what was learnt; a is at least what the residual shows beyond the noise. Near the data the new shot errs as the old one did; far away it errs by as much as
+g the growth outside what was learnt; a is at least what the residual shows beyond the noise. Near the data the new
+shot errs as the old one did; far away it errs by as much as
 nothing is known.
 """
 

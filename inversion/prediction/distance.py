@@ -74,7 +74,9 @@ def distance(learnt: Learnt, case: Case) -> Distance:
     beyond = _beyond(learnt, here)
     if other := other_rig(learnt.case, case):
         correlation, beyond = 0.0, max(beyond, 1.0)
-        sentences.insert(0, f"the structure is another one ({other}): the model's error there is not known from a record")
+        sentences.insert(
+            0, f"the structure is another one ({other}): the model's error there is not known from a record"
+        )
     return Distance(reaches, correlation, 1.0 + beyond, nearest, tuple(sentences))
 
 
@@ -85,9 +87,7 @@ def other_rig(learnt: Case, case: Case) -> str:
     if case.target is not None:
         return "" if case.target == learnt.target else "its section target differs"
     differing = [
-        key
-        for key in ("length", "width", "edges", "rigid")
-        if getattr(case.plate, key) != getattr(learnt.plate, key)
+        key for key in ("length", "width", "edges", "rigid") if getattr(case.plate, key) != getattr(learnt.plate, key)
     ]
     if case.plate.material != learnt.plate.material:
         differing.append("material")

@@ -36,6 +36,8 @@ def read_diagnosis(folder: Path) -> Learnt:
     shots = tuple(_shots(folder, content, model, case))
     explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
     counts = len(explanations[0].parameters)
+    number = sum(one.probability > 0.0 for one in explanations)
+    likely = f"{number} models" if number > 1 else "the only model"
     other = [one for one in explanations if one.label == SOMETHING_ELSE]
     warnings = list(content.get("warnings", ()))
     if other and other[0].probability > 0.05:
@@ -44,8 +46,8 @@ def read_diagnosis(folder: Path) -> Learnt:
             "draws the model is predicted without an effect, and what it left of the record is carried as model error"
         )
     said = (
-        f"{len(explanations)} models of the diagnosis' 95 % set by their probabilities, {counts} draws of each from its "
-        "posterior (joint in parameters and magnitudes)",
+        f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
+        "parameters and magnitudes)",
     )
     proposal = content.get("next_measurement") or {}
     return Learnt(
@@ -103,9 +105,7 @@ def _error(part: pd.DataFrame, channel: str, content: Tree, model: Tree, contact
     before = measured - part["before"].to_numpy(float)
     after = measured - part["after"].to_numpy(float)
     named = after if np.isfinite(after).all() else before
-    residual = {
-        one["label"]: before if one["label"] in (NONE, SOMETHING_ELSE) else named for one in model["posterior"]
-    }
+    residual = {one["label"]: before if one["label"] in (NONE, SOMETHING_ELSE) else named for one in model["posterior"]}
     figures = content["noise"]["sensors"].get(channel, {})
     return SensorError(
         time - contact,

@@ -43,7 +43,8 @@ def read_inversion(folder: Path) -> Learnt:
     cases, told = _cases(folder, first, max(len(found.shots), 1))
     table = pd.read_csv(folder / "verification.csv")
     shots = [
-        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case)) for i, case in enumerate(cases)
+        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case))
+        for i, case in enumerate(cases)
     ]
     names, draws, said, warnings = _posterior(folder, found)
     n = len(draws)

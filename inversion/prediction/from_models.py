@@ -1,4 +1,4 @@
-"""What a comparison of bird models tells: each model by its probability of being the best, with draws of its posterior."""
+"""What a comparison of bird models tells: each by its probability of being the best, with draws of its posterior."""
 
 from __future__ import annotations
 

@@ -25,13 +25,13 @@ from birdstrike.inversion.prediction.answer import (
     share_of,
 )
 from birdstrike.inversion.prediction.budget import narrowing, shares
-from birdstrike.inversion.prediction.campaign import Campaign, run_campaign
+from birdstrike.inversion.prediction.campaign import run_campaign
 from birdstrike.inversion.prediction.carry_over import Carried, carried_effects, refuse_other_sensors
 from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.reading import read_learnt
-from birdstrike.inversion.prediction.sample import FEWEST, Tolerance, draw, shares_of, tolerances_of
+from birdstrike.inversion.prediction.sample import FEWEST, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
 
@@ -134,7 +134,9 @@ def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
     known = {one.label: one for one in learnt.explanations}
     unknown = [label for label in labels if label not in known]
     if unknown:
-        raise UserError(f"--only {label}: no explanation; {learnt.folder} holds {', '.join(known)}" for label in unknown)
+        raise UserError(
+            f"--only {label}: no explanation; {learnt.folder} holds {', '.join(known)}" for label in unknown
+        )
     shares = np.array([known[label].probability for label in labels])
     shares = shares / shares.sum() if shares.any() else np.full(len(labels), 1.0 / len(labels))
     kept = tuple(replace(known[label], probability=float(p)) for label, p in zip(labels, shares, strict=True))
@@ -204,10 +206,8 @@ def _assembled(
             "failed": dict(campaign.failures),
         },
         seed=setting.seed,
-        warnings=tuple([*warnings, *_doubts(setting, new)]),
-        bands={
-            name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()
-        },
+        warnings=(*warnings, *_doubts(setting, new)),
+        bands={name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()},
         draws=tops,
     )
 
@@ -231,13 +231,13 @@ def _doubts(setting: Setting, new: Case) -> list[str]:
     if lost > LARGE * campaign.counts["asked"]:
         reason = next(iter(campaign.failures.values()), "")
         found.append(
-            f"{lost} of {campaign.counts['asked']} simulations of the new case failed ({reason}); the bands rest on the "
-            "others, which may be the gentler ones"
+            f"{lost} of {campaign.counts['asked']} simulations of the new case failed ({reason}); the bands rest on "
+            "the others, which may be the gentler ones"
         )
     if learnt.corrected and campaign.counts["finer"] < 2:
         found.append(
-            "the learnt models stand for a finer mesh, whose simulations of the new case failed: the bands are those of "
-            "the campaign's mesh and may be off by what a finer one changes; run the command again with --retry-failed"
+            "the learnt models stand for a finer mesh, whose simulations of the new case failed: the bands are those "
+            "of the campaign's mesh and may be off by what a finer one changes; run the command again with --retry-failed"
         )
     if not learnt.corrected and _other_mesh(learnt.case, new):
         found.append(
@@ -246,8 +246,8 @@ def _doubts(setting: Setting, new: Case) -> list[str]:
         )
     if campaign.torn.any():
         found.append(
-            "the plate tears in some of the simulations: curves of torn plates are not smooth in the parameters, so that "
-            "the simulated draws themselves make the bands"
+            "the plate tears in some of the simulations: curves of torn plates are not smooth in the parameters, so "
+            "that the simulated draws themselves make the bands"
         )
     return found
 

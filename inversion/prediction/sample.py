@@ -100,8 +100,8 @@ def tolerances_of(case: Case, given: Mapping[str, str], learnt: Learnt) -> dict[
             continue
         if not 0.0 <= sigma < max(abs(value), 1e-300):
             errors.append(
-                f"--tolerance {key}: one standard deviation of {text} is below 0 or as large as the value itself; state "
-                "it as a difference, not as the value"
+                f"--tolerance {key}: one standard deviation of {text} is below 0 or as large as the value itself; "
+                "state it as a difference, not as the value"
             )
         if key in sought:
             errors.append(f"--tolerance {key}: {learnt.folder} has calibrated it, its posterior holds; leave it out")
@@ -169,7 +169,12 @@ def _absent(key: str, n: int) -> Array:
 
 
 def _of_one(
-    one: Explanation, number: int, carried: Mapping[str, Carried], tolerances: Mapping[str, Tolerance], n: int, seed: int
+    one: Explanation,
+    number: int,
+    carried: Mapping[str, Carried],
+    tolerances: Mapping[str, Tolerance],
+    n: int,
+    seed: int,
 ) -> Sample:
     coordinates = _standardised(np.hstack([one.parameters, one.magnitudes]))
     anew = [label for label in one.members if carried[label].how == ANEW]

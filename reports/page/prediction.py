@@ -1,4 +1,4 @@
-"""The page of a prediction: how far it goes first, then limits and bands, where the width comes from, what it rests on."""
+"""The page of a prediction: how far it goes, limits and bands, where the width comes from, what it rests on."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from birdstrike.reports.page.render import rendered
 
 Content = Mapping[str, Any]
 METHOD = (
-    "Shares are of the sum of six variances: effect is the variance between the explanations' means, parameters the mean "
-    "variance within them, and the others let one source alone vary. The model's error is a Gaussian process given what "
-    "the model left of the learnt record; see docs/prediction.md."
+    "Shares are of the sum of six variances: effect is the variance between the explanations' means, parameters the "
+    "mean variance within them, and the others let one source alone vary. The model's error is a Gaussian process "
+    "given what the model left of the learnt record; see docs/prediction.md."
 )
 
 
@@ -70,8 +70,8 @@ def _reach(content: Content) -> tuple[Block, ...]:
 
 def _growth(content: Content) -> str:
     return (
-        f"The model's error has a correlation of {content['correlation']:.2f} with that of the nearest learnt shot, and "
-        f"its standard deviation is taken {content['growth']:.2g} times as large."
+        f"The model's error has a correlation of {content['correlation']:.2f} with that of the nearest learnt shot, "
+        f"and its standard deviation is taken {content['growth']:.2g} times as large."
     )
 
 
@@ -124,7 +124,9 @@ def _bands(content: Content, table: Histories) -> tuple[Block, ...]:
         limit = content["limits"].get(name, {}).get("value")
         figure = bands_figure(name, one["unit"], table.time, own, limit)
         q2, method = content["campaign"]["q2"][name], content["campaign"]["method"][name]
-        how = f"by an emulator of the simulations (leave-one-out Q2 {q2:.2f})" if method == "emulator" else "by the draws"
+        how = (
+            f"by an emulator of the simulations (leave-one-out Q2 {q2:.2f})" if method == "emulator" else "by the draws"
+        )
         blocks.append(drawing(f"bands-{name}", figure, f"{plain(name)}, {how}."))
     return tuple(blocks)
 
@@ -140,10 +142,13 @@ def _column(table: Histories, column: str, key: str) -> Array:
 
 def _budget(content: Content) -> tuple[Block, ...]:
     blocks: list[Block] = [
-        drawing("budget", budget_figure(content["sources"]), "Sources of the variance of each sensor's largest reading.")
+        drawing(
+            "budget", budget_figure(content["sources"]), "Sources of the variance of each sensor's largest reading."
+        )
     ]
     rows = tuple(
-        (plain(name), *(f"{100.0 * own[source]:.0f} %" for source in SOURCES)) for name, own in content["sources"].items()
+        (plain(name), *(f"{100.0 * own[source]:.0f} %" for source in SOURCES))
+        for name, own in content["sources"].items()
     )
     blocks.append(Table(("sensor", *SOURCES), rows, METHOD, frozenset(range(1, len(SOURCES) + 1))))
     if content["narrowing"]:
@@ -162,8 +167,8 @@ def _rest(content: Content) -> tuple[Block, ...]:
         Lines(tuple(content["posterior"])),
         Table(("explanation", "probability", "its effects here"), rows, "What was averaged over.", frozenset({1})),
         Paragraph(
-            f"{counts['finished']} of {counts['asked']} simulations of the new case finished, {counts['finer']} of them "
-            "also on a finer mesh."
+            f"{counts['finished']} of {counts['asked']} simulations of the new case finished, {counts['finer']} of "
+            "them also on a finer mesh."
         ),
     ]
     if content["tolerances"]:
