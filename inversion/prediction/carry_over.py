@@ -36,8 +36,8 @@ class Carried:
     """One effect of the explanations in the new case.
 
     label, name: as in the diagnosis; scope: rig, plate, shot or sensor; how: carried with its magnitude, drawn anew
-    from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's error acts
-    on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
+    from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's error
+    acts on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
     """
 
     label: str

@@ -72,8 +72,8 @@ class Learnt:
     """What a folder tells.
 
     source: the command that made it; case: of the first shot; corrected: whether its models stand for a finer mesh than
-    the campaign's; diagnosed: whether campaign and fine mesh are those of a diagnosis; next_measurement: its proposal; said: what was used, and
-    what the user must know of it.
+    the campaign's; diagnosed: whether campaign and fine mesh are those of a diagnosis; next_measurement: its proposal;
+    said: what was used, and what the user must know of it.
     """
 
     source: str

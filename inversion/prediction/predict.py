@@ -237,7 +237,8 @@ def _doubts(setting: Setting, new: Case) -> list[str]:
     if learnt.corrected and campaign.counts["finer"] < 2:
         found.append(
             "the learnt models stand for a finer mesh, whose simulations of the new case failed: the bands are those "
-            "of the campaign's mesh and may be off by what a finer one changes; run the command again with --retry-failed"
+            "of the campaign's mesh and may be off by what a finer one changes; run the command again with "
+            "--retry-failed"
         )
     if not learnt.corrected and _other_mesh(learnt.case, new):
         found.append(
