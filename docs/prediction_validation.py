@@ -183,7 +183,8 @@ def run_rigs(folder: Path, count: int, until: str) -> None:
             return
         begun = time.monotonic()
         try:
-            learnt = diagnosed(place, drawn, runs)
+            done = (place / "diagnosis" / "diagnosis.json").is_file()
+            learnt = read_learnt(place / "diagnosis") if done else diagnosed(place, drawn, runs)
         except (RunFailed, UserError) as error:
             write_json(
                 place / "failed.json", {"effects": dict(drawn.effects), "form": drawn.form, "reason": str(error)}

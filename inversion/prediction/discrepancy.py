@@ -5,7 +5,7 @@ time, a the amplitude (Kennedy & O'Hagan, J. R. Statist. Soc. B 63 (2001) 425). 
 correlation rho between the learnt shot and the new one (`distance`); each shot has a part of its own besides (b). Given
 the residual r with noise sigma,
 
-    mean = rho K (K + K_own + sigma^2)^-1 r,   covariance = g^2 (K' + K'_own) - rho^2 K (K + K_own + sigma^2)^-1 K^T,
+    mean = rho K (K + K_own + sigma^2)^-1 r,   covariance = g^2 [K' + K'_own - rho^2 K (K + K_own + sigma^2)^-1 K^T],
 
 g the growth outside what was learnt; a is at least what the residual shows beyond the noise. Near the data the new
 shot errs as the old one did; far away it errs by as much as
@@ -79,9 +79,9 @@ def _conditioned(
     length = UNSEEN * float(times[-1] - times[0]) if error is None else error.length
     size = np.ones(len(thin)) if error is None else error.grown(thin)
     prior = started(thin, thin, 0.0, length) * size[:, None] * size
-    wide = where.growth**2 * (a * a + b * b) * prior
+    wide = (a * a + b * b) * prior
     if error is None or where.correlation < 1e-3 or label not in error.residual:
-        return np.zeros(len(thin)), wide
+        return np.zeros(len(thin)), where.growth**2 * wide
     kept = np.unique(np.linspace(0, len(error.times) - 1, min(INSTANTS, len(error.times))).round().astype(int))
     t, r, sigma = error.times[kept], error.residual[label][kept] / error.peak, error.sigma[kept] / error.peak
     grown = error.grown(t)
@@ -89,4 +89,4 @@ def _conditioned(
     across = where.correlation * a * a * started(thin, t, 0.0, length) * size[:, None] * grown
     whole = (a * a + b * b) * there + np.diag(sigma**2 + 1e-10)
     gain = np.linalg.solve(whole, across.T).T
-    return gain @ r, wide - gain @ across.T
+    return gain @ r, where.growth**2 * (wide - gain @ across.T)

@@ -69,7 +69,9 @@ def test_effects_go_where_they_belong() -> None:
         "impact_speed": "drawn anew",
         "sensor_gain.displacement_side": "carried",
     }
-    other = tiny().overlaid({"plate": {"thickness": "8 mm"}, "sensors": {"displacement_side": {"at": ["60 mm", "0 mm"]}}})
+    other = tiny().overlaid(
+        {"plate": {"thickness": "8 mm"}, "sensors": {"displacement_side": {"at": ["60 mm", "0 mm"]}}}
+    )
     elsewhere = {label: one.how for label, one in carried_effects(known, other).items()}
     assert elsewhere["clamp_rotation"] == "carried"
     assert elsewhere["plate_thickness"] == "drawn anew"

@@ -77,7 +77,9 @@ def test_a_stated_tolerance_of_the_speed_widens_the_band_by_its_own_variance(
     own = formula.largest(formula.VISCOSITY, FASTER) * 4.0 / FASTER  # the deflection is proportional to the speed
     expected = np.hypot(width(found) / 3.92, own)
     assert width(wide) / 3.92 == pytest.approx(expected, rel=0.15)
-    assert max(wide.sources["displacement_centre"], key=lambda s: wide.sources["displacement_centre"][s]) == "tolerances"
+    assert (
+        max(wide.sources["displacement_centre"], key=lambda s: wide.sources["displacement_centre"][s]) == "tolerances"
+    )
     assert sum(wide.sources["displacement_centre"].values()) == pytest.approx(1.0)
     assert "speed" in str(wide.narrowing[0]["sentence"])
 
