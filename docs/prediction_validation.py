@@ -38,7 +38,7 @@ from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.predict import PredictOptions, prepared
 from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.prediction.sample import draw as draw_sample
-from birdstrike.inversion.prediction.sample import shares_of
+from birdstrike.inversion.prediction.sample import affordable, shares_of
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.effects.registry import effects
 
@@ -191,9 +191,13 @@ def run_rigs(folder: Path, count: int, until: str) -> None:
             )
             continue
         _share(place / "diagnosis" / "runs", runs / "runs")
-        found = [(one.label, round(one.probability, 2)) for one in learnt.explanations]
+        found = [(one.label, round(one.probability, 2)) for one in learnt.explanations[:6]]
         told = f"rig {number}: {dict(drawn.effects)} {drawn.form}; in {time.monotonic() - begun:.0f} s as {found}"
         print(told, flush=True)  # noqa: T201
+        none = [replace(one, probability=0.0) for one in learnt.explanations if one.label == NONE]
+        learnt = affordable(learnt, BUDGET)
+        if all(one.label != NONE for one in learnt.explanations):
+            learnt = replace(learnt, explanations=(*learnt.explanations, *none))
         for i, speed in enumerate((*BETWEEN, *OUTSIDE)):
             target = place / f"predicted_{speed:g}.json"
             if target.is_file() or _over(until):

@@ -31,7 +31,7 @@ from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, 
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.reading import read_learnt
-from birdstrike.inversion.prediction.sample import FEWEST, draw, shares_of, tolerances_of
+from birdstrike.inversion.prediction.sample import FEWEST, affordable, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
 
@@ -98,7 +98,7 @@ def predict(
     """
     choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
     known = learnt if isinstance(learnt, Learnt) else read_learnt(Path(learnt))
-    known = _only(known, choice.only)
+    known = affordable(_only(known, choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
     warnings = [*known.warnings, *refuse_other_sensors(known, new)]
     setting, simulated = prepared(new, known, folder, choice)
@@ -128,9 +128,9 @@ def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> 
 
 
 def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
-    """What was learnt, of the likely explanations, or of some alone; raises UserError for an unknown one."""
+    """What was learnt, of some explanations alone; raises UserError for an unknown one."""
     if not labels:
-        return replace(learnt, explanations=tuple(one for one in learnt.explanations if one.probability > 0.0))
+        return learnt
     known = {one.label: one for one in learnt.explanations}
     unknown = [label for label in labels if label not in known]
     if unknown:

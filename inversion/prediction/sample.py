@@ -23,6 +23,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.sections import quantity_at
 
 FEWEST = 3  # simulations of an explanation, however unlikely: its effect must be seen to be weighed
+EACH = 4  # simulations for each explanation
 WIDEST = 3.0  # standard deviations of what is drawn anew, and of a tolerance
 EFFECT = "effects."
 TOLERANCE_OF = {
@@ -129,12 +130,32 @@ def _value(case: Case, key: str) -> float | None:
 
 
 def shares_of(explanations: Sequence[Explanation], count: int, fewest: int = 0) -> list[int]:
-    """Draws of each explanation by its probability, `fewest` at the least."""
-    wanted = np.array([one.probability for one in explanations]) * count
+    """Draws of each explanation: `fewest`, and the rest of `count` by its probability."""
+    rest = max(count - fewest * len(explanations), 0)
+    wanted = np.array([one.probability for one in explanations]) * rest
     found = np.floor(wanted).astype(int)
-    for i in np.argsort(found - wanted)[: max(count - int(found.sum()), 0)]:
+    for i in np.argsort(found - wanted)[: max(rest - int(found.sum()), 0)]:
         found[i] += 1
-    return [max(int(n), fewest) for n in found]
+    return [int(n) + fewest for n in found]
+
+
+def affordable(learnt: Learnt, budget: int) -> Learnt:
+    """What was learnt, of the likeliest explanations for which the simulations suffice, four of them for each.
+
+    The probability of the others is shared out, and the user told.
+    """
+    likely = sorted((one for one in learnt.explanations if one.probability > 0.0), key=lambda one: -one.probability)
+    kept, rest = likely[: max(budget // EACH, 1)], likely[max(budget // EACH, 1) :]
+    whole = sum(one.probability for one in kept)
+    scaled = tuple(replace(one, probability=one.probability / whole) for one in kept)
+    lost = sum(one.probability for one in rest)
+    if not rest:
+        return replace(learnt, explanations=scaled)
+    text = (
+        f"{len(rest)} explanations with together {100.0 * lost:.2g} % of the probability are left out, for which the "
+        f"simulations do not suffice; --budget {EACH * len(likely)} takes all"
+    )
+    return replace(learnt, explanations=scaled, said=(*learnt.said, text))
 
 
 def draw(
