@@ -125,7 +125,7 @@ def _emulated(campaign: Campaign, name: str, sample: Sample, rng: np.random.Gene
         one = family.curve(name)
         if not len(of) or one is None or family.emulator is None:
             continue
-        u = family.emulator.inputs(np.stack([sample.values[key][of] for key in family.keys], axis=1))
+        u = family.emulator.inputs(np.stack([sample.column(key)[of] for key in family.keys], axis=1))
         mean[of] = one.curves(u, campaign.time)
         if rng is not None:
             errors[of] = _errors(one, u, campaign.time, rng)

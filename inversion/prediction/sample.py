@@ -63,6 +63,10 @@ class Sample:
     def __len__(self) -> int:
         return len(self.row)
 
+    def column(self, key: str) -> Array:
+        """(n,) values under a key; an effect that no draw holds is 0."""
+        return self.values.get(key, _absent(key, len(self)))
+
     def at(self, i: int) -> dict[str, float]:
         """Values of one draw that its explanation has."""
         return {key: float(column[i]) for key, column in self.values.items() if np.isfinite(column[i])}
