@@ -1,7 +1,8 @@
-"""What was learnt and what of it belongs to another case: of the rig, of the plate, of the shot, of a sensor.
+"""What was learnt and what of it belongs to another case: of the bird, the rig, the plate, the shot, a sensor.
 
-A support stays with the rig. What is wrong with a plate stays with that plate: on another one it is drawn anew. So is
-what is wrong with a shot. A sensor's error stays with the same sensor at the same place.
+What the bird's recipe has stays. A support stays with the rig, and what is wrong with a plate with that plate: on
+another one it is drawn anew. So is what is wrong with a shot. A sensor's error stays with the same sensor at the same
+place.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.plan import INSTRUMENT
+from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effects
@@ -27,6 +29,8 @@ OF_PLATE = (
     "rivet_strength",
 )
 """Effects that another plate need not have."""
+OF_BIRD = ("bird_friction", "bird_porosity")
+"""Effects of the bird's substance, whatever it strikes."""
 CARRIED, ANEW, DROPPED = "carried", "drawn anew", "left behind"
 SAME_PLACE = 1e-6  # m
 
@@ -35,9 +39,9 @@ SAME_PLACE = 1e-6  # m
 class Carried:
     """One effect of the explanations in the new case.
 
-    label, name: as in the diagnosis; scope: rig, plate, shot or sensor; how: carried with its magnitude, drawn anew
-    from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's error
-    acts on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
+    label, name: as in the diagnosis; scope: bird, rig, plate, shot or sensor; how: carried with its magnitude, drawn
+    anew from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's
+    error acts on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
     """
 
     label: str
@@ -101,11 +105,14 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
     sided = not effect.refuses(case) and effect.one_sided(case)
     if name in OF_SHOT:
         return Carried(label, name, "shot", ANEW, size, (), sided)
-    if name in OF_PLATE:
+    if name in OF_BIRD:
+        return Carried(label, name, "bird", CARRIED, size, (), sided)
+    of_plate = name in OF_PLATE
+    same = not other_rig(learnt.case, case)
+    if of_plate:
         same = case.plate == learnt.case.plate and case.target == learnt.case.target
-        own = size if same or effect.refuses(case) else effect.size(case)
-        return Carried(label, name, "plate", CARRIED if same else ANEW, own, (), sided)
-    return Carried(label, name, "rig", CARRIED, size, (), sided)
+    own = size if same or effect.refuses(case) else effect.size(case)
+    return Carried(label, name, "plate" if of_plate else "rig", CARRIED if same else ANEW, own, (), sided)
 
 
 def same_sensor(learnt: Case, case: Case, name: str) -> bool:

@@ -43,5 +43,5 @@ def test_the_bands_between_two_learnt_speeds_hold_the_truth(folder: Path, tmp_pa
 def test_a_comparison_without_draws_is_refused_with_the_remedy(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "models.json").write_text((folder / "models.json").read_text(encoding="utf-8"), encoding="utf-8")
     assert json.loads((tmp_path / "models.json").read_text(encoding="utf-8"))["ranking"] == ["murnaghan"]
-    with pytest.raises(UserError, match="no draws of murnaghan.*repeat calibrate-models"):
+    with pytest.raises(UserError, match=r"no draws of murnaghan.*repeat calibrate-models"):
         predict(rig.shot(80.0), tmp_path, tmp_path / "out")

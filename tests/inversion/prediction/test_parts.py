@@ -76,6 +76,8 @@ def test_effects_go_where_they_belong() -> None:
     assert elsewhere["clamp_rotation"] == "carried"
     assert elsewhere["plate_thickness"] == "drawn anew"
     assert elsewhere["sensor_gain.displacement_side"] == "left behind"
+    wider = carried_effects(known, tiny().overlaid({"plate": {"width": "400 mm"}}))
+    assert wider["clamp_rotation"].how == "drawn anew"
 
 
 def test_a_structure_without_the_effect_s_part_is_refused_by_name_unless_it_is_left_behind() -> None:
