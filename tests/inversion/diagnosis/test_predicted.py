@@ -61,7 +61,7 @@ def test_a_diagnosis_is_carried_to_another_speed(laboratory: Laboratory) -> None
     assert result.exit_code == 0, result.output
     content = json.loads((laboratory.folder / "predicted" / "prediction.json").read_text(encoding="utf-8"))
     credible = laboratory.content()["confidence_set"]
-    assert {one["name"] for one in content["explanations"]} == set(credible)
+    assert [one["name"] for one in content["explanations"]] == credible[:2]  # eight simulations, four for each
     assert sum(one["probability"] for one in content["explanations"]) == pytest.approx(1.0)
     assert content["campaign"]["finer"] >= 2  # what was learnt stands for a finer mesh: so does the prediction
     assert "12 % above" in content["extrapolation"][0]
