@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -72,7 +72,7 @@ def calibrated(folder: Path) -> Path:
     example = record(case, "null", {}, 0, "shot")
     write_measured(folder / "shot.csv", type(example)(time, seen, {}, dict(run.units), ("SIMULATED by a formula",)))
 
-    def forward(theta: dict[str, float]) -> Histories:
+    def forward(theta: Mapping[str, float]) -> Histories:
         return strike(case.with_values(theta))
 
     train_and_invert(folder / "doe", folder / "shot.csv", folder / "inversion", method="emulator", forward=forward)
