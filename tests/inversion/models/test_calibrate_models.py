@@ -23,7 +23,7 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.heldout import ranked
+from birdstrike.inversion.models.ranking import ranked
 from birdstrike.inversion.models.results import ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
