@@ -115,7 +115,7 @@ def invert(
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, verified), _q2(located.emulator))
     if predictive.coarse:
-        coarse = prior_predictive_warning(predictive, located.observations)
+        coarse = prior_predictive_warning(predictive, located.observations, choice.more_runs)
         warnings[: 0 if located.prior_predictive.inside else 1] = [coarse]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None

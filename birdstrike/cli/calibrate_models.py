@@ -90,7 +90,7 @@ def command(
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)
-    warn(found.warnings, str(out / "models.json"))
+    warn(found.warnings, f"{page} and models.json", ordered=True)
     if found.simulated:
         say("the records are simulated, not measured")
     console.print(table(found))

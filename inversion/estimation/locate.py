@@ -39,7 +39,7 @@ class InversionOptions:
 
     sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
     hidden: neurons, None for a search; copies: noisy copies of every training run; outputs: of the network, "bounded"
-    by the ranges or "linear".
+    by the ranges or "linear"; more_runs: the option by which the command that asks adds runs, for messages.
     """
 
     trainer: str = "lm"
@@ -53,6 +53,7 @@ class InversionOptions:
     hidden: int | None = HIDDEN
     copies: int = 0
     outputs: str = "bounded"
+    more_runs: str = "--refine N"
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -115,7 +116,9 @@ def locate(
         enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
         posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
-    first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
+    first = (
+        list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]
+    )
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
     odd = implausible(dataset, observations, choice.time_offset)

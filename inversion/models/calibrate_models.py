@@ -28,6 +28,7 @@ from birdstrike.inversion.models.optimisers import refuse_unknown
 from birdstrike.inversion.models.ranking import ranked
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
@@ -224,13 +225,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         for shot, order in found.per_shot.items()
     }
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
-    failed = tuple(f"{name} has no answer: {one.failure}" for name, one in answers.items() if one.failure)
-    outside = tuple(
-        f"{name} cannot make the records with any constants in its ranges: its held-out error is that of the nearest"
-        for name, one in answers.items()
-        if not one.failure and not one.inside
-    )
-    own = tuple(f"{name}: {line}" for name, one in answers.items() for line in one.warnings)
+    own = {n: (f"no answer: {one.failure}",) if one.failure else one.warnings for n, one in answers.items()}
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,
@@ -244,7 +239,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
         per_shot_sentences=sentences,
         seed=seed,
-        warnings=(*failed, *outside, *own),
+        warnings=summarised(own),
     )
 
 

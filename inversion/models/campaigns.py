@@ -130,6 +130,7 @@ class ModelRuns:
             time_offset=case.inversion.nuisance.get("time_offset", 0.0),
             sampling=None,
             analyse=False,
+            more_runs="--runs N",
         )
 
         def columns(observations: Observations, mode: Mode) -> Array:

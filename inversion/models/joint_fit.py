@@ -44,7 +44,6 @@ AMPLITUDES = (0.0, LEAST, 0.01, 0.03)
 A model that asks for the largest is wrong by more than that. A slow error of its own would then take what the constants
 should fit, so that it is calibrated without one, to the least error over the noise, which is what ranks it; its
 intervals are those of the widened residual."""
-GOOD_Q2 = 0.9
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,6 @@ class ModelFit:
         self._written("published", published, origins)
         q2 = self._q2(outcome)
         said += outcome.inversion.warnings
-        said += self._poor(q2)
         return ModelAnswer(
             name=self.runs.chosen.name,
             source=self.runs.chosen.source,
@@ -216,21 +214,6 @@ class ModelFit:
             for i, setup in enumerate(self.runs.setups)
         }
 
-    def _poor(self, q2: Mapping[str, Mapping[str, float | None]]) -> list[str]:
-        """One line of the channels that the emulator predicts poorly."""
-        poor = [
-            f"{plain(channel)} of {shot} ({value:.2f})"
-            for shot, own in q2.items()
-            for channel, value in own.items()
-            if value is not None and value < GOOD_Q2
-        ]
-        if not poor:
-            return []
-        return [
-            f"Q2 below {GOOD_Q2:g} for {', '.join(poor)}: these channels carry the emulator's scatter as noise and "
-            "count for less in the calibration; more --runs may help, where the runs themselves do not scatter"
-        ]
-
     def _strikes(
         self, added: int, shots: Sequence[Shot], folds: Mapping[str, object], published: Sequence[object]
     ) -> dict[str, int]:
@@ -243,8 +226,14 @@ class ModelFit:
         return found
 
     def _named(self, text: str) -> str:
-        """Channels "@2" of the joint record as those of their shot."""
-        for i, setup in reversed(list(enumerate(self.runs.setups))):
-            if i:
-                text = re.sub(rf"(\w)@{i + 1}\b", rf"\1 of {setup.name}", text)
-        return text
+        """Channels of the joint record ("force", "force@2") as those of their shot, where there are several."""
+        setups = self.runs.setups
+        if len(setups) == 1:
+            return text
+        channels = {form for setup in setups for name in setup.measured.channels for form in (name, plain(name))}
+        known = "|".join(map(re.escape, sorted(channels, key=len, reverse=True)))
+
+        def of_shot(met: re.Match[str]) -> str:
+            return f"{met[1]} of {setups[int(met[2] or 1) - 1].name}"
+
+        return re.sub(rf"(?<![\w.])({known})(?:@(\d+))?(?!\w)", of_shot, text)
