@@ -56,6 +56,13 @@ RetryFailed = Annotated[
 Channels = Annotated[
     str, typer.Option("--channels", metavar="NAME,...", help="Channels of the record that are used; all by default.")
 ]
+ShotRecords = Annotated[
+    list[str],
+    typer.Option("--measured", help="Measured-data CSV, or the name of a shipped curve; again for each further shot."),
+]
+ShotCases = Annotated[
+    list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
+]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]
