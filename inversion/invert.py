@@ -37,7 +37,7 @@ from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
 from birdstrike.surrogate.holdout import describe, describe_times, input_times
 from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
-from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 
 TRAINING_FILE = "training.csv"
 

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
 from birdstrike.surrogate.scaling import BoundedScaling, Scaling
-from birdstrike.surrogate.training import Samples, Training
+from birdstrike.surrogate.trainers import adam, bayesian_regularisation, ensemble, levenberg_marquardt
+from birdstrike.surrogate.trainers.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.network import Shape, jacobian
-from birdstrike.surrogate.training import Samples, Training
+from birdstrike.surrogate.trainers.training import Samples, Training
 
 _posv: Any = get_lapack_funcs("posv", dtype=np.float64)  # Cholesky and solve in one call, without cho_factor's checks
 

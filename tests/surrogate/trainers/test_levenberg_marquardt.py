@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from birdstrike.surrogate.levenberg_marquardt import Linearised, Settings, _lower, train
 from birdstrike.surrogate.network import nguyen_widrow
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers.levenberg_marquardt import Linearised, Settings, _lower, train
+from birdstrike.surrogate.trainers.training import Samples
 from tests.surrogate.surface import SHAPE, smooth_surface
 
 
