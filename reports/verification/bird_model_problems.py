@@ -123,8 +123,8 @@ def pictures(runs: dict[str, Histories]) -> tuple[Picture, ...]:
         "of the contact."
     )
     second = (
-        'The other two readings of its "force of the centre of the flat plate": the frame\'s reaction, and the force on '
-        f"a patch of {1e3 * RADIUS:g} mm radius at the centre. Colours as above."
+        'The other two readings of its "force of the centre of the flat plate": the frame\'s reaction, and the force '
+        f"on a patch of {1e3 * RADIUS:g} mm radius at the centre. Colours as above."
     )
     return (
         Picture("bird_models", draw(*panels[:2]), first),
