@@ -123,6 +123,24 @@ def _not_noise(found: Sequence[Found]) -> str:
     )
 
 
+def _left_out(found: Sequence[Found]) -> str:
+    counts = {one.model: one.found["runs"].count(",") + 1 for one in found}
+    shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
+    return (
+        f"{_many(sum(counts.values()), 'run')} ({shown}) lost more than {found[0].found['limit']} and "
+        f"{_are(sum(counts.values()))} left out of the emulators, which know less of such constants; narrow the ranges "
+        "of the constants that erode: inversion.models.NAME"
+    )
+
+
+def _gaps(found: Sequence[Found]) -> str:
+    shown = _list([f"{one.found['where']} ({one.model})" for one in found])
+    return (
+        f"no answer is sought where too few runs of little erosion stand, {shown}: one that lies there is not found; "
+        "raise --runs, or narrow the ranges: inversion.models.NAME"
+    )
+
+
 def _single_readings(found: Sequence[Found]) -> str:
     points = {one.found["channel"]: int(one.found["points"]) for one in found}
     total = sum(points.values())
@@ -164,6 +182,8 @@ GRAVE = (
 )
 """The gravest first: no result, a result that may be wrong, an interval that may be."""
 MINOR = (
+    Kind(re.compile(r"^runs? (?P<runs>[\d, ]+) lost more than (?P<limit>.*?): the emulator leaves"), _left_out),
+    Kind(re.compile(r"^(?P<where>[^:]+): too few smooth runs stand there"), _gaps),
     Kind(re.compile(rf"^{CHANNEL}: (?P<points>\d+) points? at .* far off"), _single_readings),
     Kind(re.compile(rf"^{CHANNEL}: {BEYOND}"), _beyond),
     Kind(re.compile(rf"^{CHANNEL}: no noise is stated; "), _assumed),

@@ -46,6 +46,14 @@ def test_failed_simulations_are_counted_with_their_commonest_reason() -> None:
     assert told.startswith("3 simulations failed and are left out (elastic 3), most often because contact created 1.2%")
 
 
+def test_runs_left_out_and_gaps_of_all_models_are_one_warning_each() -> None:
+    lost = "runs 3, 14 lost more than 5 % of the bird: the emulator leaves them out"
+    gap = "viscosity 1470 .. 1500 Pa s: too few smooth runs stand there, so no answer is sought there"
+    runs, gaps = summarised({"null": [gap, lost], "murnaghan": [lost.replace("3, 14", "7"), gap]})
+    assert runs.startswith("3 runs (null 2 and murnaghan 1) lost more than 5 % of the bird and are left out")
+    assert "viscosity 1470 .. 1500 Pa s (null) and viscosity 1470 .. 1500 Pa s (murnaghan)" in gaps
+
+
 READ = (
     "the model cannot produce this curve: ",
     "best fit is {found.fit:.1f} times",
@@ -66,6 +74,9 @@ READ = (
     " points before and {",
     " after the simulated record ",
     ": no noise is stated; ",
+    " lost more than {",
+    ": the emulator leaves them out",
+    ": too few smooth runs stand there",
 )
 """Parts of warnings by which they are read, each as it stands in the sources that give it."""
 
