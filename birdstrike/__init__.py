@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from birdstrike.inversion.method_comparison import MethodScore
     from birdstrike.inversion.models.calibrate_models import calibrate_models
     from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
+    from birdstrike.inversion.prediction.answer import Prediction
+    from birdstrike.inversion.prediction.predict import PredictOptions, predict
     from birdstrike.inversion.results.estimates import Answer, Estimate
     from birdstrike.inversion.results.inversion import Inversion
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
@@ -70,6 +72,7 @@ _VERBS = {
     "run_doe": "birdstrike.cli.run_doe",
     "train_and_invert": "birdstrike.inversion.train_and_invert",
     "diagnose": "birdstrike.inversion.diagnosis.diagnose",
+    "predict": "birdstrike.inversion.prediction.predict",
     "audit": "birdstrike.inversion.audit.audit",
     "report": "birdstrike.reports.page.page",
     "explore": "birdstrike.reports.explore.explore",
@@ -100,6 +103,8 @@ _TYPES = {
     "Diagnosis": "birdstrike.inversion.diagnosis.answer",
     "EffectFigures": "birdstrike.inversion.diagnosis.answer",
     "DiagnosisOptions": "birdstrike.inversion.diagnosis.pipeline",
+    "PredictOptions": "birdstrike.inversion.prediction.predict",
+    "Prediction": "birdstrike.inversion.prediction.answer",
     "Evidence": "birdstrike.reports.evidence.archive",
     "Verification": "birdstrike.reports.verification.verify",
     "UserError": "birdstrike.data.errors",
@@ -130,6 +135,8 @@ __all__ = [
     "ModelAnswer",
     "ModelComparison",
     "ParameterSpace",
+    "PredictOptions",
+    "Prediction",
     "RunCounts",
     "RunFailed",
     "Snapshot",
@@ -149,6 +156,7 @@ __all__ = [
     "import_curve",
     "load_case",
     "new",
+    "predict",
     "report",
     "run_doe",
     "simulate",

@@ -18,6 +18,7 @@ TELLTALES = {
     "compare-methods": ("comparison.json",),
     "calibrate-models": ("models.json",),
     "diagnose": ("diagnosis.json",),
+    "predict": ("prediction.json",),
     "audit": ("audit.json",),
     "compare": ("compare.json",),
     "converge": ("convergence.json",),

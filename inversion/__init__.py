@@ -3,5 +3,5 @@
 A campaign's runs and a measured record enter; `inversion.json`, `convergence.json`, `diagnosis.json` and `audit.json`
 leave. Read train_and_invert (the command), invert (one record), then the folders in the order of their imports:
 results, observations, estimation, identifiability; beside them mesh_convergence, and above them
-diagnosis, audit and models, which leaves `models.json`.
+diagnosis, audit and models, which leaves `models.json`; prediction, which carries what these found to another shot.
 """

@@ -26,6 +26,7 @@ COMMANDS = (
     "compare-methods",
     "calibrate-models",
     "diagnose",
+    "predict",
     "audit",
     "report",
     "explore",

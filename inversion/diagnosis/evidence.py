@@ -306,6 +306,54 @@ class ModelTester:
                 cov[:, i, i] = np.maximum(rest, 0.0)
         return mean, cov
 
+    def draws(
+        self, hypothesis: Hypothesis, sizes: Sequence[float], count: int, rng: np.random.Generator
+    ) -> tuple[Array, Array, Indices]:
+        """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
+
+        From the joint Gaussians of the likeliest nodes, a magnitude that cannot be negative drawn anew until it is not.
+        The whole of a magnitude that an unnamed error shares is the member's, as in `_magnitudes`.
+        """
+        other = hypothesis.label == SOMETHING_ELSE
+        weights, members = self.model(hypothesis, sizes).weights, [one.label for one in hypothesis.members]
+        top = np.argsort(-weights)[:FEW]
+        nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
+        columns, factor = self._doubted(members, np.asarray(sizes)) if members else ([0], np.zeros(0))
+        chosen = [*self.free, *columns[1:]]
+        at = self.system.at["J"]
+        r, free, q = at.stop - at.start, len(self.free), len(members)
+        parameters, found = np.zeros((count, r)), np.zeros((count, q))
+        for node in np.unique(nodes):
+            own = np.flatnonzero(nodes == node)
+            grams = (self.other_grams if other else self.grams).at(np.array([node]), [0, *chosen])[0]
+            d = np.concatenate([self.sizes(np.array([node]))[0], factor])
+            inverse = np.linalg.inv(d[:, None] * grams[1:, 1:] * d + np.eye(len(d)))
+            mean, chol = inverse @ (d * grams[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
+            x = np.zeros((len(own), len(d)))
+            due = np.arange(len(own))
+            for _ in range(REDRAWN):
+                x[due] = d * (mean + rng.standard_normal((len(due), len(d))) @ chol.T)
+                due = due[self._impossible(hypothesis.members, x[due, free : free + q])]
+                if not len(due):
+                    break
+            parameters[own], found[own] = x[:, :r] @ self.rotation, x[:, free : free + q]
+            for j, label in enumerate(members):
+                if label in self.shared:
+                    found[own, j] += x[:, self._unnamed_of(label) - at.start]
+        return parameters, found, nodes
+
+    @staticmethod
+    def _impossible(members: Sequence[Suspect], sizes: Array) -> NDArray[np.bool_]:
+        """(n,) whether a one-sided magnitude of sizes (n, q) is negative."""
+        sided = [i for i, one in enumerate(members) if one.one_sided]
+        return np.asarray((sizes[:, sided] < 0.0).any(axis=1))
+
+    def _unnamed_of(self, label: str) -> int:
+        """Column of the unnamed error whose signature an effect has."""
+        unnamed, at = self.system.at["unnamed"], self.system.at[label].start
+        apart = np.abs(self.columns[:, unnamed] - self.columns[:, at, None]).sum(axis=0)
+        return unnamed.start + int(apart.argmin())
+
     def _parameters(
         self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, factor: Array, covariance: Array
     ) -> Array:
@@ -322,7 +370,8 @@ class ModelTester:
         return self.rotation.T @ (found / w[top].sum()) @ self.rotation
 
 
-FEW = 3  # nodes from which the parameters' covariance is taken
+FEW = 3  # nodes from which the parameters' covariance and the draws are taken
+REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 
 
 def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:

@@ -11,15 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.inversion.diagnosis.hypotheses import Suspect
+from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.surrogate.weights import emulator_table, process_table
 
 FILE = "model.npz"
+DRAWS = 200  # of each model's posterior
 Table = dict[str, Any]
 
 
@@ -27,7 +30,8 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
     """Of the measured shots; fits: `before`, `after` -> label of the model.
 
     parameters: the sought ones; systems: one a case; shots: name and system; effects: with the limits, SI, of what was
-    looked at; fits: parameters and effects, SI, by shot's group.
+    looked at; fits: parameters and effects, SI, by shot's group; posterior, discrepancy, conditions: what `predict`
+    carries to another case.
     """
     setups = list({id(shot.setup): shot.setup for shot in shots}.values())
     space = shots[0].setup.plan.space
@@ -50,6 +54,9 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
         ],
         "effects": [_effect(one) for one in ranking.problem.found],
         "fits": {name: _point(ranking, ranking.fits[label], label, shots[0]) for name, label in fits.items()},
+        "posterior": _posterior(ranking, shots[0]),
+        "discrepancy": _discrepancy(ranking),
+        "conditions": [conditions(shot.setup.plan.case) for shot in shots],
     }
 
 
@@ -58,6 +65,58 @@ def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
     values = shot.setup.plan.values(fit.places.z[shot.group])
     sizes = {one.label: one.magnitude(fit.places.h.get(one.label, 0.0)) for one in ranking.models[label].members}
     return {"model": label, "theta": list(values.values()), "effects": sizes}
+
+
+def _posterior(ranking: Ranking, shot: Shot) -> list[Table]:
+    """Draws of every model of the credible set, its share of the probability among them, and of none beside them.
+
+    parameters (n, k) SI of the shots' bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share of the
+    peak, of the part of the discrepancy that is marginalised.
+    """
+    kept = ranking.confidence_set
+    total = sum(ranking.shares[label] for label in kept)
+    return [
+        {
+            "label": label,
+            "share": ranking.shares[label] / total if label in kept else 0.0,
+            **_drawn(ranking, label, shot),
+        }
+        for label in dict.fromkeys([*kept, NONE])
+    ]
+
+
+def _drawn(ranking: Ranking, label: str, shot: Shot) -> Table:
+    hypothesis, setup = ranking.models[label], shot.setup
+    tester = ranking.fits.get(label, ranking.fits[NONE]).tester
+    sizes, rng = [float(h) for h in ranking.evidence[label].h], np.random.default_rng(0)
+    parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
+    k = len(setup.lows)
+    begin = ranking.fits[NONE].system.groups.index(shot.group) * k
+    z = np.clip(0.5 + PRIOR_SD * parameters[:, begin : begin + k], setup.lows, setup.highs)
+    magnitudes = [
+        [one.magnitude(float(np.clip(h, *one.limits))) for h in column]
+        for one, column in zip(hypothesis.members, found.T, strict=True)
+    ]
+    return {
+        "members": [one.label for one in hypothesis.members],
+        "names": [one.name for one in hypothesis.members],
+        "sizes": [one.size for one in hypothesis.members],
+        "parameters": setup.plan.space.to_physical(z),
+        "magnitudes": np.array(magnitudes).reshape(len(hypothesis.members), DRAWS).T,
+        "amplitude": {kind: tester.combinations[nodes, i] for i, kind in enumerate(tester.kinds)},
+    }
+
+
+def _discrepancy(ranking: Ranking) -> Table:
+    """Shape in time by channel on the first setup's clock; fixed: amplitude by kind of the part that is not free."""
+    problem, time = ranking.problem, ranking.problem.shots[0].setup.time
+    return {
+        "own_is_free": problem.known.own_is_free,
+        "fixed": dict(problem.known.fixed),
+        "time": time,
+        "growth": {channel: shape.growth for channel, shape in problem.shapes.items()},
+        "length": {channel: shape.length for channel, shape in problem.shapes.items()},
+    }
 
 
 def _effect(one: Suspect) -> Table:

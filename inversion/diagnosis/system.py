@@ -352,8 +352,7 @@ def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peak
         j = other.channels.index(trace.name)
         shape, again = shapes[trace.name], other.record.traces[j]
         rows, columns = np.flatnonzero(shot.record.channel == i), np.flatnonzero(other.record.channel == j)
-        contact = shot.onset
-        kernel = started(trace.middle, again.middle, contact, shape.length)
+        kernel = started(trace.middle - shot.onset, again.middle - other.onset, 0.0, shape.length)
         left = peaks[i] * np.interp(trace.middle, shot.setup.time, shape.growth)
         right = theirs[j] * np.interp(again.middle, other.setup.time, shape.growth)
         block[np.ix_(rows, columns)] = left[:, None] * kernel * right
@@ -399,7 +398,9 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, s
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
         blocks.append(size * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
-    return np.hstack([np.vstack(regression), np.asarray(block_diag(*blocks))])
+    width = max(part.shape[1] for part in regression)  # a setup whose response was simulated has more directions
+    padded = [np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in regression]
+    return np.hstack([np.vstack(padded), np.asarray(block_diag(*blocks))])
 
 
 def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:

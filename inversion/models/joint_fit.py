@@ -25,6 +25,7 @@ from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, own_origin, suffix
 from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.forward import StoredSolver
+from birdstrike.inversion.identifiability.summary import DRAWS_FILE, write_draws
 from birdstrike.inversion.invert import InversionOutcome, invert
 from birdstrike.inversion.models.campaigns import ModelRuns, silent, verified
 from birdstrike.inversion.models.candidates import literature_values
@@ -72,6 +73,7 @@ class ModelFit:
         outcome = invert(dataset, joint.measured, joint.verifier, options, None, emulator, columns)
         self.runs.report("fit", 1.0)
         self._kept(emulator, dataset, located)
+        self._kept_draws(outcome)
         folds = HeldOutFits(self.runs, dataset, shots, origins, emulator, discrepancy, share).answers()
         published = self.runs.published()
         self._written("published", published, origins)
@@ -120,6 +122,13 @@ class ModelFit:
             },
         }
         write_json(self.runs.folder / "emulator.json", content)
+
+    def _kept_draws(self, outcome: InversionOutcome) -> None:
+        """The posterior's draws in SI, for `predict`; none of an earlier call stay where none were drawn."""
+        (self.runs.folder / DRAWS_FILE).unlink(missing_ok=True)
+        if outcome.posterior is not None:
+            drawn = replace(outcome.posterior, theta=self.runs.scale.physical(outcome.posterior.theta))
+            write_draws(self.runs.folder / DRAWS_FILE, drawn, self.runs.scale.space.names)
 
     def _best_share(
         self, dataset: Dataset, joint: Joint, emulator: Emulator, discrepancy: Discrepancy

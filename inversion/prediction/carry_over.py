@@ -1,0 +1,141 @@
+"""What was learnt and what of it belongs to another case: of the bird, the rig, the plate, the shot, a sensor.
+
+What the bird's recipe has stays. A support stays with the rig, and what is wrong with a plate with that plate: on
+another one it is drawn anew. So is what is wrong with a shot. A sensor's error stays with the same sensor at the same
+place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
+from birdstrike.inversion.diagnosis.instrument import instrument_effects
+from birdstrike.inversion.diagnosis.plan import INSTRUMENT
+from birdstrike.inversion.prediction.distance import other_rig
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.effects.registry import effects
+
+OF_PLATE = (
+    "plate_thickness",
+    "plate_modulus",
+    "plate_density",
+    "plate_yield",
+    "plate_hardening",
+    "plate_rate_hardening",
+    "rivet_strength",
+)
+"""Effects that another plate need not have."""
+OF_BIRD = ("bird_friction", "bird_porosity")
+"""Effects of the bird's substance, whatever it strikes."""
+CARRIED, ANEW, DROPPED = "carried", "drawn anew", "left behind"
+SAME_PLACE = 1e-6  # m
+
+
+@dataclass(frozen=True)
+class Carried:
+    """One effect of the explanations in the new case.
+
+    label, name: as in the diagnosis; scope: bird, rig, plate, shot or sensor; how: carried with its magnitude, drawn
+    anew from a normal distribution of one plausible size (`size`, SI), or left behind; sensors: that an instrument's
+    error acts on, empty for an effect of the solver; one_sided: whether its magnitude cannot be negative.
+    """
+
+    label: str
+    name: str
+    scope: str
+    how: str
+    size: float
+    sensors: tuple[str, ...]
+    one_sided: bool
+
+
+def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) -> dict[str, Carried]:
+    """Every effect of the explanations by its label; raises UserError for one that the case cannot carry.
+
+    left_out: labels or names that are left behind on the user's word.
+    """
+    found: dict[str, Carried] = {}
+    known, errors = effects(), list[str]()
+    for label, name, size in _members(learnt.explanations):
+        if name not in known:
+            errors.append(f"effect {name} is not in the library: load the package or script that registers it first")
+            continue
+        one = _carried(label, name, size, learnt, case)
+        if label in left_out or name in left_out:
+            one = Carried(label, name, one.scope, DROPPED, one.size, (), one.one_sided)
+        elif name not in INSTRUMENT and (reason := known[name].refuses(case)):
+            errors.append(
+                f"{case.name} cannot carry {label}, which {learnt.folder} found: {reason}; give a case with that part, "
+                f"or leave it behind with --leave-behind {label}"
+            )
+        found[label] = one
+    unknown = [name for name in left_out if name not in found and all(name != one.name for one in found.values())]
+    errors += [
+        f"--leave-behind {name}: no explanation holds it; they hold {', '.join(found) or 'no effect'}"
+        for name in unknown
+    ]
+    if errors:
+        raise UserError(errors)
+    return found
+
+
+def _members(explanations: Sequence[Explanation]) -> list[tuple[str, str, float]]:
+    """Label, name and plausible size of every effect, each once."""
+    found = {
+        label: (label, name, size)
+        for one in explanations
+        for label, name, size in zip(one.members, one.effects, one.sizes, strict=True)
+    }
+    return list(found.values())
+
+
+def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> Carried:
+    if name in INSTRUMENT and name != "time_offset":
+        faults = {one.label: one.sensors for one in instrument_effects(learnt.case, learnt.sensors)}
+        there = tuple(s for s in faults.get(label, ()) if s in case.sensors and same_sensor(learnt.case, case, s))
+        how = CARRIED if there else DROPPED
+        return Carried(label, name, "sensor", how, size, there, name == "sensor_bandwidth")
+    if name == "time_offset":
+        return Carried(label, name, "shot", ANEW, size, tuple(case.sensors), False)
+    effect = effects()[name]
+    sided = not effect.refuses(case) and effect.one_sided(case)
+    if name in OF_SHOT:
+        return Carried(label, name, "shot", ANEW, size, (), sided)
+    if name in OF_BIRD:
+        return Carried(label, name, "bird", CARRIED, size, (), sided)
+    of_plate = name in OF_PLATE
+    same = not other_rig(learnt.case, case)
+    if of_plate:
+        same = case.plate == learnt.case.plate and case.target == learnt.case.target
+    own = size if same or effect.refuses(case) else effect.size(case)
+    return Carried(label, name, "plate" if of_plate else "rig", CARRIED if same else ANEW, own, (), sided)
+
+
+def same_sensor(learnt: Case, case: Case, name: str) -> bool:
+    """Whether a sensor of the new case is the one that was learnt: kind and place."""
+    one, other = learnt.sensors.get(name), case.sensors[name]
+    if one is None or one.kind != other.kind:
+        return False
+    here, there = one.place or (0.0, 0.0), other.place or (0.0, 0.0)
+    return max(abs(a - b) for a, b in zip(here, there, strict=True)) <= SAME_PLACE
+
+
+def refuse_other_sensors(learnt: Learnt, case: Case) -> list[str]:
+    """Warnings about sensors that were not learnt; raises UserError where none of the case's was."""
+    shared = [name for name in case.sensors if name in learnt.sensors]
+    if not shared:
+        raise UserError(
+            f"{case.name} has none of the sensors that {learnt.folder} learnt from ({', '.join(learnt.sensors)}), only "
+            f"{', '.join(case.sensors)}: the model's error is known for those sensors alone; give the case at least "
+            "one of them under sensors"
+        )
+    elsewhere = [name for name in case.sensors if name not in shared or not same_sensor(learnt.case, case, name)]
+    return [
+        f"{name} was not learnt from, or sits elsewhere: its model error is that of its kind of sensor, not of its own"
+        " record; its bands are wider than a record of it would make them"
+        for name in elsewhere
+    ]

@@ -1,0 +1,118 @@
+"""What a diagnosis tells: its credible set with draws of each model, its discrepancy, its residuals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.tree import load_tree
+from birdstrike.inversion.diagnosis.diagnose import curve_files
+from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.model_file import FILE
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.solver.case.case import Case, load_case
+
+Tree = Mapping[str, Any]
+
+
+def read_diagnosis(folder: Path) -> Learnt:
+    """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
+    content = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
+    model = {} if missing else load_tree(folder / FILE)
+    if missing or "posterior" not in model:
+        raise UserError(
+            f"--from {folder}: this diagnosis holds no draws of its models (an earlier version made it, or files were "
+            "moved); repeat the diagnose command with the same --out, whose simulations are stored"
+        )
+    case, shape = load_case(folder / "case.toml"), model["discrepancy"]
+    shots = tuple(_shots(folder, content, model, case))
+    explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
+    counts = len(explanations[0].parameters)
+    number = sum(one.probability > 0.0 for one in explanations)
+    likely = f"{number} models" if number > 1 else "the only model"
+    other = [one for one in explanations if one.label == SOMETHING_ELSE]
+    warnings = list(content.get("warnings", ()))
+    if other and other[0].probability > 0.05:
+        warnings.append(
+            f"the diagnosis gives something outside its library a probability of {other[0].probability:.2f}: in those "
+            "draws the model is predicted without an effect, and what it left of the record is carried as model error"
+        )
+    said = (
+        f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
+        "parameters and magnitudes)",
+    )
+    proposal = content.get("next_measurement") or {}
+    return Learnt(
+        "diagnose",
+        folder,
+        case,
+        shots,
+        explanations,
+        corrected=case.solver.name != "external",
+        diagnosed=True,
+        said=said,
+        next_measurement=str(proposal.get("sentence", "")),
+        warnings=tuple(warnings),
+    )
+
+
+def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
+    n = len(one["parameters"])
+    kinds = list(one["amplitude"])
+    free = {kind: np.asarray(one["amplitude"][kind], dtype=float) for kind in kinds}
+    fixed = {kind: np.full(n, float(shape["fixed"].get(kind, 0.0))) for kind in kinds}
+    shared, own = (fixed, free) if shape["own_is_free"] else (free, fixed)
+    return Explanation(
+        one["label"],
+        float(one["share"]),
+        tuple(p["name"] for p in model["parameters"]),
+        np.asarray(one["parameters"]),
+        tuple(one["members"]),
+        tuple(one["names"]),
+        tuple(one["sizes"]),
+        np.asarray(one["magnitudes"]).reshape(n, len(one["members"])),
+        shared,
+        {kind: np.maximum(own[kind], remainder(kind)) for kind in kinds},
+    )
+
+
+def _shots(folder: Path, content: Tree, model: Tree, case: Case) -> list[LearntShot]:
+    """The measured shots with their residuals."""
+    found, names = [], [one["name"] for one in model["shots"]]
+    for name, file, where in zip(names, curve_files(names), model["conditions"], strict=True):
+        if not (folder / file).is_file():
+            raise UserError(f"--from {folder}: {file} is missing; repeat the diagnose command with the same --out")
+        table = pd.read_csv(folder / file)
+        errors = {
+            str(channel): _error(part, str(channel), content, model, case.first_contact)
+            for channel, part in table.groupby("channel", sort=False)
+        }
+        found.append(LearntShot(name, where, errors))
+    return found
+
+
+def _error(part: pd.DataFrame, channel: str, content: Tree, model: Tree, contact: float) -> SensorError:
+    time, shape = part["time_s"].to_numpy(float), model["discrepancy"]
+    measured = part["measured"].to_numpy(float)
+    before = measured - part["before"].to_numpy(float)
+    after = measured - part["after"].to_numpy(float)
+    named = after if np.isfinite(after).all() else before
+    residual = {one["label"]: before if one["label"] in (NONE, SOMETHING_ELSE) else named for one in model["posterior"]}
+    figures = content["noise"]["sensors"].get(channel, {})
+    return SensorError(
+        time - contact,
+        residual,
+        part["sigma"].to_numpy(float),
+        float(figures.get("peak") or np.abs(measured).max()),
+        float(shape["length"][channel]),
+        np.asarray(shape["time"]) - contact,
+        np.asarray(shape["growth"][channel]),
+    )

@@ -1,0 +1,148 @@
+"""What a calibration tells: draws of its posterior, and what its verification run leaves of the records."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
+from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
+from birdstrike.inversion.estimation.shots import suffix
+from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.results.inversion import Inversion
+from birdstrike.inversion.train_and_invert import OPTIONS_FILE
+from birdstrike.solver.case.case import Case, load_case
+
+CALIBRATED = "calibrated"
+DRAWN = 400  # where no sample is stored
+KNOWN_TO = 1.5  # factor, one standard deviation, to which one record tells the size of the model's error
+NINETY_FIVE = 1.96
+
+
+def read_inversion(folder: Path) -> Learnt:
+    """What a train-and-invert's folder tells; raises UserError for one that is incomplete."""
+    try:
+        found = Inversion.load(folder / "inversion.json")
+    except ValidationError as error:
+        raise UserError(f"{folder / 'inversion.json'} is damaged or of another version; repeat it") from error
+    missing = [name for name in ("case.toml", "verification.csv") if not (folder / name).is_file()]
+    if missing or found.best is None:
+        lacking = ", ".join(missing) if missing else "a verified answer"
+        raise UserError(f"--from {folder}: it lacks {lacking}; repeat train-and-invert with the campaign's case")
+    first = load_case(folder / "case.toml")
+    cases, told = _cases(folder, first, max(len(found.shots), 1))
+    table = pd.read_csv(folder / "verification.csv")
+    shots = [
+        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case))
+        for i, case in enumerate(cases)
+    ]
+    names, draws, said, warnings = _posterior(folder, found)
+    n = len(draws)
+    rng = np.random.default_rng(found.seed)
+    shared, own = dict[str, Array](), dict[str, Array]()
+    for kind, share in _amplitudes(shots, first).items():
+        shared[kind] = share * KNOWN_TO ** rng.standard_normal(n)
+        own[kind] = np.full(n, remainder(kind))
+    one = Explanation(CALIBRATED, 1.0, names, draws, magnitudes=np.zeros((n, 0)), amplitude=shared, own=own)
+    effects = "no missing effect was looked for: run diagnose to have the explanations averaged"
+    return Learnt(
+        "train-and-invert",
+        folder,
+        first,
+        tuple(shots),
+        (one,),
+        corrected=bool(found.mesh_correction),
+        diagnosed=False,
+        said=(said, effects),
+        warnings=(*told, *warnings),
+    )
+
+
+def _cases(folder: Path, first: Case, count: int) -> tuple[list[Case], list[str]]:
+    """The shots' cases as they were named; those that are gone stand as the first."""
+    try:
+        named: Sequence[Any] = json.loads((folder / OPTIONS_FILE).read_text(encoding="utf-8")).get("cases", [])
+    except (OSError, ValueError):
+        named = []
+    found, told = [first], list[str]()
+    for i in range(1, count):
+        try:
+            found.append(load_case(named[i]))
+        except (UserError, IndexError, TypeError):
+            told.append(f"the case of shot {i + 1} is gone: its record is left out of the distance and the model error")
+    return found, told
+
+
+def _posterior(folder: Path, found: Inversion) -> tuple[tuple[str, ...], Array, str, list[str]]:
+    """Dotted keys, draws (n, k) SI, what was used, warnings."""
+    names = tuple(found.ranges)
+    figures = found.posterior
+    if figures is not None and (folder / figures.draws).is_file():
+        table = pd.read_csv(folder / figures.draws)
+        draws = table[list(names)].to_numpy(float)
+        unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
+        return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
+    rng, columns = np.random.default_rng(found.seed), []
+    answer = found.methods[found.best or next(iter(found.methods))]
+    for name in names:
+        low, high = found.ranges[name]
+        one = answer.parameters[name]
+        if one.value is None or one.interval_95 is None:
+            columns.append(rng.uniform(low, high, DRAWN))
+            continue
+        sd = (one.interval_95[1] - one.interval_95[0]) / (2.0 * NINETY_FIVE)
+        columns.append(np.clip(one.value + sd * rng.standard_normal(DRAWN), low, high))
+    vague = [plain(name) for name in names if answer.parameters[name].interval_95 is None]
+    text = "no posterior is stored: independent normal distributions from the 95 % intervals"
+    text += f", uniform over the range for {', '.join(vague)}" if vague else ""
+    remedy = "correlations are lost; repeat train-and-invert with --method emulator and its posterior"
+    return names, np.stack(columns, axis=1), text, [f"{text}: {remedy}"]
+
+
+def _errors(table: pd.DataFrame, method: str, ending: str, case: Case) -> dict[str, SensorError]:
+    """Of one shot's sensors that the verification holds."""
+    time = table["time_s"].to_numpy(float)
+    found: dict[str, SensorError] = {}
+    for name, sensor in case.sensors.items():
+        label = f"{name}{ending}_{sensor.unit}".rstrip("_")
+        if f"measured_{label}" not in table or f"{method}_{label}" not in table:
+            continue
+        measured, model = (table[f"{start}_{label}"].to_numpy(float) for start in ("measured", method))
+        kept = np.isfinite(measured) & np.isfinite(model)
+        residual = measured[kept] - model[kept]
+        noise = sensor.noise or float(np.median(np.abs(np.diff(residual))) / 0.954)  # of white noise: 0.6745 sqrt(2)
+        clock = np.array([0.0, case.time.end]) - case.first_contact
+        found[name] = SensorError(
+            time[kept] - case.first_contact,
+            {CALIBRATED: residual},
+            np.full(int(kept.sum()), noise),
+            float(np.abs(measured[kept]).max()),
+            DISCREPANCY_LENGTH * case.time.end,
+            clock,
+            np.ones(2),
+        )
+    return found
+
+
+def _amplitudes(shots: Sequence[LearntShot], case: Case) -> Mapping[str, float]:
+    """Kind of sensor -> share of the peak: as the case states, else what the residuals show beyond the noise."""
+    found: dict[str, list[float]] = {}
+    for shot in shots:
+        for name, error in shot.errors.items():
+            stated = case.inversion.discrepancy.get(name)
+            if stated is None:
+                excess = float(np.mean(error.residual[CALIBRATED] ** 2 - error.sigma**2))
+                stated = float(np.sqrt(max(excess, 0.0))) / error.peak
+            kind = case.sensors[name].kind
+            found.setdefault(kind, []).append(max(stated, remainder(kind)))
+    return {kind: float(np.sqrt(np.mean(np.square(shares)))) for kind, shares in found.items()}

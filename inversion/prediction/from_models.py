@@ -1,0 +1,123 @@
+"""What a comparison of bird models tells: each by its probability of being the best, with draws of its posterior."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from birdstrike.data.curves import Measured, read_histories, read_measured
+from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
+from birdstrike.inversion.identifiability.summary import DRAWS_FILE
+from birdstrike.inversion.prediction.from_inversion import KNOWN_TO
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.solver.case.case import Case, load_case
+
+LEAST = 0.02  # probability of being the best below which a model is left out
+
+
+def read_models(folder: Path) -> Learnt:
+    """What a calibrate-models' folder tells; raises UserError for one without draws."""
+    content = json.loads((folder / "models.json").read_text(encoding="utf-8"))
+    shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
+    kept = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
+    missing = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
+    if not kept or missing:
+        raise UserError(
+            f"--from {folder}: no draws of {' and '.join(missing) or 'any model'} (an earlier version made it, or "
+            "--no-posterior did); repeat calibrate-models with the same --out, whose simulations are stored"
+        )
+    names = list(content["records"])
+    cases = {name: load_case(folder / kept[0] / name / "case.toml") for name in names}
+    shots = tuple(LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name])) for name in names)
+    whole = sum(shares[name] for name in kept) or 1.0
+    explanations = tuple(
+        _explanation(folder, name, shares[name] / whole if whole else 1.0 / len(kept), shots, cases[names[0]], content)
+        for name in kept
+    )
+    said = (
+        f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)}), up to 2000 draws of each "
+        f"from its posterior ({DRAWS_FILE})",
+        "no missing effect was looked for: run diagnose to have the explanations averaged",
+    )
+    return Learnt(
+        "calibrate-models",
+        folder,
+        cases[names[0]],
+        shots,
+        explanations,
+        corrected=False,
+        diagnosed=False,
+        said=said,
+        warnings=tuple(content.get("warnings", ())),
+    )
+
+
+def _explanation(
+    folder: Path, name: str, share: float, shots: tuple[LearntShot, ...], case: Case, content: Mapping[str, Any]
+) -> Explanation:
+    keys = tuple(content["models"][name]["parameters"])
+    draws = pd.read_csv(folder / name / DRAWS_FILE)[list(keys)].to_numpy(float)
+    own_case = load_case(folder / name / shots[0].name / "case.toml")
+    n, rng = len(draws), np.random.default_rng(0)
+    shared, own = dict[str, Array](), dict[str, Array]()
+    for kind, size in _amplitudes(name, shots, case).items():
+        shared[kind], own[kind] = size * KNOWN_TO ** rng.standard_normal(n), np.full(n, remainder(kind))
+    return Explanation(
+        name,
+        share,
+        keys,
+        draws,
+        magnitudes=np.zeros((n, 0)),
+        amplitude=shared,
+        own=own,
+        material=own_case.table["bird"]["material"],
+    )
+
+
+def _amplitudes(name: str, shots: tuple[LearntShot, ...], case: Case) -> dict[str, float]:
+    """Kind of sensor -> share of the peak that the model's residuals show beyond the noise."""
+    found: dict[str, list[float]] = {}
+    for shot in shots:
+        for sensor, error in shot.errors.items():
+            kind = case.sensors[sensor].kind
+            excess = float(np.mean(error.residual[name] ** 2 - error.sigma**2))
+            found.setdefault(kind, []).append(max(np.sqrt(max(excess, 0.0)) / error.peak, remainder(kind)))
+    return {kind: float(np.sqrt(np.mean(np.square(sizes)))) for kind, sizes in found.items()}
+
+
+def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:
+    record = read_measured(folder / "records" / f"{shot}.csv")
+    runs = {name: read_histories(folder / name / f"calibrated_{shot}.csv") for name in models}
+    return {
+        sensor: _error(sensor, record, runs, case)
+        for sensor in case.sensors
+        if sensor in record.channels and all(sensor in run.channels for run in runs.values())
+    }
+
+
+def _error(sensor: str, record: Measured, runs: Mapping[str, Histories], case: Case) -> SensorError:
+    end = min(float(run.time[-1]) for run in runs.values())
+    values = record.channels[sensor]
+    kept = np.isfinite(values) & (record.time <= end)
+    times = record.time[kept]
+    residual = {name: values[kept] - np.interp(times, run.time, run.channels[sensor]) for name, run in runs.items()}
+    first = next(iter(residual.values()))
+    noise = case.sensors[sensor].noise or float(np.median(np.abs(np.diff(first))) / 0.954)
+    return SensorError(
+        times - case.first_contact,
+        residual,
+        np.full(len(times), noise),
+        float(np.abs(values[kept]).max()),
+        DISCREPANCY_LENGTH * case.time.end,
+        np.array([0.0, case.time.end]) - case.first_contact,
+        np.ones(2),
+    )

@@ -1,0 +1,93 @@
+"""What a results folder tells of the bird, the missing effects and the model's error: one form for every command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.overlay import Raw
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One model that the records allow, with draws of its posterior.
+
+    probability: among the explanations; names, parameters: dotted keys and (n, k) SI; members: labels of its effects,
+    effects: their names, sizes: their plausible magnitudes, magnitudes: (n, q) SI; amplitude: kind of sensor -> (n,)
+    share of the peak, of the model's error that the shots share; material: table of the bird's material that takes the
+    place of the case's; empty where the case's stays.
+    """
+
+    label: str
+    probability: float
+    names: tuple[str, ...]
+    parameters: Array
+    members: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
+    sizes: tuple[float, ...] = ()
+    magnitudes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    amplitude: Mapping[str, Array] = field(default_factory=dict)
+    own: Mapping[str, Array] = field(default_factory=dict)
+    material: Raw = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """What the fitted models leave of a sensor's record.
+
+    times: (n,) [s] since first contact; residual: explanation -> (n,) SI, record less model; sigma: (n,) of the noise;
+    peak: SI; length: correlation time [s]; growth_times, growth: s(t) >= 1 of the error's size.
+    """
+
+    times: Array
+    residual: Mapping[str, Array]
+    sigma: Array
+    peak: float
+    length: float
+    growth_times: Array
+    growth: Array
+
+    def grown(self, times: Array) -> Array:
+        """s at `times` [s] since first contact."""
+        return np.interp(times, self.growth_times, self.growth)
+
+
+@dataclass(frozen=True)
+class LearntShot:
+    """A shot that was learnt from: its conditions (see inversion.conditions), what the models leave of its sensors."""
+
+    name: str
+    conditions: Mapping[str, float]
+    errors: Mapping[str, SensorError]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a folder tells.
+
+    source: the command that made it; case: of the first shot; corrected: whether its models stand for a finer mesh than
+    the campaign's; diagnosed: whether campaign and fine mesh are those of a diagnosis; next_measurement: its proposal;
+    said: what was used, and what the user must know of it.
+    """
+
+    source: str
+    folder: Path
+    case: Case
+    shots: tuple[LearntShot, ...]
+    explanations: tuple[Explanation, ...]
+    corrected: bool
+    diagnosed: bool
+    said: tuple[str, ...]
+    next_measurement: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @cached_property
+    def sensors(self) -> tuple[str, ...]:
+        """Sensors of all shots."""
+        return tuple(dict.fromkeys(name for shot in self.shots for name in shot.errors))

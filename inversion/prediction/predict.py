@@ -1,0 +1,262 @@
+"""`birdstrike predict`: what was learnt from one shot carried to another case, with bands and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from birdstrike.data.errors import UnitError, UserError
+from birdstrike.data.units import to_si
+from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.inversion.diagnosis.simulations import Simulations
+from birdstrike.inversion.prediction.answer import (
+    Band,
+    Limit,
+    Prediction,
+    Told,
+    exceeded,
+    quantiles_of,
+    settled,
+    share_of,
+)
+from birdstrike.inversion.prediction.budget import narrowing, shares
+from birdstrike.inversion.prediction.campaign import run_campaign
+from birdstrike.inversion.prediction.carry_over import Carried, carried_effects, refuse_other_sensors
+from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
+from birdstrike.inversion.prediction.distance import distance
+from birdstrike.inversion.prediction.learnt import Learnt
+from birdstrike.inversion.prediction.reading import read_learnt
+from birdstrike.inversion.prediction.sample import FEWEST, affordable, draw, shares_of, tolerances_of
+from birdstrike.solver.case.case import Case, CaseSource, as_case
+from birdstrike.solver.case.write import copy_case
+
+BUDGET = 40
+LEAST_BUDGET = 8
+LARGE = 0.05  # share of the simulations
+Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
+
+
+def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
+    """No bar of simulations."""
+    return nullcontext(lambda _: None)
+
+
+@dataclass(frozen=True)
+class PredictOptions:
+    """How to predict.
+
+    limits: sensor -> text such as "8 mm"; tolerances: dotted key -> one standard deviation, such as "1 m/s"; budget:
+    simulations of the new case; leave_behind: effects that are not carried over; only: labels of the explanations that
+    are used, all where none is named.
+    """
+
+    limits: Mapping[str, str] | None = None
+    tolerances: Mapping[str, str] | None = None
+    budget: int = BUDGET
+    seed: int = 0
+    workers: int | None = None
+    leave_behind: Sequence[str] = ()
+    only: Sequence[str] = ()
+    retry_failed: bool = False
+    counter: Counter = uncounted
+    progress: Callable[[float], None] = lambda _: None
+
+
+def predict(
+    case: CaseSource, learnt: str | Path | Learnt, out: str | Path, options: PredictOptions | None = None
+) -> Prediction:
+    """Predict the readings of another shot from what a results folder holds; write prediction.json and prediction.csv.
+
+    Parameters
+    ----------
+    case : path, table or Case
+        The new shot: speed, thickness, structure, sensors, on the mesh that it declares.
+    learnt : path
+        Folder of train-and-invert, diagnose, calibrate-models or close-the-loop.
+    out : path
+        Folder; simulations stay in `out/runs`, so that the same call resumes.
+    options : PredictOptions, optional
+        Limits, tolerances, budget, seed.
+
+    Returns
+    -------
+    Prediction
+        Bands, largest readings, probabilities of exceeding the limits, where the width comes from; SI.
+
+    Raises
+    ------
+    UserError
+        For a folder without results, sensors that were not learnt, an effect that the case cannot carry, limits or
+        tolerances with wrong units.
+    RunFailed
+        When too few simulations of the new case finish.
+    """
+    choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
+    known = learnt if isinstance(learnt, Learnt) else read_learnt(Path(learnt))
+    known = affordable(_only(known, choice.only), choice.budget)
+    limits = _limits(new, choice.limits or {})
+    warnings = [*known.warnings, *refuse_other_sensors(known, new)]
+    setting, simulated = prepared(new, known, folder, choice)
+    found = _assembled(setting, new, limits, simulated, warnings)
+    copy_case(new, folder)
+    found.save(folder)
+    return found
+
+
+def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> tuple[Setting, dict[str, int]]:
+    """The simulations of the new case with what it takes to draw from them, and how many were paid and reused."""
+    if choice.budget < LEAST_BUDGET:
+        raise UserError(f"--budget = {choice.budget} is below {LEAST_BUDGET}; {BUDGET} is usual")
+    carried = carried_effects(known, new, choice.leave_behind)
+    tolerances = tolerances_of(new, choice.tolerances or {}, known)
+    counts = shares_of(known.explanations, choice.budget, FEWEST)
+    points = draw(known, carried, tolerances, counts, choice.seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    retry = retry_before(choice.retry_failed)
+    with (
+        choice.counter() as shown,
+        Simulations(folder / "runs", (known.folder / "runs",), choice.workers, shown, retry) as simulations,
+    ):
+        campaign = run_campaign(known, new, points, simulations, choice.progress, choice.seed)
+        counted = {"paid": simulations.paid, "reused": simulations.reused}
+    return Setting(known, carried, tolerances, campaign, distance(known, new), choice.seed), counted
+
+
+def _only(learnt: Learnt, labels: Sequence[str]) -> Learnt:
+    """What was learnt, of some explanations alone; raises UserError for an unknown one."""
+    if not labels:
+        return learnt
+    known = {one.label: one for one in learnt.explanations}
+    unknown = [label for label in labels if label not in known]
+    if unknown:
+        raise UserError(
+            f"--only {label}: no explanation; {learnt.folder} holds {', '.join(known)}" for label in unknown
+        )
+    shares = np.array([known[label].probability for label in labels])
+    shares = shares / shares.sum() if shares.any() else np.full(len(labels), 1.0 / len(labels))
+    kept = tuple(replace(known[label], probability=float(p)) for label, p in zip(labels, shares, strict=True))
+    return replace(learnt, explanations=kept)
+
+
+def _limits(case: Case, given: Mapping[str, str]) -> dict[str, float]:
+    """SI limits by sensor; raises UserError with every one that is wrong."""
+    found, errors = dict[str, float](), list[str]()
+    for name, text in given.items():
+        if name not in case.sensors:
+            errors.append(f"--limit {name}: {case.name} has no such sensor; it has {', '.join(case.sensors)}")
+            continue
+        try:
+            found[name] = to_si(text, case.sensors[name].unit)
+        except UnitError as error:
+            errors.append(f'--limit {name}="{text}": {error}')
+            continue
+        if found[name] == 0.0:
+            errors.append(f'--limit {name}="{text}": a limit of 0 is passed by every shot; state a largest reading')
+    if errors:
+        raise UserError(errors)
+    return found
+
+
+def _assembled(
+    setting: Setting, new: Case, limits: Mapping[str, float], simulated: Mapping[str, int], warnings: list[str]
+) -> Prediction:
+    """All draws, then the figures."""
+    learnt, campaign, where = setting.learnt, setting.campaign, setting.where
+    counts = shares_of(learnt.explanations, DRAWS)
+    sample = draw(learnt, setting.carried, setting.tolerances, counts, setting.seed + 1)
+    draws = {name: sensor_draws(setting, name, sample) for name in new.sensors}
+    tops = {name: largest(one.values) for name, one in draws.items()}
+    first = next(iter(limits), next(iter(draws)))
+    torn, torn_interval = share_of(campaign.torn, len(campaign.torn))
+    torn = float(campaign.points.weights @ campaign.torn)
+    return Prediction(
+        case=new.name,
+        source=f"{learnt.source}: {learnt.folder}",
+        extrapolation=where.sentences,
+        reach=where.reaches,
+        correlation=where.correlation,
+        growth=where.growth,
+        limits={name: _limit(draws[name], value) for name, value in limits.items()},
+        peaks={name: {**quantiles_of(tops[name]), "unit": one.unit} for name, one in draws.items()},
+        residual={
+            name: {**quantiles_of(settled(one.values)), "unit": one.unit}
+            for name, one in draws.items()
+            if one.kind == "displacement"
+        },
+        perforation={
+            "probability": torn,
+            "interval_95": (min(torn_interval[0], torn), max(torn_interval[1], torn)),
+            "simulations": len(campaign.torn),
+        },
+        sources={name: shares(one) for name, one in draws.items()},
+        narrowing=narrowing(draws, learnt, list(setting.tolerances), first),
+        explanations=tuple(_told(learnt, setting.carried)),
+        posterior=learnt.said,
+        tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},
+        campaign={
+            **campaign.counts,
+            **simulated,
+            "method": {name: "emulator" if one.emulated else "draws" for name, one in draws.items()},
+            "q2": {name: campaign.q2(name) for name in draws},
+            "failed": dict(campaign.failures),
+        },
+        seed=setting.seed,
+        warnings=(*warnings, *_doubts(setting, new)),
+        bands={name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()},
+        draws=tops,
+    )
+
+
+def _limit(draws: SensorDraws, value: float) -> Limit:
+    probability, interval = share_of(exceeded(draws.values, value), draws.distinct)
+    return Limit(value, draws.unit, probability, interval)
+
+
+def _told(learnt: Learnt, carried: Mapping[str, Carried]) -> list[Told]:
+    return [
+        Told(one.label, one.probability, {label: carried[label].how for label in one.members})
+        for one in learnt.explanations
+    ]
+
+
+def _doubts(setting: Setting, new: Case) -> list[str]:
+    """What the user must know of the campaign."""
+    campaign, learnt, found = setting.campaign, setting.learnt, list[str]()
+    lost = campaign.counts["asked"] - campaign.counts["finished"]
+    if lost > LARGE * campaign.counts["asked"]:
+        reason = next(iter(campaign.failures.values()), "")
+        found.append(
+            f"{lost} of {campaign.counts['asked']} simulations of the new case failed ({reason}); the bands rest on "
+            "the others, which may be the gentler ones"
+        )
+    if learnt.corrected and campaign.counts["finer"] < 2:
+        found.append(
+            "the learnt models stand for a finer mesh, whose simulations of the new case failed: the bands are those "
+            "of the campaign's mesh and may be off by what a finer one changes; run the command again with "
+            "--retry-failed"
+        )
+    if not learnt.corrected and _other_mesh(learnt.case, new):
+        found.append(
+            "the new case has another mesh than the one that the bird was calibrated on, whose error its parameters "
+            "hold: give it the same number of particles and elements of the same size"
+        )
+    if campaign.torn.any():
+        found.append(
+            "the plate tears in some of the simulations: curves of torn plates are not smooth in the parameters, so "
+            "that the simulated draws themselves make the bands"
+        )
+    return found
+
+
+def _other_mesh(learnt: Case, new: Case) -> bool:
+    """Whether particles or shells are of another size, by more than a tenth."""
+    if learnt.target is not None or new.target is not None or "external" in (learnt.solver.name, new.solver.name):
+        return False
+    birds = [(one.bird.volume / one.bird.particles) ** (1.0 / 3.0) for one in (learnt, new)]
+    shells = [one.plate.length / one.plate.elements[0] for one in (learnt, new)]
+    return any(abs(np.log(pair[1] / pair[0])) > np.log(1.1) for pair in (birds, shells))

@@ -1,0 +1,37 @@
+"""A results folder read: which command made it, and what it tells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from birdstrike.data.errors import UserError
+from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
+from birdstrike.inversion.prediction.from_inversion import read_inversion
+from birdstrike.inversion.prediction.from_models import read_models
+from birdstrike.inversion.prediction.learnt import Learnt
+
+READERS: tuple[tuple[str, str, Callable[[Path], Learnt]], ...] = (
+    ("diagnosis.json", "diagnosis", read_diagnosis),
+    ("models.json", "models", read_models),
+    ("inversion.json", "inversion", read_inversion),
+)
+"""File by which a folder is known, its folder in a close-the-loop's, reader; what tells most stands first."""
+
+
+def read_learnt(folder: Path) -> Learnt:
+    """What a folder of train-and-invert, diagnose, calibrate-models or close-the-loop tells; raises UserError."""
+    if not folder.is_dir():
+        raise UserError(
+            f"--from {folder}: there is no such folder; name the --out of train-and-invert, diagnose, calibrate-models "
+            "or close-the-loop"
+        )
+    for file, below, reader in READERS:
+        for place in (folder, folder / below):
+            if (place / file).is_file():
+                return reader(place)
+    names = ", ".join(file for file, _, _ in READERS)
+    raise UserError(
+        f"--from {folder} holds no results: none of {names}; name the --out of train-and-invert, diagnose, "
+        "calibrate-models or close-the-loop, once that command has finished"
+    )

@@ -1,0 +1,183 @@
+"""The page of a prediction: how far it goes, limits and bands, where the width comes from, what it rests on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from birdstrike.data.curves import read_histories
+from birdstrike.data.errors import UserError
+from birdstrike.data.files import write_atomically
+from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.inversion.prediction.answer import QUANTILES
+from birdstrike.inversion.prediction.budget import SOURCES
+from birdstrike.inversion.prediction.distance import WORDS
+from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
+from birdstrike.reports.figures.prediction import bands_figure, budget_figure
+from birdstrike.reports.page.render import rendered
+
+Content = Mapping[str, Any]
+METHOD = (
+    "Shares are of the sum of six variances: effect is the variance between the explanations' means, parameters the "
+    "mean variance within them, and the others let one source alone vary. The model's error is a Gaussian process "
+    "given what the model left of the learnt record; see docs/prediction.md."
+)
+
+
+def write_prediction_page(folder: str | Path) -> Path:
+    """Write prediction.html beside prediction.json and prediction.csv; raises UserError where they are not there."""
+    place = Path(folder)
+    missing = [name for name in ("prediction.json", "prediction.csv") if not (place / name).is_file()]
+    if missing:
+        raise UserError(f"{place} lacks {' and '.join(missing)}; make them with birdstrike predict")
+    content = json.loads((place / "prediction.json").read_text(encoding="utf-8"))
+    write_atomically(place / "prediction.html", page(content, read_histories(place / "prediction.csv")))
+    return place / "prediction.html"
+
+
+def page(content: Content, table: Histories) -> str:
+    """HTML; table: prediction.csv."""
+    sections = (
+        Section("reach", "How far it goes beyond what was learnt", _reach(content)),
+        Section("limits", "Limits and largest readings", _limits(content)),
+        Section("bands", "What the sensors will read", _bands(content, table)),
+        Section("budget", "Where the width comes from", _budget(content)),
+        Section("rest", "What it rests on", _rest(content)),
+    )
+    subtitle = f"Case {content['case']}, predicted from {content['source']}; every curve is simulated by birdstrike."
+    return rendered(title=f"Prediction of {content['case']}", subtitle=subtitle, sections=sections)
+
+
+def _reach(content: Content) -> tuple[Block, ...]:
+    rows = tuple(
+        (
+            WORDS[name],
+            quantity(one["value"], one["unit"], 4),
+            span(one["low"], one["high"], one["unit"], 4),
+            f"{100.0 * one['outside']:+.0f} %" if one["outside"] else "inside",
+        )
+        for name, one in content["reach"].items()
+    )
+    head = ("condition", "new shot", "learnt", "outside by")
+    figures = Table(head, rows, "The new shot beside the range of the learnt ones.", frozenset({1, 2, 3}))
+    if content["extrapolation"]:
+        return (Warnings(tuple(content["extrapolation"])), figures, Paragraph(_growth(content)))
+    return (Paragraph("The new shot lies within the range of the learnt ones."), figures, Paragraph(_growth(content)))
+
+
+def _growth(content: Content) -> str:
+    return (
+        f"The model's error has a correlation of {content['correlation']:.2f} with that of the nearest learnt shot, "
+        f"and its standard deviation is taken {content['growth']:.2g} times as large."
+    )
+
+
+def _limits(content: Content) -> tuple[Block, ...]:
+    blocks: list[Block] = []
+    if content["limits"]:
+        rows = tuple(
+            (
+                plain(name),
+                quantity(one["value"], one["unit"]),
+                f"{one['probability']:.3g}",
+                f"{one['interval_95'][0]:.2g} .. {one['interval_95'][1]:.2g}",
+            )
+            for name, one in content["limits"].items()
+        )
+        head = ("sensor", "limit", "probability of exceeding", "95 % interval")
+        blocks.append(Table(head, rows, "The interval is what so many draws leave open.", frozenset({1, 2, 3})))
+    rows = tuple(
+        (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
+        for name, one in content["peaks"].items()
+    )
+    head = ("sensor", "median", "50 %", "95 %")
+    blocks.append(Table(head, rows, "Largest reading of each sensor.", frozenset({1, 2, 3})))
+    if content["residual"]:
+        rows = tuple(
+            (plain(name), quantity(one["q50"], one["unit"]), *(span(one[a], one[b], one["unit"]) for a, b in PAIRS))
+            for name, one in content["residual"].items()
+        )
+        caption = "Deflection at the end of the record: mean over its last 15 %, while the plate may still vibrate."
+        blocks.append(Table(head, rows, caption, frozenset({1, 2, 3})))
+    torn = content["perforation"]
+    low, high = torn["interval_95"]
+    blocks.append(
+        Paragraph(
+            f"The plate tears with a probability of {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g}), from "
+            f"{torn['simulations']} simulations."
+        )
+    )
+    return tuple(blocks)
+
+
+PAIRS = (("q25", "q75"), ("q025", "q975"))
+
+
+def _bands(content: Content, table: Histories) -> tuple[Block, ...]:
+    blocks: list[Block] = []
+    for name, one in content["peaks"].items():
+        column = f"{name}_{one['unit']}".rstrip("_")
+        own: dict[str, Array] = {key: _column(table, column, key) for key in QUANTILES}
+        limit = content["limits"].get(name, {}).get("value")
+        figure = bands_figure(name, one["unit"], table.time, own, limit)
+        q2, method = content["campaign"]["q2"][name], content["campaign"]["method"][name]
+        how = (
+            f"by an emulator of the simulations (leave-one-out Q2 {q2:.2f})" if method == "emulator" else "by the draws"
+        )
+        blocks.append(drawing(f"bands-{name}", figure, f"{plain(name)}, {how}."))
+    return tuple(blocks)
+
+
+def _column(table: Histories, column: str, key: str) -> Array:
+    """A column of prediction.csv, whatever the reader takes for its unit."""
+    for name, values in table.channels.items():
+        unit = table.units[name]
+        if f"{name}_{unit}".rstrip("_") == f"{column}_{key}":
+            return values
+    raise UserError(f'prediction.csv has no column "{column}_{key}"; repeat birdstrike predict')
+
+
+def _budget(content: Content) -> tuple[Block, ...]:
+    blocks: list[Block] = [
+        drawing(
+            "budget", budget_figure(content["sources"]), "Sources of the variance of each sensor's largest reading."
+        )
+    ]
+    rows = tuple(
+        (plain(name), *(f"{100.0 * own[source]:.0f} %" for source in SOURCES))
+        for name, own in content["sources"].items()
+    )
+    blocks.append(Table(("sensor", *SOURCES), rows, METHOD, frozenset(range(1, len(SOURCES) + 1))))
+    if content["narrowing"]:
+        blocks.append(Paragraph("What would narrow it, the most useful first:"))
+        blocks.append(Lines(tuple(one["sentence"] for one in content["narrowing"])))
+    return tuple(blocks)
+
+
+def _rest(content: Content) -> tuple[Block, ...]:
+    rows = tuple(
+        (one["name"], f"{one['probability']:.3f}", "; ".join(f"{k}: {v}" for k, v in one["effects"].items()) or "-")
+        for one in content["explanations"]
+    )
+    counts = content["campaign"]
+    blocks: list[Block] = [
+        Lines(tuple(content["posterior"])),
+        Table(("explanation", "probability", "its effects here"), rows, "What was averaged over.", frozenset({1})),
+        Paragraph(
+            f"{counts['finished']} of {counts['asked']} simulations of the new case finished, {counts['finer']} of "
+            "them also on a finer mesh."
+        ),
+    ]
+    if content["tolerances"]:
+        stated = tuple(
+            (key, quantity(one["value"], one["unit"], 4), quantity(one["sigma"], one["unit"]))
+            for key, one in content["tolerances"].items()
+        )
+        head = ("quantity", "value", "one standard deviation")
+        blocks.append(Table(head, stated, "Tolerances of the new shot.", frozenset({1, 2})))
+    if content["warnings"]:
+        blocks.insert(0, Warnings(tuple(content["warnings"])))
+    return tuple(blocks)
