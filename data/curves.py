@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.csv_table import Column, CsvTable, read_table
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.loose_table import import_line
+from birdstrike.data.tables.csv_table import Column, CsvTable, read_table
+from birdstrike.data.tables.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
 
 MOST_LINES = 5  # of one kind of error

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.csv_table import Column, CsvTable
 from birdstrike.data.curves import Measured, measured_from
 from birdstrike.data.errors import MeasuredError, UnitError
+from birdstrike.data.exports.nodout import is_nodout, read_nodout
+from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
-from birdstrike.data.loose_table import Head, LooseTable, read_loose_table
-from birdstrike.data.nodout import is_nodout, read_nodout
-from birdstrike.data.rcforc import is_rcforc, read_rcforc
+from birdstrike.data.tables.csv_table import Column, CsvTable
+from birdstrike.data.tables.loose_table import Head, LooseTable, read_loose_table
 from birdstrike.data.units import factor, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")

@@ -37,7 +37,7 @@ from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, ExtrapolationError
 from birdstrike.surrogate.holdout import describe, describe_times, input_times
 from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
-from birdstrike.surrogate.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
 
 TRAINING_FILE = "training.csv"
 
@@ -107,7 +107,7 @@ def invert(
         network = train_network(located, read, choice, lambda f: report(0.2 + 0.1 * f), drift)
         answer = network_answer(dataset, network, located.observations, read, drift, choice.seed)
         proposals["network"] = by_network(located.calibration, network, answer)
-        training = training_figures(network, dataset, read)
+        training = training_figures(network, dataset, read, choice.noisy_copies)
         warnings += answer.warnings
     if "emulator" in methods:
         proposals["emulator"] = by_emulator(located.calibration)
@@ -115,7 +115,7 @@ def invert(
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
     predictive = emulator_or_model(located.prior_predictive, _solver_error(located, verified), _q2(located.emulator))
     if predictive.coarse:
-        coarse = prior_predictive_warning(predictive, located.observations)
+        coarse = prior_predictive_warning(predictive, located.observations, choice.more_runs)
         warnings[: 0 if located.prior_predictive.inside else 1] = [coarse]
         proposals = {method: too_coarse(proposal, dataset) for method, proposal in proposals.items()}
         posterior = None
@@ -166,7 +166,7 @@ def train_network(
         choice.seed,
         progress,
         np.concatenate(chosen),
-        choice.copies,
+        choice.noisy_copies,
         choice.outputs,
         moved,
     )
@@ -260,8 +260,8 @@ def best(answers: Mapping[str, Answer]) -> str | None:
     return min(verified, key=lambda m: verified[m]) if verified else None
 
 
-def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array]) -> TrainingFigures:
-    """How the network was trained; read: the instants it reads, on the record's clock."""
+def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array], copies: int = 0) -> TrainingFigures:
+    """How the network was trained; read: the instants it reads, on the record's clock; copies: of every run, noisy."""
     training, test_mse = fit.training, float(fit.training.test_mse[-1])
     return TrainingFigures(
         trainer=training.trainer,
@@ -276,6 +276,7 @@ def training_figures(fit: NetworkFit, dataset: Dataset, read: Mapping[str, Array
         held_out=tuple(int(run) for run in dataset.runs[fit.held_out]),
         inputs={channel: tuple(map(float, times)) for channel, times in read.items()},
         hidden_sizes={size.hidden: (size.mean, size.spread) for size in fit.tried},
+        copies=copies,
     )
 
 

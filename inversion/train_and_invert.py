@@ -59,9 +59,9 @@ class Extras:
     """What may be asked for beyond one campaign, one record and the paper's network.
 
     refine: runs that may be added near the answer, "auto" while they pay; hidden: neurons, None searches; copies: noisy
-    copies of every training run; discrepancy: a stated slow error of the model, share of each channel's peak (1 sigma),
-    None for what the case states by sensor; mesh: curves of a mesh study (convergence.csv), whose uncertainty every
-    model then carries;
+    copies of every training run, None for 10 (0 with linear outputs or an ensemble); discrepancy: a stated slow error
+    of the model, share of each channel's peak (1 sigma), None for what the case states by sensor; mesh: curves of a
+    mesh study (convergence.csv), whose uncertainty every model then carries;
     filter: a named zero-phase filter for record and model alike; posterior: drawn, with the identifiability's figures;
     else the intervals are linearised; retry_failed: runs with a failure on record are tried again;
     retry: those alone whose failure was stored before this time [s, Unix], where a longer command has taken it;
@@ -71,7 +71,7 @@ class Extras:
 
     refine: int | str = AUTO
     hidden: int | None = HIDDEN
-    copies: int = 0
+    copies: int | None = None
     discrepancy: float | None = None
     mesh: Path | None = None
     filter: str | None = None

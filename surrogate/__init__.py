@@ -2,6 +2,6 @@
 
 A campaign's Dataset enters; an `InverseNetwork` (curves to parameters) and an `Emulator` (parameters to curves, with
 its error) leave. Read emulator, then features, gaussian_process with hyperparameters, run_scatter, validation; then
-inverse_network, then network, training, hidden_size and the trainers (levenberg_marquardt, bayesian_regularisation,
-adam, ensemble); for both scaling, holdout, and files, which saves and loads them.
+inverse_network, then network, hidden_size and trainers/; for both scaling, holdout, and files, which saves and loads
+them.
 """

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.surrogate.ensemble import starts, train
-from birdstrike.surrogate.levenberg_marquardt import Settings
 from birdstrike.surrogate.network import Shape, forward
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers.ensemble import starts, train
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.training import Samples
 
 SIZES = tuple(range(7, 15))  # those that the authors of the bird-strike network tried
 FOLDS = 4

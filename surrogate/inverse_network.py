@@ -11,22 +11,36 @@ from numpy.typing import NDArray
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.surrogate import adam, bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.holdout import held_out
 from birdstrike.surrogate.network import Shape, forward, nguyen_widrow
 from birdstrike.surrogate.scaling import BoundedScaling, Scaling
-from birdstrike.surrogate.training import Samples, Training
+from birdstrike.surrogate.trainers import adam, bayesian_regularisation, ensemble, levenberg_marquardt
+from birdstrike.surrogate.trainers.training import Samples, Training
 
 HIDDEN = 9  # found best among 7 to 14 by the authors of the bird-strike network
 ROUNDING = 1e-6  # of a channel's largest value
 OUTPUTS = {"bounded": BoundedScaling, "linear": Scaling}
 """Outputs that stay inside the ranges, and those of the bird-strike network, which may leave them."""
+NOISY_COPIES = 10
+"""Copies of every training run with the record's noise, by default.
+
+Without any, bounded outputs err by half the range and their intervals are too narrow on some records; more than 10 cost
+time and gain little (docs/models.md)."""
+STALLED = 100
+"""Epochs after which Levenberg-Marquardt ends where the error of noisy copies falls no more; it cannot reach 0."""
 TRAINERS = {
     "lm": levenberg_marquardt.train,
     "adam": adam.train,
     "br": bayesian_regularisation.train,
     "ensemble": ensemble.train,
 }
+
+
+def usual_copies(trainer: str, outputs: str) -> int:
+    """Noisy copies where none are asked for: none of linear outputs, which are the bird-strike network's, nor of an
+    ensemble, whose 50 networks would take minutes."""
+    return NOISY_COPIES if outputs == "bounded" and trainer != "ensemble" else 0
 
 
 @dataclass(frozen=True)
@@ -118,7 +132,8 @@ def fit_network(
     learnt = _augmented(inputs, values[train], noise, copies, seed, nuisances)
     samples = Samples(learnt, np.tile(t[train], (copies + 1, 1)), x[test], t[test])
     start = ensemble.starts(shape, ensemble.MEMBERS, seed) if trainer == "ensemble" else nguyen_widrow(shape, seed)
-    training = TRAINERS[trainer](shape, start, samples, progress=progress)
+    rules = {"settings": levenberg_marquardt.Settings(stalled=STALLED)} if copies and trainer == "lm" else {}
+    training = TRAINERS[trainer](shape, start, samples, progress=progress, **rules)
     if warned := bayesian_regularisation.warning(training, samples.t.size):
         notes = (*notes, warned)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, ranges)

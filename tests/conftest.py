@@ -6,12 +6,15 @@ from typing import Any
 
 import pytest
 
-TOGETHER = ("tests/reports/page", "tests/reports/results", "tests/reports/sections", "tests/reports/comparison")
-"""Folders whose fixtures of a session would otherwise be made by every worker."""
+TOGETHER = {
+    "reports": ("tests/reports/page", "tests/reports/results", "tests/reports/sections", "tests/reports/comparison"),
+    "diagnosis": ("tests/inversion/diagnosis/test_end_to_end.py", "tests/inversion/diagnosis/test_explored.py"),
+}
+"""Folders and files whose fixtures of a session would otherwise be made by every worker, by the name of their group."""
 
 FIRST = (
     "tests/reports",
-    "tests/inversion/diagnosis/test_end_to_end.py",
+    "tests/inversion/diagnosis",
     "tests/outside",
     "tests/inversion/audit/test_audit.py",
     "tests/test_laboratory_records.py",
@@ -33,7 +36,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     class ByFixtures(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return "reports" if nodeid.startswith(TOGETHER) else super()._split_scope(nodeid)
+            groups = (name for name, members in TOGETHER.items() if nodeid.startswith(members))
+            return next(groups, super()._split_scope(nodeid))
 
     config.option.loadscopereorder = False
     return ByFixtures(config, log)

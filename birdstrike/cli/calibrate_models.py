@@ -13,6 +13,8 @@ from birdstrike.cli.frame import (
     Json,
     RetryFailed,
     Settings,
+    ShotCases,
+    ShotRecords,
     console,
     framed,
     names_of,
@@ -30,9 +32,7 @@ if TYPE_CHECKING:
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case.")],
-    measured: Annotated[
-        list[str], typer.Option(help="Measured-data CSV, or the name of a shipped curve; again for each further shot.")
-    ],
+    measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder for models.json, the page and a folder a model; again to resume.")],
     models: Annotated[
         str,
@@ -42,9 +42,7 @@ def command(
             "with an equation of state, or LAW alone for null+LAW.",
         ),
     ] = "null,elastic,plastic_kinematic,hydrodynamic,murnaghan",
-    shot_case: Annotated[
-        list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
-    ] = [],  # noqa: B006 (typer copies it)
+    shot_case: ShotCases = [],  # noqa: B006 (typer copies it)
     runs: Annotated[int, typer.Option(help="Simulations of each campaign; at most 15 more near the answer.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Of designs, emulators, sampling and bootstrap.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Simulations at a time; all cores by default.")] = None,
@@ -90,7 +88,7 @@ def command(
             progress=lambda _, share: advance(share),
         )
     page = write_models_page(out)
-    warn(found.warnings, str(out / "models.json"))
+    warn(found.warnings, f"{page} and models.json", ordered=True)
     if found.simulated:
         say("the records are simulated, not measured")
     console.print(table(found))

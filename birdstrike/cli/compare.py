@@ -62,8 +62,8 @@ def compare(
 
 
 def _theirs(files: Sequence[str | Path], deck: str | Path | None) -> tuple[Histories, list[str]]:
-    from birdstrike.data.deck_results import read_deck_results
-    from birdstrike.data.deck_sensors import read_deck_sensors
+    from birdstrike.data.decks.results import read_deck_results
+    from birdstrike.data.decks.sensors import read_deck_sensors
 
     gone = [str(file) for file in files if not Path(file).is_file()]
     if gone:

@@ -16,6 +16,8 @@ from birdstrike.cli.frame import (
     Json,
     RetryFailed,
     Settings,
+    ShotCases,
+    ShotRecords,
     console,
     framed,
     names_of,
@@ -35,13 +37,9 @@ MOST_ROWS = 12
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
-    measured: Annotated[
-        list[str], typer.Option(help="Measured-data CSV, or a shipped curve; again for further shots.")
-    ],
+    measured: ShotRecords,
     out: Annotated[Path, typer.Option(help="Folder of the diagnosis; run again to resume.")],
-    shot_case: Annotated[
-        list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
-    ] = [],  # noqa: B006 (typer copies it)
+    shot_case: ShotCases = [],  # noqa: B006 (typer copies it)
     baseline: Annotated[
         list[str], typer.Option(help="Record of the same rig in which nothing is suspected; may be given again.")
     ] = [],  # noqa: B006

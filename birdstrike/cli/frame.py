@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, NoReturn
 
@@ -55,6 +56,13 @@ RetryFailed = Annotated[
 Channels = Annotated[
     str, typer.Option("--channels", metavar="NAME,...", help="Channels of the record that are used; all by default.")
 ]
+ShotRecords = Annotated[
+    list[str],
+    typer.Option("--measured", help="Measured-data CSV, or the name of a shipped curve; again for each further shot."),
+]
+ShotCases = Annotated[
+    list[str], typer.Option("--case", help="Case of each further --measured, in order; none: all are of CASE.")
+]
 Settings = Annotated[
     list[str], typer.Option("--set", metavar="KEY=VALUE", help='Override the case: --set plate.thickness="8 mm".')
 ]
@@ -74,11 +82,11 @@ def say(text: str = "") -> None:
 class _Warnings:
     """Warnings of the running command.
 
-    waiting: line -> what holds all of its kind, until they are shown; past: lines that were; room: for how many more
-    there is.
+    waiting: line -> its gravity and what holds all of its kind, until they are shown; past: lines that were; room: for
+    how many more there is.
     """
 
-    waiting: dict[str, str] = field(default_factory=dict)
+    waiting: dict[str, tuple[int, str]] = field(default_factory=dict)
     past: set[str] = field(default_factory=set)
     room: int = MOST_WARNINGS
 
@@ -86,19 +94,23 @@ class _Warnings:
         """Begin a command."""
         self.waiting, self.past, self.room = {}, set(), MOST_WARNINGS
 
-    def add(self, lines: Iterable[str], where: str) -> None:
-        """Keep lines that are new; where: what holds all of them."""
-        self.waiting.update({line: where for line in lines if line not in self.past})
+    def add(self, lines: Iterable[str], where: str, ordered: bool = False) -> None:
+        """Keep lines that are new; where: what holds all of them; ordered: none is to outrank an earlier one."""
+        new = [line for line in lines if line not in self.past]
+        ranks = [gravity(line) for line in new]
+        if ordered:
+            ranks = [*accumulate(reversed(ranks), min)][::-1]
+        self.waiting.update({line: (rank, where) for line, rank in zip(new, ranks, strict=True)})
 
     def show(self) -> None:
         """What waits, the gravest first, as far as there is room; then how many more there are and where.
 
         Those of the result on stdout, those given on the way on stderr.
         """
-        ordered = sorted(self.waiting, key=gravity)
-        shown, held = ordered[: self.room], [self.waiting[line] for line in ordered[self.room :]]
+        ordered = sorted(self.waiting, key=lambda line: self.waiting[line][0])
+        shown, held = ordered[: self.room], [self.waiting[line][1] for line in ordered[self.room :]]
         for line in shown:
-            self._print(f"warning: {line}", self.waiting[line])
+            self._print(f"warning: {line}", self.waiting[line][1])
         if held:
             where = " and ".join(dict.fromkeys(held))
             self._print(f"{len(held)} more {'warning' if len(held) == 1 else 'warnings'} in {where}", held[0])
@@ -118,9 +130,12 @@ def gravity(line: str) -> int:
     return next((rank for rank, words in enumerate(GRAVITY) if words.search(line)), len(GRAVITY))
 
 
-def warn(lines: Iterable[str], where: str) -> None:
-    """Show the warnings of a result, which stands, and all that were given on the way to it; where: what holds them."""
-    _warnings.add(lines, where)
+def warn(lines: Iterable[str], where: str, ordered: bool = False) -> None:
+    """Show the warnings of a result, which stands, and all that were given on the way to it.
+
+    where: what holds them; ordered: the gravest stands first already.
+    """
+    _warnings.add(lines, where, ordered)
     _warnings.show()
 
 

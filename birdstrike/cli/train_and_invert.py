@@ -63,7 +63,10 @@ def command(
         str, typer.Option(help="Runs that may be added where the answer may lie; auto: up to 10, while they pay.")
     ] = "auto",
     hidden: Annotated[str, typer.Option(help="Hidden neurons, or search (7 to 14, cross-validated).")] = "9",
-    copies: Annotated[int, typer.Option(min=0, help="Copies of every training run with the sensor's noise.")] = 0,
+    copies: Annotated[
+        int | None,
+        typer.Option(min=0, help="Copies of every training run with noise; by default 10, 0 if linear or an ensemble."),
+    ] = None,
     outputs: Annotated[
         Outputs, typer.Option(help="The network's outputs: bounded by the ranges, or linear, as in the paper.")
     ] = Outputs.bounded,

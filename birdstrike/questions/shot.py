@@ -14,7 +14,7 @@ import numpy as np
 from birdstrike.data.curves import Measured, read_measured
 from birdstrike.data.errors import MeasuredError, UnitError, UserError
 from birdstrike.data.import_curve import ImportOptions, import_record, read_export
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 from birdstrike.data.units import ACCEPTED, si_unit
 from birdstrike.questions.answers import Answers, Key, Question
 from birdstrike.questions.checks import Check, of_case, of_choice, of_count, of_limits, of_pair, of_range, yes_or_no

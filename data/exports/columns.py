@@ -11,7 +11,7 @@ import numpy as np
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.data.loose_table import LooseTable, head_of
+from birdstrike.data.tables.loose_table import LooseTable, head_of
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from openpyxl.utils.exceptions import InvalidFileException  # pyright: ignore[re
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import chosen
-from birdstrike.data.loose_table import LooseTable, table_of_lines
+from birdstrike.data.tables.loose_table import LooseTable, table_of_lines
 
 
 def read(path: Path, table: str) -> LooseTable:

@@ -12,7 +12,7 @@ from scipy.io import loadmat
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 
 
 def read(path: Path, table: str) -> LooseTable:

@@ -18,7 +18,7 @@ import numpy as np
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
 from birdstrike.data.histories import Array
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 
 GLOBAL = (
     *("INTERNAL ENERGY", "KINETIC ENERGY", "X-MOMENTUM", "Y-MOMENTUM", "Z-MOMENTUM", "MASS", "TIME STEP"),

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from birdstrike.data.errors import MeasuredError
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 
 Reader = Callable[[Path, str], LooseTable]
 """read(path, name of the table in the file) -> table."""

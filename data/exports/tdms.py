@@ -9,7 +9,7 @@ from nptdms import TdmsFile  # pyright: ignore[reportMissingImports] (an optiona
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, chosen, table_of
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 
 
 def read(path: Path, table: str) -> LooseTable:

@@ -10,7 +10,7 @@ import pyuff  # pyright: ignore[reportMissingImports] (an optional extra)
 
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.columns import NamedColumn, table_of
-from birdstrike.data.loose_table import LooseTable
+from birdstrike.data.tables.loose_table import LooseTable
 
 SAME = 1e-9  # of the last instant
 

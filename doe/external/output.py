@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import MeasuredError, RunFailed
+from birdstrike.data.exports.nodout import read_nodout
 from birdstrike.data.histories import Array
-from birdstrike.data.loose_table import number_text
-from birdstrike.data.nodout import read_nodout
+from birdstrike.data.tables.loose_table import number_text
 from birdstrike.data.units import factor
 from birdstrike.solver.case.external import ColumnsReading, CsvReading, NodoutReading, Reading
 

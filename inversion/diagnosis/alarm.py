@@ -39,9 +39,7 @@ def required_discrepancy(ranking: Ranking) -> dict[str, float | None]:
             continue
         fit = ranking.fits.get(label, ranking.fits["none"])
         tester = testers.setdefault(id(fit), at_shares(fit))
-        sizes = ranking.evidence[label].h
-        logs = np.array([tester.model(model, list(sizes), np.array([i])).log_evidence for i in range(len(SHARES))])
-        found[label] = smallest(logs)
+        found[label] = smallest(tester.at_nodes(model, list(ranking.evidence[label].h)))
     return found
 
 

@@ -15,8 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import helmert
-from scipy.special import logsumexp
-from scipy.stats import norm
+from scipy.special import log_ndtr
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
@@ -235,11 +234,17 @@ class ModelTester:
                     factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
         return columns, np.array(factor)
 
-    def _evaluated(
+    def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> Array:
+        """(nodes,) log marginal likelihood at each node; sizes: h at which its effects' signatures are doubted."""
+        columns, factor = self._doubted([one.label for one in hypothesis.members], np.asarray(sizes))
+        nodes = np.arange(len(self.combinations))
+        return self._weighed(hypothesis, nodes, self.reduced(self.grams, nodes, columns), factor, self.grams)[0]
+
+    def _weighed(
         self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
-    ) -> Evidence:
-        """Marginal likelihood at the nodes, then all together."""
-        q, members = len(hypothesis.members), hypothesis.members
+    ) -> tuple[Array, Array, Array]:
+        """Log marginal likelihood, magnitudes and their covariance at each node, in prior standard deviations."""
+        q = len(hypothesis.members)
         S = reduced.S[:, 1:, 1:] * factor[:, None] * factor
         b = reduced.S[:, 1:, 0] * factor
         A = S + np.eye(len(factor))
@@ -247,8 +252,17 @@ class ModelTester:
         best = np.einsum("nij,nj->ni", covariance, b)
         quadratic = reduced.S[:, 0, 0] - np.einsum("ni,ni->n", b, best)
         logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
-        logs = logs + _one_sided(members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
-        w = np.exp(logs - logsumexp(logs))
+        logs = logs + _one_sided(hypothesis.members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
+        return logs, best, covariance
+
+    def _evaluated(
+        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
+    ) -> Evidence:
+        """Marginal likelihood of all nodes together."""
+        q, members = len(hypothesis.members), hypothesis.members
+        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, factor, grams)
+        evidence = float(np.logaddexp.reduce(logs))
+        w = np.exp(logs - evidence)
         h, h_cov = _mixture(w, *self._magnitudes(members, nodes, best[:, :q], covariance[:, :q, :q]))
         d = self.sizes(nodes)
         z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
@@ -259,7 +273,7 @@ class ModelTester:
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
         z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
-        return Evidence(hypothesis, float(np.asarray(logsumexp(logs))), h, h_cov, z, z_cov, weights, mean, unnamed)
+        return Evidence(hypothesis, evidence, h, h_cov, z, z_cov, weights, mean, unnamed)
 
     @cached_property
     def shared(self) -> frozenset[str]:
@@ -365,7 +379,7 @@ def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Ar
     total = np.zeros(len(best))
     for i, one in enumerate(members):
         if one.one_sided:
-            total += np.log(2.0) + norm.logcdf(best[:, i] / np.sqrt(covariance[:, i, i]))
+            total += np.log(2.0) + log_ndtr(best[:, i] / np.sqrt(covariance[:, i, i]))
     return total
 
 
@@ -380,7 +394,7 @@ def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, A
 def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
     """Posterior probability of every model, from evidence and prior."""
     logs = np.array([one.log_evidence + np.log(one.hypothesis.prior) for one in found.values()])
-    shares = np.exp(logs - logsumexp(logs))
+    shares = np.exp(logs - np.logaddexp.reduce(logs))
     return dict(zip(found, map(float, shares), strict=True))
 
 

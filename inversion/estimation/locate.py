@@ -27,7 +27,7 @@ from birdstrike.inversion.observations.prior_predictive import POOR_Q2, prior_pr
 from birdstrike.inversion.results.fit import PriorPredictive, ResidualCorrelation, TimeOrigin
 from birdstrike.inversion.results.ingredients import DesignFigures
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
-from birdstrike.surrogate.inverse_network import HIDDEN
+from birdstrike.surrogate.inverse_network import HIDDEN, usual_copies
 
 METHODS = {"network": ("network",), "emulator": ("emulator",), "both": ("network", "emulator")}
 WORTH_SAYING = 0.01  # of a range
@@ -38,8 +38,9 @@ class InversionOptions:
     """How to invert; noise: sensor -> 1 sigma, SI; time_offset: 1 sigma of the time origin [s], 0 where it is known.
 
     sampling: of the posterior, None for linearised intervals; analyse: directions, profiles and Sobol indices as well;
-    hidden: neurons, None for a search; copies: noisy copies of every training run; outputs: of the network, "bounded"
-    by the ranges or "linear".
+    hidden: neurons, None for a search; copies: noisy copies of every training run, None for the usual number; outputs:
+    of the network, "bounded" by the ranges or "linear"; more_runs: the option by which the command that asks adds runs,
+    for messages.
     """
 
     trainer: str = "lm"
@@ -51,8 +52,14 @@ class InversionOptions:
     sampling: Sampling | None = field(default_factory=Sampling)
     analyse: bool = True
     hidden: int | None = HIDDEN
-    copies: int = 0
+    copies: int | None = None
     outputs: str = "bounded"
+    more_runs: str = "--refine N"
+
+    @property
+    def noisy_copies(self) -> int:
+        """Copies of every training run."""
+        return usual_copies(self.trainer, self.outputs) if self.copies is None else self.copies
 
     def methods(self) -> tuple[str, ...]:
         """The methods asked for; raises UserError."""
@@ -115,7 +122,9 @@ def locate(
         enlarged = replace(calibrator, model=replace(calibrator.model, observations=widened(observations, residual)))
         posterior = sample(enlarged, modes, choice.seed, choice.sampling, lambda f: progress(0.6 + 0.4 * f))
     progress(1.0)
-    first = list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations)]
+    first = (
+        list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]
+    )
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
     odd = implausible(dataset, observations, choice.time_offset)

@@ -21,12 +21,14 @@ from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.solvers import solver_for
 from birdstrike.inversion import forward
+from birdstrike.inversion.models.campaigns import FitOptions, ModelRuns, ShotSetup
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, candidates, literature_case
-from birdstrike.inversion.models.heldout import ranked
-from birdstrike.inversion.models.joint_fit import FitOptions, ModelFit, ShotSetup
+from birdstrike.inversion.models.joint_fit import ModelFit
 from birdstrike.inversion.models.optimisers import refuse_unknown
+from birdstrike.inversion.models.ranking import ranked
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
+from birdstrike.inversion.models.warning_summary import summarised
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
@@ -114,7 +116,7 @@ def calibrate_models(
     with LatePool(workers) as pool:
         for i, one in enumerate(chosen):
             share = _part_of(report, one.name, i, len(chosen), len(setups))
-            answers[one.name] = _answer(ModelFit(one, setups, folder / one.name, options, pool, share, retry))
+            answers[one.name] = _answer(ModelRuns(one, setups, folder / one.name, options, pool, share, retry))
     for setup in setups:
         write_measured(folder / "records" / f"{setup.name}.csv", setup.measured)
     found = _compared(answers, setups, options.seed)
@@ -125,36 +127,36 @@ def calibrate_models(
     return found
 
 
-def _answer(fit: ModelFit) -> ModelAnswer:
+def _answer(runs: ModelRuns) -> ModelAnswer:
     """One model's answer: the one at hand where nothing has changed, else a new one; a failure is one too."""
-    mark, kept = _fingerprint(fit), fit.folder / "answer.json"
-    if (known := saved_answer(kept, mark)) is not None and not fit.retry:
+    mark, kept = _fingerprint(runs), runs.folder / "answer.json"
+    if (known := saved_answer(kept, mark)) is not None and not runs.retry:
         return known
-    fit.folder.mkdir(parents=True, exist_ok=True)
+    runs.folder.mkdir(parents=True, exist_ok=True)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            answer = fit.answer()
+            answer = ModelFit(runs).answer()
     except RunFailed as failure:
-        return ModelAnswer(fit.chosen.name, fit.chosen.source, failure=str(failure))
+        return ModelAnswer(runs.chosen.name, runs.chosen.source, failure=str(failure))
     save_answer(kept, answer, mark)
     return answer
 
 
-def _fingerprint(fit: ModelFit) -> str:
+def _fingerprint(runs: ModelRuns) -> str:
     """Digest of all that changes a model's answer."""
     sources = [*INVERSION.rglob("*.py"), *(INVERSION.parent / "surrogate").rglob("*.py")]
     parts = [
         [case.canonical(), case.table, [list(map(str, vars(p).values())) for p in case.parameters()]]
-        for case in fit.cases
+        for case in runs.cases
     ]
     content = {
-        "options": asdict(fit.options),
+        "options": asdict(runs.options),
         "cases": parts,
-        "records": [_digest(setup.measured) for setup in fit.setups],
-        "names": [setup.name for setup in fit.setups],
-        "published": fit.chosen.literature,
-        "solver": solver_for(fit.cases[0], forward.simulate).version,
+        "records": [_digest(setup.measured) for setup in runs.setups],
+        "names": [setup.name for setup in runs.setups],
+        "published": runs.chosen.literature,
+        "solver": solver_for(runs.cases[0], forward.simulate).version,
         "sources": digest_files(INVERSION.parent, sources),
     }
     return hashlib.sha256(json.dumps(plain_json(content), sort_keys=True, default=str).encode()).hexdigest()[:32]
@@ -223,13 +225,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         for shot, order in found.per_shot.items()
     }
     speeds = {setup.name: setup.case.impact.speed for setup in setups}
-    failed = tuple(f"{name} has no answer: {one.failure}" for name, one in answers.items() if one.failure)
-    outside = tuple(
-        f"{name} cannot make the records with any constants in its ranges: its held-out error is that of the nearest"
-        for name, one in answers.items()
-        if not one.failure and not one.inside
-    )
-    own = tuple(f"{name}: {line}" for name, one in answers.items() for line in one.warnings)
+    own = {n: (f"no answer: {one.failure}",) if one.failure else one.warnings for n, one in answers.items()}
     return ModelComparison(
         models=found.answers,
         ranking=found.ranking,
@@ -243,7 +239,7 @@ def _compared(answers: dict[str, ModelAnswer], setups: Sequence[ShotSetup], seed
         sentence=_sentence(found.answers, found.ranking, found.tied, by) if found.ranking else "no model has an answer",
         per_shot_sentences=sentences,
         seed=seed,
-        warnings=(*failed, *outside, *own),
+        warnings=summarised(own),
     )
 
 

@@ -145,6 +145,21 @@ def literature_case(chosen: Candidate, base: Case) -> Case | None:
     return case_from_table({**table, "bird": bird, "inversion": inversion}, f"{base.name} with {chosen.name}")
 
 
+def literature_values(chosen: Candidate, base: Case, names: Iterable[str]) -> dict[str, float]:
+    """Published values of these dotted keys, SI; those that the model does not declare are left out."""
+    case = literature_case(chosen, base)
+    if case is None:
+        return {}
+    found: dict[str, float] = {}
+    for name in names:
+        place: object = case
+        for part in name.split("."):
+            place = getattr(place, part, None)
+        if isinstance(place, int | float):
+            found[name] = float(place)
+    return found
+
+
 def built(case: Case, values: Mapping[str, float]) -> Material:
     """The substance of a case's bird at SI values under dotted keys."""
     material = case.bird.material

@@ -10,7 +10,7 @@ from birdstrike.inversion.estimation.known_errors import stacked
 from birdstrike.inversion.estimation.locate import Located
 from birdstrike.inversion.estimation.refinement import WIDER
 from birdstrike.inversion.estimation.shots import Shot
-from birdstrike.inversion.models.heldout import shot_error
+from birdstrike.inversion.models.ranking import shot_error
 from birdstrike.inversion.models.results import ShotError
 from birdstrike.inversion.observations.observations import observe
 

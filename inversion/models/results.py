@@ -104,7 +104,8 @@ class ModelComparison(Displayed):
 
     ranking: names, least expected held-out error first; per_shot: the same by shot; tied: names that share the first
     place, empty where the first stands alone; tied_per_shot: the same by shot; records: shot -> file; sentence: the
-    answer; speeds: shot -> impact speed [m/s]; heldout_by: "shot", or "time block" of a single record.
+    answer; speeds: shot -> impact speed [m/s]; heldout_by: "shot", or "time block" of a single record; warnings: of all
+    models, one for each thing found, the gravest first.
     """
 
     models: Mapping[str, ModelAnswer]

@@ -93,12 +93,12 @@ def emulator_or_model(
     return replace(found, coarse=poorly) if poor else found
 
 
-def prior_predictive_warning(found: PriorPredictive, observations: Observations) -> str:
-    """What a user must know about a measurement outside the prior predictive."""
+def prior_predictive_warning(found: PriorPredictive, observations: Observations, more_runs: str = "--refine N") -> str:
+    """What a user must know about a measurement outside the prior predictive; more_runs: the option that adds some."""
     if found.coarse:
         return (
             f"the emulator is too coarse for this curve: the residual of its best fit is {found.fit:.1f} times "
-            f"noise and its own error; {found.coarse}. No parameter is identified: add runs (--refine N), or leave "
+            f"noise and its own error; {found.coarse}. No parameter is identified: add runs ({more_runs}), or leave "
             "that channel out (--channels)"
         )
     units = {c.name: c.unit for c in observations.channels}

@@ -41,7 +41,7 @@ class TrainingFigures:
     """How the network was trained; inputs: channel -> instants on the record's clock [s]; held_out: run numbers.
 
     hidden_sizes: neurons -> mean and standard deviation over the starts of the cross-validated error, shares of the
-    ranges; empty where the size was given.
+    ranges; empty where the size was given; copies: of every training run, with the record's noise.
     """
 
     trainer: str
@@ -56,6 +56,7 @@ class TrainingFigures:
     held_out: tuple[int, ...]
     inputs: Mapping[str, tuple[float, ...]]
     hidden_sizes: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    copies: int = 0
 
 
 @dataclass(frozen=True)

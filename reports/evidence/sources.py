@@ -156,7 +156,7 @@ def repeat_words(sources: Sources) -> list[str]:
     words += ["--seed", str(options["seed"]), "--refine", str(extras.get("refine", 0))]
     if "hidden" in extras:
         words += ["--hidden", "search" if extras["hidden"] is None else str(extras["hidden"])]
-    for name, unset in (("copies", 0), ("discrepancy", None), ("filter", None)):
+    for name, unset in (("copies", None), ("outputs", "bounded"), ("discrepancy", None), ("filter", None)):
         if extras.get(name, unset) != unset:
             words += [f"--{name}", str(extras[name])]
     if extras.get("mesh"):

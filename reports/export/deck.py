@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from birdstrike.data.deck_sensors import DeckSensor, DeckSensors, sensors_file
+from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, sensors_file
 from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.inversion.formatting import quantity
 from birdstrike.reports.export.lsdyna_deck import write_lsdyna_deck

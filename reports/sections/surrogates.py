@@ -23,6 +23,7 @@ def _network(results: InversionResults) -> tuple[Block, ...]:
         ("what", "value"),
         (
             ("network", f"{training.shape}, trainer {training.trainer}, seed {results.inversion.seed}"),
+            ("noisy copies of every run", str(training.copies)),
             ("why it stopped", training.status),
             ("hold-out and inputs", training.holdout),
         ),

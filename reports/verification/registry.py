@@ -24,6 +24,7 @@ MODULES = (
     "joined_problems",
     "parameter_sensitivity",
     "published_problems",
+    "bird_model_problems",
 )
 
 

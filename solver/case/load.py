@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.data.csv_table import read_table
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.paths import resolve_case
+from birdstrike.data.tables.csv_table import read_table
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.external import with_deck
 from birdstrike.solver.case.overlay import CHOOSING, Raw, overlay

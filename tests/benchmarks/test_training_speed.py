@@ -11,12 +11,12 @@ from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
-from birdstrike.surrogate import ensemble, levenberg_marquardt
 from birdstrike.surrogate.inverse_network import sampled
-from birdstrike.surrogate.levenberg_marquardt import Settings
 from birdstrike.surrogate.network import Shape, forward, jacobian, nguyen_widrow
 from birdstrike.surrogate.scaling import Scaling
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers import ensemble, levenberg_marquardt
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.training import Samples
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 
 SHAPE = Shape(12, 9, 4)

@@ -13,7 +13,7 @@ import birdstrike.doe.solvers
 from birdstrike import compare, export
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_histories, write_histories
-from birdstrike.data.deck_sensors import read_deck_sensors
+from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
 from tests.data.exports.radioss_t01_writer import write_t01

@@ -102,6 +102,18 @@ def test_of_many_warnings_the_five_gravest_are_shown_in_order_and_all_are_in_the
     assert json_format.loads(lines[6])["warnings"] == SEVEN
 
 
+def test_warnings_that_come_in_order_keep_it_before_graver_ones_of_the_same_result() -> None:
+    def command() -> None:
+        warn(["all constants rest on one run", "the fit failed", "run 2 is damaged"], "models.json", ordered=True)
+
+    told = [line for line in ends(command).stdout.splitlines() if line.startswith("warning")]
+    assert told == [
+        "warning: all constants rest on one run",
+        "warning: the fit failed",
+        "warning: run 2 is damaged",
+    ]
+
+
 def test_warnings_given_on_the_way_are_capped_and_kept_for_the_json() -> None:
     def warned() -> None:
         for number in range(7):

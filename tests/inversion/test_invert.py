@@ -105,7 +105,7 @@ def test_network_that_answers_nonsense_identifies_nothing(outputs: str) -> None:
     campaign = eroding.campaign()
     values = np.interp(TIMES, TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
     measured = replace(record(truth(0.5)), channels={CHANNEL: values + 0.1e-3 * np.cos(1e5 * TIMES)})
-    options = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3}, outputs=outputs)
+    options = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3}, outputs=outputs, copies=0)
     found = invert(campaign, measured, eroding.forward, options).inversion
     assert found.prior_predictive.inside
     assert any("outside its range" in warning for warning in found.warnings) == (outputs == "linear")
@@ -113,6 +113,27 @@ def test_network_that_answers_nonsense_identifies_nothing(outputs: str) -> None:
     for name, estimate in found.methods["network"].parameters.items():
         assert estimate.interval_95 in (None, found.ranges[name])
     assert found.methods["emulator"].parameters[eroding.NAMES[0]].identified
+
+
+def test_noisy_copies_of_the_runs_keep_the_network_from_nonsense() -> None:
+    """The same campaign and record: trained with the record's noise, as by default, it finds what the curve shows."""
+    campaign = eroding.campaign()
+    values = np.interp(TIMES, TIME, eroding.curve(np.array([600.0, 0.4, 0.5])))
+    measured = replace(record(truth(0.5)), channels={CHANNEL: values + 0.1e-3 * np.cos(1e5 * TIMES)})
+    options = InversionOptions(sampling=None, analyse=False, noise={CHANNEL: 0.1e-3})
+    found = invert(campaign, measured, eroding.forward, options).inversion
+    estimates = found.methods["network"].parameters
+    assert [name for name, one in estimates.items() if one.identified] == [eroding.NAMES[0]]
+    low, high = estimates[eroding.NAMES[0]].interval_95 or (0.0, 0.0)
+    assert low < 600.0 < high
+    assert found.training is not None
+    assert found.training.copies == 10
+
+
+def test_linear_outputs_are_trained_as_published_and_copies_asked_for_are_made() -> None:
+    assert InversionOptions(outputs="linear").noisy_copies == 0
+    assert InversionOptions(trainer="ensemble").noisy_copies == 0
+    assert InversionOptions(outputs="linear", copies=3).noisy_copies == 3
 
 
 def test_network_answer_beyond_a_range_is_clipped_aloud(dataset: Dataset, emulator: Emulator) -> None:

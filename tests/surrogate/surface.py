@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from birdstrike.surrogate.network import Shape
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers.training import Samples
 
 SHAPE = Shape(2, 6, 1)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from birdstrike.surrogate.adam import torch_forward
 from birdstrike.surrogate.network import Shape, forward, jacobian, nguyen_widrow, unpack
+from birdstrike.surrogate.trainers.adam import torch_forward
 
 
 def test_twelve_nine_four_has_157_weights() -> None:

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
 from birdstrike.data.curves import read_measured
-from birdstrike.data.deck_results import read_deck_results
-from birdstrike.data.deck_sensors import DeckSensor, DeckSensors
+from birdstrike.data.decks.results import read_deck_results
+from birdstrike.data.decks.sensors import DeckSensor, DeckSensors
 from birdstrike.data.errors import MeasuredError
 from tests.data.exports.radioss_t01_writer import write_t01
 

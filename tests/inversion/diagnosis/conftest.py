@@ -35,9 +35,6 @@ def command(folder: Path, answered: list[Answered], diagnoses: list[Diagnosis], 
 
     given = ["--out", str(folder / out), "--doe", str(folder / "out"), "--workers", "1", *words]
     with few_simulations() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
-        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
         patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
         patch.setattr("birdstrike.inversion.diagnosis.diagnose.write", written)
         return CliRunner().invoke(app, ["diagnose", str(folder / "case.toml"), *given], env={"COLUMNS": "200"})

@@ -52,12 +52,15 @@ def tiny() -> Case:
 
 @contextmanager
 def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) -> Iterator[pytest.MonkeyPatch]:
-    """A plan of 9 coarse simulations and few effects; on threads, because processes would load all anew."""
+    """A plan of 9 coarse and 5 fine simulations, few effects; on threads, because processes would load all anew."""
     library = {name: effects()[name] for name in sought}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
         patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: library)
         patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", particles)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
+        patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
         patch.setattr(
             "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
         )

@@ -115,7 +115,7 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
     nodes = np.array([0.005, 0.02, 0.08])
     priors = models()
     labels, weights = list(priors), [m.prior for m in priors.values()]
-    told, right, covered, count = 0.0, 0.0, 0, 300
+    told, right, covered, count = 0.0, 0.0, 0, 150
     for _ in range(count):
         base = system(7)
         truth = labels[rng.choice(len(labels), p=weights)]

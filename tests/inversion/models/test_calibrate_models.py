@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.data.curves import write_measured
+from birdstrike.data.curves import Measured, write_measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.doe.campaign.campaign import run_campaign
@@ -23,7 +23,7 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.heldout import ranked
+from birdstrike.inversion.models.ranking import ranked
 from birdstrike.inversion.models.results import ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
@@ -45,12 +45,25 @@ class Calibrated:
     content: dict[str, Any]
 
 
+def longer(records: list[Measured]) -> list[Measured]:
+    """Each record with two points after the end of the simulations."""
+    return [
+        replace(
+            record,
+            time=np.append(record.time, [1.1e-3, 1.2e-3]),
+            channels={name: np.append(values, [0.0, 0.0]) for name, values in record.channels.items()},
+            sigma={name: np.append(values, values[-2:]) for name, values in record.sigma.items()},
+        )
+        for record in records
+    ]
+
+
 @pytest.fixture(scope="module")
 def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Calibrated:
     folder = tmp_path_factory.mktemp("models")
     cases, records = rig.shots()
     with rig.formula_for_solver():
-        found = calibrate_models(cases, records, folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        found = calibrate_models(cases, longer(records), folder, NAMES, runs=RUNS, workers=1, posterior=False)
     return Calibrated(folder, found, json.loads((folder / "models.json").read_text(encoding="utf-8")))
 
 
@@ -75,6 +88,17 @@ def test_the_bulk_modulus_is_found_and_gamma_is_not(calibrated: Calibrated) -> N
     viscosity = own.parameters["bird.material.viscosity"].interval_95
     assert viscosity is not None
     assert viscosity[0] < 300.0 < viscosity[1]
+
+
+def test_what_holds_for_all_models_shots_and_channels_is_warned_of_once(calibrated: Calibrated) -> None:
+    told = [line for line in calibrated.found.warnings if "time.end" in line]
+    assert told == [
+        "8 points of 4 channels outside the simulated time (0 .. 1 ms) are left out of the fit; raise time.end to use "
+        "later ones"
+    ]
+    own = calibrated.content["models"]["null"]["warnings"]
+    assert any(line.startswith("displacement_side of shot_1: 0 points before and 2 after") for line in own)
+    assert len(calibrated.found.warnings) < 8
 
 
 def test_models_json_has_the_contract_s_keys(calibrated: Calibrated) -> None:
@@ -111,7 +135,9 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
     cases, records = rig.shots()
     with rig.formula_for_solver():
         rig.CALLS.clear()
-        again = calibrate_models(cases, records, calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False)
+        again = calibrate_models(
+            cases, longer(records), calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
+        )
     assert not rig.CALLS
     assert again.as_json() == calibrated.found.as_json()
 

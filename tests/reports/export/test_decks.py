@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from birdstrike import export
 from birdstrike.cli.app import app
-from birdstrike.data.deck_sensors import read_deck_sensors
+from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
 from birdstrike.reports.export.fixed_columns import number

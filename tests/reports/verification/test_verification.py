@@ -11,8 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
 
 from birdstrike.data.errors import RunFailed, UserError
+from birdstrike.data.histories import Histories, Snapshot
+from birdstrike.reports.verification.bird_model_problems import deformation
 from birdstrike.reports.verification.cache import Cache, Result, fingerprint, imported
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.page import page
@@ -60,6 +63,24 @@ def test_a_row_beyond_stands_only_with_a_reason_and_at_most_three_do():
     assert not Verification((solved(bad[0]),), 1.0).stands
     assert Verification((solved(*bad[:3], reasons=why),), 1.0).stands
     assert not Verification((solved(*bad, reasons=why),), 1.0).stands
+
+
+def test_a_bird_s_deformation_is_free_of_its_flight_and_counts_a_stretch():
+    rng = np.random.default_rng(0)
+    shape = rng.normal(size=(200, 3))
+    shape -= shape.mean(axis=0)
+
+    def run(after: np.ndarray) -> Histories:
+        empty, none = np.zeros((0, 3)), np.zeros(0, dtype=np.int64).reshape(0, 8)
+        snapshots = tuple(
+            Snapshot(t, x, np.zeros(200), x, np.zeros(200, bool), np.zeros(200), none, empty, none, np.zeros(0))
+            for t, x in ((1e-4, shape), (1.5e-3, after))
+        )
+        return Histories(np.zeros(1), {}, {}, {}, snapshots)
+
+    turned = Rotation.from_rotvec([0.2, -0.4, 0.9]).apply(shape) + np.array([1.0, -2.0, 3.0])
+    assert deformation(run(turned)) == pytest.approx(0.0, abs=1e-9)
+    assert deformation(run(1.1 * turned)) == pytest.approx(0.1, rel=1e-6)
 
 
 def test_grueneisen_hugoniot_is_the_straight_line():

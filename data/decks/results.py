@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.deck_sensors import DeckSensor, DeckSensors
+from birdstrike.data.decks.sensors import DeckSensor, DeckSensors
 from birdstrike.data.errors import MeasuredError
+from birdstrike.data.exports.nodout import is_nodout, read_nodout
+from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.loose_table import LooseTable, read_loose_table
-from birdstrike.data.nodout import is_nodout, read_nodout
-from birdstrike.data.rcforc import is_rcforc, read_rcforc
+from birdstrike.data.tables.loose_table import LooseTable, read_loose_table
 from birdstrike.data.unit_systems import unit_system
 
 AXES = ("x", "y", "z")

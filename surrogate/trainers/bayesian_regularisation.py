@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.network import Shape, jacobian
-from birdstrike.surrogate.training import Samples, Training
+from birdstrike.surrogate.trainers.training import Samples, Training
 
 STEADY = 1e-5  # relative change of F and of gamma below which nothing more is learnt
 STEADY_FOR = 20  # epochs

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import torch
 
-from birdstrike.surrogate import bayesian_regularisation, ensemble, hidden_size, levenberg_marquardt
+from birdstrike.surrogate import hidden_size
 from birdstrike.surrogate.inverse_network import fit_network
-from birdstrike.surrogate.levenberg_marquardt import Settings
 from birdstrike.surrogate.network import Shape, jacobian, nguyen_widrow
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers import bayesian_regularisation, ensemble, levenberg_marquardt
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.training import Samples
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, TIMES, campaign, spread
 from tests.surrogate.surface import SHAPE, smooth_surface
 

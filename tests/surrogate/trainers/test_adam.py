@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from birdstrike.surrogate.adam import Settings, torch_forward, train
 from birdstrike.surrogate.network import forward, nguyen_widrow
+from birdstrike.surrogate.trainers.adam import Settings, torch_forward, train
 from tests.surrogate.surface import SHAPE, smooth_surface
 
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.surrogate.levenberg_marquardt import Settings
 from birdstrike.surrogate.network import Shape, nguyen_widrow
-from birdstrike.surrogate.training import Samples, Training, one_torch_thread
+from birdstrike.surrogate.trainers.levenberg_marquardt import Settings
+from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -13,7 +13,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.network import Shape
-from birdstrike.surrogate.training import Samples, Training, one_torch_thread
+from birdstrike.surrogate.trainers.training import Samples, Training, one_torch_thread
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -7,7 +7,7 @@ feedforward networks with the Marquardt algorithm", IEEE Trans. Neural Networks 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,9 +17,11 @@ from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.network import Shape, jacobian
-from birdstrike.surrogate.training import Samples, Training
+from birdstrike.surrogate.trainers.training import Samples, Training
 
 _posv: Any = get_lapack_funcs("posv", dtype=np.float64)  # Cholesky and solve in one call, without cho_factor's checks
+
+FALL = 0.01
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class Settings:
     mu_min: float = 1e-20  # damping that underflows to 0 could never rise again
     min_gradient: float = 1e-7  # norm of the gradient of the mean squared error
     max_fail: int = 6  # epochs in a row on which the validation error may rise, where there is a validation set
+    stalled: int | None = None  # epochs in which the error must fall by 1 %, none: they may be as slow as they are
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,9 @@ def _train(
             break
         history.append((mse, samples.test_mse(shape, weights), mu))
         watch = watch.seen(samples.stop_mse(shape, weights), weights)
+        if rules.stalled and _falls_no_more([mse for mse, _, _ in history[-rules.stalled - 1 :]], rules.stalled):
+            status = f"{_stopped(history)}: it fell by less than {FALL:.0%} in {rules.stalled} epochs"
+            break
         if watch.fails >= rules.max_fail:
             status = f"{_stopped(history)}: the validation error rose {watch.fails} times in a row"
             break
@@ -121,6 +127,10 @@ def _train(
     if np.isfinite(watch.least):
         weights = watch.best
     return Training("lm", weights, mse, test_mse, damping, status)
+
+
+def _falls_no_more(recent: Sequence[float], epochs: int) -> bool:
+    return len(recent) > epochs and recent[-1] > (1.0 - FALL) * recent[0]
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from birdstrike.surrogate.levenberg_marquardt import Linearised, Settings, _lower, train
 from birdstrike.surrogate.network import nguyen_widrow
-from birdstrike.surrogate.training import Samples
+from birdstrike.surrogate.trainers.levenberg_marquardt import Linearised, Settings, _lower, train
+from birdstrike.surrogate.trainers.training import Samples
 from tests.surrogate.surface import SHAPE, smooth_surface
 
 
@@ -89,6 +91,16 @@ def test_stops_after_the_epochs_asked_for() -> None:
     assert result.epochs == 3
     assert len(result.mse) == len(result.test_mse) == len(result.damping) == 4
     assert result.status.startswith("all 3 epochs used, goal 0e+00 not reached")
+
+
+def test_noisy_targets_end_the_training_where_their_error_falls_no_more() -> None:
+    exact, rng = smooth_surface(200), np.random.default_rng(0)
+    noisy = replace(exact, t=exact.t + 0.1 * rng.standard_normal(exact.t.shape))
+    long = train(SHAPE, nguyen_widrow(SHAPE, 0), noisy, Settings())
+    short = train(SHAPE, nguyen_widrow(SHAPE, 0), noisy, Settings(stalled=100))
+    assert short.epochs < 0.6 * long.epochs
+    assert "fell by less than 1% in 100 epochs" in short.status
+    assert short.mse[-1] < 1.05 * long.mse[-1]
 
 
 def test_convergence_curve_is_written_with_gaps_where_nothing_was_tested(tmp_path) -> None:

@@ -1,0 +1,216 @@
+"""Simulations of one bird model for all shots: campaigns at the same points, rounds of runs near the answer, published.
+
+A shot enters as its record with its case; the campaign leaves as a shot of the joint estimation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Array, Histories
+from birdstrike.data.store import RunStore
+from birdstrike.doe.campaign.campaign import run_campaign
+from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.doe.campaign.planned import planned_design
+from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.doe.designs.space import ParameterSpace
+from birdstrike.inversion import forward
+from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.known_errors import case_nuisances, discrepancy_columns, stated_discrepancy
+from birdstrike.inversion.estimation.locate import InversionOptions, locate
+from birdstrike.inversion.estimation.refinement import PAYS, added_variance, with_run
+from birdstrike.inversion.estimation.shots import Joint, Shot
+from birdstrike.inversion.forward import Forward, StoredSolver
+from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, shared_keys
+from birdstrike.inversion.models.error_terms import NuisanceRuns
+from birdstrike.inversion.models.points import near_answer
+from birdstrike.inversion.models.scaled import NearestFinished, Scale, ScaledForward
+from birdstrike.inversion.models.simulations import LatePool, simulate_all
+from birdstrike.inversion.observations.observations import Observations
+from birdstrike.solver.case.case import Case
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
+
+
+@dataclass(frozen=True)
+class ShotSetup:
+    """One record with the case of its shot; name: in models.json."""
+
+    name: str
+    case: Case
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """runs: of each campaign; rounds, batch: of runs near the answer; posterior: drawn, else linearised intervals.
+
+    optimisers: that are run beside it, with so many simulations of each shot (budget).
+    """
+
+    runs: int = 20
+    rounds: int = 3
+    batch: int = 5
+    design: str = "uniform"
+    seed: int = 0
+    posterior: bool = True
+    optimisers: tuple[str, ...] = ()
+    budget: int = 160
+
+
+@dataclass(frozen=True)
+class ModelRuns:
+    """Simulations of one model for these shots.
+
+    folder: of its runs; retry: failures stored before it [s, Unix] are tried again.
+    """
+
+    chosen: Candidate
+    setups: Sequence[ShotSetup]
+    folder: Path
+    options: FitOptions
+    pool: LatePool
+    report: Callable[[str, float], None]
+    retry: float = 0.0
+
+    @cached_property
+    def cases(self) -> list[Case]:
+        """Each shot's case with this model; raises UserError or CaseError."""
+        found = [calibrated_case(self.chosen, setup.case) for setup in self.setups]
+        shared_keys(found)
+        return found
+
+    @cached_property
+    def scale(self) -> Scale:
+        """Ranges and their scales."""
+        return Scale(ParameterSpace.of_case(self.cases[0]))
+
+    @cached_property
+    def store(self) -> RunStore:
+        """Runs beside the campaigns'."""
+        return RunStore(self.folder / "runs")
+
+    def campaigns(self, said: list[str]) -> list[Shot]:
+        """Each shot's runs, at the same points, as a shot of the joint estimation."""
+        shots = []
+        for setup, case in zip(self.setups, self.cases, strict=True):
+            place, o = self.folder / setup.name, self.options
+            place.mkdir(parents=True, exist_ok=True)
+            design = planned_design(o.design, self.scale.space, o.runs, o.seed, place)
+            dataset = run_campaign(
+                case,
+                design,
+                place,
+                workers=self.pool.workers,
+                simulate=forward.simulate,
+                executor=self.pool,
+                progress=lambda counts, n=setup.name: self.report(n, _done(counts)),
+                say=said.append,
+                retry=self.retry,
+            )
+            shots.append(self._shot(setup, case, self.scale.dataset(dataset), place, said))
+        return shots
+
+    def _shot(self, setup: ShotSetup, case: Case, dataset: Dataset, place: Path, said: list[str]) -> Shot:
+        stored = StoredSolver(case, self.store, (RunStore(place / "runs"),), retry=self.retry)
+        solver = ScaledForward(stored, self.scale)
+        nuisances = NuisanceRuns(solver, case_nuisances(case))
+        shares = stated_discrepancy(case, setup.measured.channels, None)
+        options = InversionOptions(
+            method="emulator",
+            seed=self.options.seed,
+            noise={name: sensor.noise for name, sensor in case.sensors.items() if sensor.noise},
+            time_offset=case.inversion.nuisance.get("time_offset", 0.0),
+            sampling=None,
+            analyse=False,
+            more_runs="--runs N",
+        )
+
+        def columns(observations: Observations, mode: Mode) -> Array:
+            parts = [nuisances.columns(observations, mode, dataset.names)]
+            parts += [discrepancy_columns(shares, observations)] if shares else []
+            return np.hstack(parts)
+
+        known = columns if nuisances.nuisances or shares else None
+        verifier = NearestFinished(solver, dataset, said.append)
+        return Shot(dataset, setup.measured, solver, options, known, campaign=place, verifier=verifier, case=case)
+
+    def refined(self, joint: Joint, said: list[str]) -> tuple[Dataset, Emulator, int]:
+        """Runs added about the best fit, all shots at each point, while the emulator's error widens the answer."""
+        dataset, names, added = joint.dataset, list(joint.measured.channels), 0
+        emulator = fit_emulator(dataset, names, self.options.seed)
+        for number in range(self.options.rounds):
+            found = locate(dataset, joint.measured, joint.options, emulator, silent, None)
+            calibration = found.calibration
+            if calibration.design.deficient:
+                break
+            if added_variance(calibration.calibrator, calibration.modes[0]) < PAYS:
+                break
+            self.report("runs near the answer", number / self.options.rounds)
+            points = near_answer(found, self.options.batch, self.options.seed + number)
+            before = len(dataset.runs)
+            dataset = self._with_points(dataset, points, joint.forward, said)
+            added += len(points)
+            if len(dataset.runs) == before:
+                break
+            emulator = fit_emulator(dataset, names, self.options.seed)
+        return dataset, emulator, added
+
+    def _with_points(self, dataset: Dataset, points: Array, joint: Forward, said: list[str]) -> Dataset:
+        thetas = [dict(zip(dataset.names, map(float, row), strict=True)) for row in points]
+        self.together([self.scale.values(theta) for theta in thetas])
+        for theta in thetas:
+            try:
+                dataset = with_run(dataset, theta, joint(theta))
+            except RunFailed as failure:
+                said.append(f"a run near the answer failed and is left out: {failure}")
+        return dataset
+
+    def together(self, points: Sequence[Mapping[str, float]]) -> None:
+        """Every shot at these SI values, in parallel."""
+        simulate_all([(case, values) for case in self.cases for values in points], self.store, self.pool, self.retry)
+
+    def simulated(self, points: Iterable[tuple[Case, Mapping[str, float]]]) -> None:
+        """Each case at values as the estimation sees them, in parallel."""
+        jobs = [(case, self.scale.values(theta)) for case, theta in points]
+        simulate_all(jobs, self.store, self.pool, self.retry)
+
+    def published(self) -> list[Histories | None]:
+        """Each shot with the published constants, None where there are none or the run failed."""
+        cases = [literature_case(self.chosen, setup.case) for setup in self.setups]
+        known = [case for case in cases if case is not None]
+        simulate_all([(case, {}) for case in known], self.store, self.pool, self.retry)
+        found: list[Histories | None] = []
+        for case in cases:
+            try:
+                found.append(StoredSolver(case, self.store, retry=self.retry)({}) if case is not None else None)
+            except RunFailed:
+                found.append(None)
+        return found
+
+    def eroded(self) -> dict[str, float]:
+        found = {}
+        for setup in self.setups:
+            entries = CampaignFolder(self.folder / setup.name).read_summary().get("runs", [])
+            found[setup.name] = max((float(e.get("eroded_mass_fraction") or 0.0) for e in entries), default=0.0)
+        return found
+
+
+def verified(shot: Shot) -> Forward:
+    """The model of a shot that verifies answers."""
+    return shot.verifier or shot.forward
+
+
+def _done(counts: RunCounts) -> float:
+    return (counts.finished + counts.failed) / max(counts.total, 1)
+
+
+def silent(_: float) -> None:
+    """Nobody watches."""

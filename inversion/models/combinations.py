@@ -1,0 +1,57 @@
+"""What several sought constants make together: the bulk modulus with its interval, where its factors are not found."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from birdstrike.data.histories import Array
+from birdstrike.inversion.estimation.locate import Located
+from birdstrike.inversion.formatting import plain, quantity, span
+from birdstrike.inversion.invert import InversionOutcome
+from birdstrike.inversion.models.campaigns import ModelRuns
+from birdstrike.inversion.models.candidates import built, modulus_of
+from birdstrike.inversion.models.points import linearised_draws
+from birdstrike.inversion.models.results import Combined
+
+DRAWS = 400  # of the posterior
+NEWS = 0.5  # of the prior's 95 % width, as for single parameters
+
+
+def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -> dict[str, Combined]:
+    """The bulk modulus, where what is sought changes it."""
+    rng = np.random.default_rng(runs.options.seed)
+    calibration, case = located.calibration, runs.cases[0]
+    if calibration.design.deficient:
+        return {}
+    formula, keys = modulus_of(case)
+    mode, space = calibration.modes[0], runs.scale.space
+    everywhere = _moduli(runs, space.to_physical(rng.random((DRAWS, len(space.names)))))
+    if np.ptp(everywhere) <= 1e-9 * np.abs(everywhere).max():
+        return {}
+    if outcome.posterior is not None:
+        theta = outcome.posterior.theta[rng.integers(0, len(outcome.posterior.theta), DRAWS)]
+    else:
+        theta = linearised_draws(located, DRAWS, rng)
+    draws = _moduli(runs, runs.scale.physical(theta))
+    value = float(_moduli(runs, runs.scale.physical(mode.theta[None]))[0])
+    low, high = np.quantile(draws, [0.025, 0.975])
+    interval = (min(float(low), value), max(float(high), value))
+    before = np.quantile(everywhere, [0.025, 0.975])
+    width = np.log(interval[1] / interval[0]) / np.log(before[1] / before[0])
+    identified = bool(width < NEWS) and outcome.inversion.prior_predictive.inside
+    estimates = outcome.inversion.methods["emulator"].parameters
+    weak = [plain(key) for key in keys if not estimates[key].identified]
+    named = f"K = {formula}" if formula else "K"
+    text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
+    if not identified:
+        text = f"the bulk modulus {named} is not identifiable from this record"
+    elif weak and len(keys) > 1:
+        text += f"; {' and '.join(weak)} not identifiable from this record: only the combination counts"
+    return {"bulk_modulus": Combined(value, interval, "Pa", identified, formula, keys, text)}
+
+
+def _moduli(runs: ModelRuns, values: Array) -> Array:
+    """Bulk modulus [Pa] at SI values (n, k)."""
+    names = runs.scale.space.names
+    case = runs.cases[0]
+    return np.array([built(case, dict(zip(names, map(float, row), strict=True))).bulk_modulus for row in values])
