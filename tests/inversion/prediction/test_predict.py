@@ -148,7 +148,7 @@ def command(folder: Path, learnt: Path, *words: str) -> Result:
 
 
 def test_the_command_says_the_distance_first_and_writes_a_page(learnt: Path, tmp_path: Path) -> None:
-    result = command(tmp_path, learnt, "--limit", "displacement_centre=4.6 mm", "--json")
+    result = command(tmp_path, learnt, "--limit", "displacement_centre=4.75 mm", "--json")
     assert result.exit_code == 0, result.output
     assert result.stdout.startswith("Outside what was learnt: normal speed")
     content = json.loads(result.stdout.splitlines()[-1])
