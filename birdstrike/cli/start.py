@@ -193,7 +193,7 @@ def finish(begun: Begun, workers: int | None, display: Display | None, say: Call
 
 
 def _import(begun: Begun, say: Callable[[str], None]) -> None:
-    """The record on the case's clock; where first contact is not known, one simulation of the case tells it."""
+    """The record on the case's clock; where first contact is not known, one simulation of the case shows when."""
     from birdstrike.data.curves import read_measured
     from birdstrike.data.units import to_si
     from birdstrike.questions.clock import shift_to

@@ -304,7 +304,7 @@ class Interview:
     ) -> tuple[str, str, str]:
         """When the bird touches the plate on the record's clock, how well that is known, and how much is used."""
         times = Between("-10000 ms", "10000 ms")
-        text = "Clock: time of first contact in the record, or unknown: then one simulation tells it"
+        text = "Clock: time of first contact in the record, or unknown: then one simulation shows it"
         contact = self.ask(("clock", "contact"), text, UNKNOWN, _or_unknown(of_range(times)[0]))
         check, allowed = of_range(Between("0 ms", "10 ms"))
         text = f"Clock: how well that is known, 1 sigma ({allowed}; 0 ms: exactly)"

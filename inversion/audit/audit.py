@@ -15,13 +15,13 @@ from birdstrike.data.curves import read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.audit.answers import answered, code_digest
 from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 

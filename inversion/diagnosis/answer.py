@@ -15,6 +15,7 @@ from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
 from birdstrike.data.units import display
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.before_and_after import (
     Held,
     SolverRun,
@@ -26,7 +27,6 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import rounded
 from birdstrike.solver.case.case import Case

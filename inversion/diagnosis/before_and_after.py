@@ -13,12 +13,12 @@ import numpy as np
 
 from birdstrike.data.histories import Array, Histories
 from birdstrike.data.units import quantity_text
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw

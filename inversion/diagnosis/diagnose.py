@@ -14,6 +14,7 @@ from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.tree import save_tree
 from birdstrike.doe.campaign.run import retry_before
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
 from birdstrike.inversion.diagnosis.model_file import FILE
@@ -21,7 +22,6 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, 
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
 from birdstrike.inversion.diagnosis.shots import read_shot
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case
 

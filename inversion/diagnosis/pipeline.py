@@ -12,6 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from birdstrike.doe.campaign.runner import RunCounts
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
     NO_RESIDUAL,
@@ -44,7 +45,6 @@ from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, rank
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.diagnosis.system import Places

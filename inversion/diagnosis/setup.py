@@ -11,9 +11,9 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Response, learn_responses
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator

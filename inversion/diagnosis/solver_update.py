@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.hypotheses import NONE, suspects
 from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.solver.case.case import Case
 
 MOST = 3  # effects brought up to date in one round; the next takes those that are within reach then

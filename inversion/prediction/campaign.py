@@ -16,8 +16,8 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
-from birdstrike.inversion.diagnosis.simulations import Simulations
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED, fine_mesh, spread
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT, Sample

@@ -13,7 +13,7 @@ from birdstrike.data.errors import UnitError, UserError
 from birdstrike.data.units import to_si
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.runner import RunCounts
-from birdstrike.inversion.diagnosis.simulations import Simulations
+from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.prediction.answer import (
     Band,
     Limit,

@@ -47,7 +47,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def solver(data: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[FailingSolver]:  # noqa: ARG001 (made by a solver that works)
     """In place of the embedded solver, on threads of this process."""
     stand_in = FailingSolver()
-    for module in ("solver.simulate", "inversion.forward", "inversion.diagnosis.simulations"):
+    for module in ("solver.simulate", "inversion.forward", "doe.campaign.simulations"):
         monkeypatch.setattr(f"birdstrike.{module}.simulate", stand_in)
     for module in ("doe.campaign.campaign", "inversion.mesh_convergence.convergence"):
         monkeypatch.setattr(f"birdstrike.{module}.process_pool", ThreadPoolExecutor)

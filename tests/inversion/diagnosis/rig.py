@@ -55,7 +55,7 @@ def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) 
     """A plan of 9 coarse and 5 fine simulations, few effects; on threads, because processes would load all anew."""
     library = {name: effects()[name] for name in sought}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
         patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: library)
         patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", particles)
         patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)

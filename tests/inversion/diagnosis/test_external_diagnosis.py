@@ -39,7 +39,7 @@ def diagnosed(folder: Path, shot: Measured) -> Diagnosis:
     text = re.sub(r'\[inversion\.parameters\."impact\.speed"\]\n.*\n', "", path.read_text(encoding="utf-8"))
     path.write_text(text, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
         return diagnose(path, shot, folder / "out", options=DiagnosisOptions(workers=2, runs=8))
 
 

@@ -27,8 +27,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_bands_between_two_learnt_speeds_hold_the_truth(folder: Path, tmp_path: Path) -> None:
     with rig.formula_for_solver() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.simulate", rig.strike)
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", rig.strike)
+        patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
         found = predict(rig.shot(80.0), folder, tmp_path / "out", PredictOptions(budget=12, workers=1))
     assert found.extrapolation == ()
     assert [one.name for one in found.explanations] == ["murnaghan"]

@@ -83,6 +83,6 @@ def calibrated(folder: Path) -> Path:
 def formula_for_solver() -> Iterator[None]:
     """No process is started and nothing is simulated."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.simulate", strike)
-        patch.setattr("birdstrike.inversion.diagnosis.simulations.process_pool", ThreadPoolExecutor)
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
         yield

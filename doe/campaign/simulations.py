@@ -1,4 +1,4 @@
-"""Simulations of a diagnosis: any set of cases, in parallel, each run once through the run store."""
+"""Simulations of any set of cases, in parallel, each run once through the run store."""
 
 from __future__ import annotations
 
