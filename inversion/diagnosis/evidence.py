@@ -91,10 +91,10 @@ UNNAMED = (0.03, 0.1, 0.3, 1.0)
 of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
-BIRDS_APART = (0.1, 1.0)
-"""Prior standard deviations by which a baseline's parameters may lie from the shot's, each as likely: birds cast by one
-recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says nothing of the
-other."""
+BIRDS_APART = (0.02, 0.1, 1.0)
+"""Prior standard deviations by which a baseline's parameters may lie from the shot's, each as likely: birds of one
+batch; birds cast by one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one
+says nothing of the other."""
 
 
 @dataclass(frozen=True)
