@@ -1,6 +1,6 @@
 """Coverage and interval scores of `birdstrike predict` on simulated rigs: the table of docs/prediction.md.
 
-    python docs/prediction_validation.py rigs FOLDER [--rigs 8] [--speeds 77 84 ...] [--until 01:45]
+    python docs/prediction_validation.py rigs FOLDER [--rigs 8] [--speeds 77 84 ...] [--until HH:MM]
     python docs/prediction_validation.py records FOLDER
     python docs/prediction_validation.py table FOLDER
 

@@ -151,7 +151,7 @@ def table(found: Prediction) -> Table:
 def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     """Where the width comes from, limits, residual deflection, tearing, what to measure, files."""
     from birdstrike.inversion.formatting import plain, quantity, span
-    from birdstrike.inversion.prediction.answer import limit_words
+    from birdstrike.inversion.prediction.answer import limit_words, tearing_words
 
     for name, shares in found.sources.items():
         parts = sorted(((share, source) for source, share in shares.items() if share >= TOLD), reverse=True)
@@ -163,8 +163,7 @@ def closing(found: Prediction, out: Path, page: Path) -> Iterator[str]:
     for name, own in found.residual.items():
         interval = span(own["q025"], own["q975"], own["unit"])
         yield f"{plain(name)} at the end of the record: {quantity(own['q50'], own['unit'])} (95 %: {interval})"
-    torn, (low, high) = found.perforation["probability"], found.perforation["interval_95"]
-    yield f"the plate tears: probability {torn:.2g} (95 %: {low:.2g} .. {high:.2g})"
+    yield tearing_words(found.perforation)
     for one in found.narrowing[:1]:
         yield f"what would narrow it most: {one['sentence']}"
     counts = found.campaign

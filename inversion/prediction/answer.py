@@ -159,6 +159,15 @@ def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
     return plot(name, axes)
 
 
+def tearing_words(torn: Mapping[str, Any]) -> str:
+    """ "the plate tears: probability 0.02 (95 %: 0.001 .. 0.08), from 40 simulations"."""
+    if not torn.get("modelled", True):
+        return "the case states no failure strain: tearing is not modelled"
+    low, high = torn["interval_95"]
+    told = f"probability {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g})"
+    return f"the plate tears: {told}, from {torn['simulations']} simulations"
+
+
 def limit_words(name: str, one: Limit) -> str:
     """ "displacement centre beyond 8 mm: probability 0.12 (95 %: 0.08 .. 0.17)"."""
     low, high = one.interval_95
@@ -172,12 +181,14 @@ def quantiles_of(values: Array) -> dict[str, Any]:
     return dict(zip(QUANTILES, found, strict=True))
 
 
-def share_of(hits: NDArray[np.bool_], count: float) -> tuple[float, tuple[float, float]]:
-    """Probability and its 95 % interval, from draws of which `count` are independent: Jeffreys' prior.
+def share_of(hits: NDArray[np.bool_], count: float, weights: Array | None = None) -> tuple[float, tuple[float, float]]:
+    """Probability and its 95 % interval, from (weighted) draws of which `count` are independent: Jeffreys' prior.
 
     Brown, Cai & DasGupta, Stat. Sci. 16 (2001) 101.
     """
-    p = float(np.mean(hits))
+    p = float(np.average(hits, weights=weights))
+    if hits.all() or not hits.any():
+        p = float(hits.all())
     k = p * count
     low = 0.0 if p == 0.0 else float(beta.ppf(0.025, k + 0.5, count - k + 0.5))
     high = 1.0 if p == 1.0 else float(beta.ppf(0.975, k + 0.5, count - k + 0.5))

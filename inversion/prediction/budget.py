@@ -3,7 +3,7 @@
 Of the variance of a sensor's largest reading: `effect` is the variance between the explanations' means, `parameters`
 the mean variance within them (of the bird's constants and of the magnitudes), which together are that of the model with
 tolerances at their values (law of total variance); `tolerances`, `discrepancy`, `mesh` and `emulator` each let one
-source alone vary about the likeliest draw. The shares are of the sum of these six.
+source alone vary about the median curve. The shares are of the sum of these six.
 """
 
 from __future__ import annotations
@@ -79,6 +79,8 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
         return (
             f"determine {_dominant(draws)} better: a further shot at the learnt rig, inverted together with the first"
         )
+    if source == "effect" and learnt.source == "calibrate-models":
+        return "decide between the bird models: fire a shot at another speed and calibrate again"
     if source == "effect":
         if learnt.next_measurement:
             return f"decide between the explanations: {learnt.next_measurement}"

@@ -99,9 +99,15 @@ def case_at(base: Case, values: Mapping[str, float]) -> Case:
 
 
 def run_campaign(
-    learnt: Learnt, case: Case, points: Sample, simulations: Simulations, progress: Progress, seed: int
+    learnt: Learnt,
+    case: Case,
+    points: Sample,
+    simulations: Simulations,
+    progress: Progress,
+    seed: int,
+    simulated: Callable[[], None] = lambda: None,
 ) -> Campaign:
-    """Simulate the points and fit the emulators; raises RunFailed when too few finish."""
+    """Simulate the points, call `simulated`, and fit the emulators; raises RunFailed when too few finish."""
     coarse, fine = _meshes(learnt, case)
     bases = _bases(learnt, coarse)
     failures: dict[str, str] = {}
@@ -117,6 +123,7 @@ def run_campaign(
         f"fine {i}": case_at(finer[int(points.explanation[i])], points.at(i)) for i in chosen if f"draw {i}" in cases
     }
     runs = simulations.run({**cases, **fine_cases})
+    simulated()
     failures |= simulations.failures
     done = [i for i in range(len(points)) if f"draw {i}" in runs]
     if len(done) < max(3, LEAST_FINISHED * len(points)):

@@ -7,8 +7,11 @@ place.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT
@@ -33,6 +36,8 @@ OF_BIRD = ("bird_friction", "bird_porosity")
 """Effects of the bird's substance, whatever it strikes."""
 CARRIED, ANEW, DROPPED = "carried", "drawn anew", "left behind"
 SAME_PLACE = 1e-6  # m
+GAUGE = ("side", "direction", "along", "length", "radius")
+"""What two sensors of one kind at one place may differ in."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +66,14 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
     found: dict[str, Carried] = {}
     known, errors = effects(), list[str]()
     for label, name, size in _members(learnt.explanations):
+        if label in left_out or name in left_out:
+            found[label] = Carried(label, name, "", DROPPED, size, (), False)
+            continue
         if name not in known:
             errors.append(f"effect {name} is not in the library: load the package or script that registers it first")
             continue
         one = _carried(label, name, size, learnt, case)
-        if label in left_out or name in left_out:
-            one = Carried(label, name, one.scope, DROPPED, one.size, (), one.one_sided)
-        elif name not in INSTRUMENT and (reason := known[name].refuses(case)):
+        if name not in INSTRUMENT and (reason := known[name].refuses(case)):
             errors.append(
                 f"{case.name} cannot carry {label}, which {learnt.folder} found: {reason}; give a case with that part, "
                 f"or leave it behind with --leave-behind {label}"
@@ -116,12 +122,53 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
 
 
 def same_sensor(learnt: Case, case: Case, name: str) -> bool:
-    """Whether a sensor of the new case is the one that was learnt: kind and place."""
+    """Whether a sensor of the new case is the one that was learnt: kind, place and what the kind adds."""
     one, other = learnt.sensors.get(name), case.sensors[name]
     if one is None or one.kind != other.kind:
         return False
+    if any(getattr(one, key, None) != getattr(other, key, None) for key in GAUGE):
+        return False
     here, there = one.place or (0.0, 0.0), other.place or (0.0, 0.0)
     return max(abs(a - b) for a, b in zip(here, there, strict=True)) <= SAME_PLACE
+
+
+def refuse_another_bird(learnt: Learnt, case: Case) -> None:
+    """Raise UserError where what stays of the new case's bird is not what the parameters were calibrated with.
+
+    That is its method and its material with the equation of state, less what was sought; its shape, size, mass and mesh
+    may be others.
+    """
+    if all(one.material for one in learnt.explanations):
+        return
+    sought = {name for one in learnt.explanations if not one.material for name in one.names}
+    there, here = _bird(learnt.case), _bird(case)
+    differing = [
+        key for key in dict.fromkeys([*there, *here]) if key not in sought and _differ(there.get(key), here.get(key))
+    ]
+    if differing:
+        raise UserError(
+            f"{key} is {here.get(key, 'absent')} in {case.name} and {there.get(key, 'absent')} (SI) in the case that "
+            f"{learnt.folder} learnt from: the learnt parameters belong to that bird; give the new case the same {key}"
+            for key in differing
+        )
+
+
+def _bird(case: Case) -> dict[str, Any]:
+    """Dotted key -> value, of the bird's method and material."""
+    return {"bird.method": case.bird.method} | _flat("bird.material.", case.bird.material.model_dump(mode="python"))
+
+
+def _flat(prefix: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    found = dict[str, Any]()
+    for key, value in content.items():
+        found |= _flat(f"{prefix}{key}.", value) if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return found
+
+
+def _differ(one: Any, other: Any) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return not np.isclose(one, other, rtol=1e-9, atol=0.0, equal_nan=True)
+    return bool(one != other)
 
 
 def refuse_other_sensors(learnt: Learnt, case: Case) -> list[str]:

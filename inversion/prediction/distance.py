@@ -49,18 +49,13 @@ class Reach:
 @dataclass(frozen=True)
 class Distance:
     """reaches: by condition; correlation: of the model's error with the nearest shot's; growth: factor on its standard
-    deviation; nearest: that shot; sentences: what lies outside, the farthest first; inside: whether nothing does."""
+    deviation; nearest: that shot; sentences: what lies outside."""
 
     reaches: dict[str, Reach]
     correlation: float
     growth: float
     nearest: LearntShot
     sentences: tuple[str, ...]
-
-    @property
-    def inside(self) -> bool:
-        """Whether the case lies within what was learnt."""
-        return not self.sentences
 
 
 def distance(learnt: Learnt, case: Case) -> Distance:
@@ -69,7 +64,7 @@ def distance(learnt: Learnt, case: Case) -> Distance:
     reaches = {name: _reach(name, here[name], [shot.conditions[name] for shot in learnt.shots]) for name in UNITS}
     apart = [_apart(shot.conditions, here) for shot in learnt.shots]
     nearest = learnt.shots[int(np.argmin(apart))]
-    sentences = [_sentence(name, one) for name, one in _farthest_first(reaches) if abs(one.outside) > OUTSIDE]
+    sentences = [_sentence(name, one) for name, one in _in_order(reaches) if abs(one.outside) > OUTSIDE]
     correlation = float(matern52(np.asarray(min(apart))))
     beyond = _beyond(learnt, here)
     if other := other_rig(learnt.case, case):
@@ -122,7 +117,7 @@ def _reach(name: str, value: float, learnt: Sequence[float]) -> Reach:
     return Reach(value, low, high, outside, UNITS[name])
 
 
-def _farthest_first(reaches: dict[str, Reach]) -> list[tuple[str, Reach]]:
+def _in_order(reaches: dict[str, Reach]) -> list[tuple[str, Reach]]:
     order = {"speed": 0, "thickness": 1, "energy": 2, "pressure": 3}
     return sorted(reaches.items(), key=lambda entry: order[entry[0]])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,17 +26,23 @@ from birdstrike.inversion.prediction.answer import (
 )
 from birdstrike.inversion.prediction.budget import narrowing, shares
 from birdstrike.inversion.prediction.campaign import run_campaign
-from birdstrike.inversion.prediction.carry_over import Carried, carried_effects, refuse_other_sensors
+from birdstrike.inversion.prediction.carry_over import (
+    Carried,
+    carried_effects,
+    refuse_another_bird,
+    refuse_other_sensors,
+)
 from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, largest, sensor_draws
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.reading import read_learnt
-from birdstrike.inversion.prediction.sample import FEWEST, affordable, draw, shares_of, tolerances_of
+from birdstrike.inversion.prediction.sample import EFFECT, FEWEST, affordable, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
 
 BUDGET = 40
 LEAST_BUDGET = 8
+NEVER_TEARS = 10.0  # failure strain of a plate whose case states none
 LARGE = 0.05  # share of the simulations
 Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
 
@@ -75,7 +81,8 @@ def predict(
     Parameters
     ----------
     case : path, table or Case
-        The new shot: speed, thickness, structure, sensors, on the mesh that it declares.
+        The new shot: speed, thickness, structure, sensors, on the mesh that it declares; after
+        `diagnose` on the coarser one that a diagnosis takes.
     learnt : path
         Folder of train-and-invert, diagnose, calibrate-models or close-the-loop.
     out : path
@@ -112,18 +119,18 @@ def prepared(new: Case, known: Learnt, folder: Path, choice: PredictOptions) -> 
     """The simulations of the new case with what it takes to draw from them, and how many were paid and reused."""
     if choice.budget < LEAST_BUDGET:
         raise UserError(f"--budget = {choice.budget} is below {LEAST_BUDGET}; {BUDGET} is usual")
+    refuse_another_bird(known, new)
     carried = carried_effects(known, new, choice.leave_behind)
     tolerances = tolerances_of(new, choice.tolerances or {}, known)
     counts = shares_of(known.explanations, choice.budget, FEWEST)
     points = draw(known, carried, tolerances, counts, choice.seed)
     folder.mkdir(parents=True, exist_ok=True)
     retry = retry_before(choice.retry_failed)
-    with (
-        choice.counter() as shown,
-        Simulations(folder / "runs", (known.folder / "runs",), choice.workers, shown, retry) as simulations,
-    ):
-        campaign = run_campaign(known, new, points, simulations, choice.progress, choice.seed)
-        counted = {"paid": simulations.paid, "reused": simulations.reused}
+    with ExitStack() as bar:
+        shown = bar.enter_context(choice.counter())
+        with Simulations(folder / "runs", (known.folder / "runs",), choice.workers, shown, retry) as simulations:
+            campaign = run_campaign(known, new, points, simulations, choice.progress, choice.seed, bar.close)
+            counted = {"paid": simulations.paid, "reused": simulations.reused}
     return Setting(known, carried, tolerances, campaign, distance(known, new), choice.seed), counted
 
 
@@ -172,8 +179,8 @@ def _assembled(
     draws = {name: sensor_draws(setting, name, sample) for name in new.sensors}
     tops = {name: largest(one.values) for name, one in draws.items()}
     first = next(iter(limits), next(iter(draws)))
-    torn, torn_interval = share_of(campaign.torn, len(campaign.torn))
-    torn = float(campaign.points.weights @ campaign.torn)
+    weights = campaign.points.weights
+    torn, torn_interval = share_of(campaign.torn, float(1.0 / (weights**2).sum()), weights)
     return Prediction(
         case=new.name,
         source=f"{learnt.source}: {learnt.folder}",
@@ -190,11 +197,12 @@ def _assembled(
         },
         perforation={
             "probability": torn,
-            "interval_95": (min(torn_interval[0], torn), max(torn_interval[1], torn)),
+            "interval_95": torn_interval,
             "simulations": len(campaign.torn),
+            "modelled": bool(campaign.torn.any()) or _tears(new),
         },
         sources={name: shares(one) for name, one in draws.items()},
-        narrowing=narrowing(draws, learnt, list(setting.tolerances), first),
+        narrowing=narrowing(draws, learnt, [key.removeprefix(EFFECT) for key in setting.held], first),
         explanations=tuple(_told(learnt, setting.carried)),
         posterior=learnt.said,
         tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},
@@ -217,6 +225,13 @@ def _limit(draws: SensorDraws, value: float) -> Limit:
     return Limit(value, draws.unit, probability, interval)
 
 
+def _tears(case: Case) -> bool:
+    """Whether the case lets its plate tear; that of an assembly or of another solver is not known here."""
+    if case.target is not None or case.solver.name == "external":
+        return True
+    return not case.plate.rigid and case.plate.material.failure_strain < NEVER_TEARS
+
+
 def _told(learnt: Learnt, carried: Mapping[str, Carried]) -> list[Told]:
     return [
         Told(one.label, one.probability, {label: carried[label].how for label in one.members})
@@ -234,6 +249,12 @@ def _doubts(setting: Setting, new: Case) -> list[str]:
             f"{lost} of {campaign.counts['asked']} simulations of the new case failed ({reason}); the bands rest on "
             "the others, which may be the gentler ones"
         )
+    found += [
+        f"no simulation of {one.label} (probability {one.probability:.2g}) finished: it is not in the bands; raise "
+        "--budget or --leave-behind its effect"
+        for i, one in enumerate(learnt.explanations)
+        if i not in campaign.points.explanation
+    ]
     if learnt.corrected and campaign.counts["finer"] < 2:
         found.append(
             "the learnt models stand for a finer mesh, whose simulations of the new case failed: the bands are those "

@@ -103,7 +103,7 @@ def tolerances_of(case: Case, given: Mapping[str, str], learnt: Learnt) -> dict[
         except UnitError as error:
             errors.append(f'--tolerance {key}="{text}": {error}')
             continue
-        if not 0.0 <= sigma < max(abs(value), 1e-300):
+        if sigma < 0.0 or (value and sigma >= abs(value)):
             errors.append(
                 f"--tolerance {key}: one standard deviation of {text} is below 0 or as large as the value itself; "
                 "state it as a difference, not as the value"
@@ -221,8 +221,17 @@ def _of_one(
         else:
             values[EFFECT + own.name] = values.get(EFFECT + own.name, np.zeros(n)) + size
     for key, tolerance in tolerances.items():
-        values[key] = tolerance.value + tolerance.sigma * next(rest)
+        values[key] = _reflected(key, tolerance.value + tolerance.sigma * next(rest))
     return Sample(np.full(n, number), rows, values, faults, np.full(n, 1.0 / n))
+
+
+def _reflected(key: str, values: Array) -> Array:
+    """Values beyond an end of a quantity's range mirrored at it: 91 deg from the plate are 89 deg."""
+    mark = quantity_at(key)
+    if mark is None:
+        return values
+    low, high = mark.bounds
+    return np.where(values > high, 2.0 * high - values, np.where(values < low, 2.0 * low - values, values))
 
 
 def _standardised(columns: Array) -> Array:

@@ -12,7 +12,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.formatting import plain, quantity, span
-from birdstrike.inversion.prediction.answer import QUANTILES
+from birdstrike.inversion.prediction.answer import QUANTILES, tearing_words
 from birdstrike.inversion.prediction.budget import SOURCES
 from birdstrike.inversion.prediction.distance import WORDS
 from birdstrike.reports.blocks import Block, Lines, Paragraph, Section, Table, Warnings, drawing
@@ -47,7 +47,7 @@ def page(content: Content, table: Histories) -> str:
         Section("budget", "Where the width comes from", _budget(content)),
         Section("rest", "What it rests on", _rest(content)),
     )
-    subtitle = f"Case {content['case']}, predicted from {content['source']}; every curve is simulated by birdstrike."
+    subtitle = f"Case {content['case']}, predicted from {content['source']}; nothing shown here is measured."
     return rendered(title=f"Prediction of {content['case']}", subtitle=subtitle, sections=sections)
 
 
@@ -102,14 +102,8 @@ def _limits(content: Content) -> tuple[Block, ...]:
         )
         caption = "Deflection at the end of the record: mean over its last 15 %, while the plate may still vibrate."
         blocks.append(Table(head, rows, caption, frozenset({1, 2, 3})))
-    torn = content["perforation"]
-    low, high = torn["interval_95"]
-    blocks.append(
-        Paragraph(
-            f"The plate tears with a probability of {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g}), from "
-            f"{torn['simulations']} simulations."
-        )
-    )
+    told = tearing_words(content["perforation"])
+    blocks.append(Paragraph(f"{told[0].upper()}{told[1:]}."))
     return tuple(blocks)
 
 

@@ -11,7 +11,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import share_of
-from birdstrike.inversion.prediction.carry_over import carried_effects
+from birdstrike.inversion.prediction.carry_over import carried_effects, refuse_another_bird, same_sensor
 from birdstrike.inversion.prediction.discrepancy import realisations
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
@@ -140,7 +140,7 @@ def test_distance_is_measured_from_the_range_of_all_shots() -> None:
     faster = conditions(tiny().overlaid({"impact": {"speed": "120 m/s"}}))
     both = replace(known, shots=(*known.shots, LearntShot("fast", faster, known.shots[0].errors)))
     between = distance(both, tiny().overlaid({"impact": {"speed": "100 m/s"}}))
-    assert between.inside
+    assert between.sentences == ()
     assert between.growth == 1.0
     beyond = distance(both, tiny().overlaid({"impact": {"speed": "150 m/s"}}))
     assert beyond.reaches["speed"].outside == pytest.approx(0.25)
@@ -152,3 +152,40 @@ def test_interval_of_no_hit_in_ten_draws() -> None:
     share, (low, high) = share_of(np.zeros(10, dtype=bool), 10.0)
     assert (share, low) == (0.0, 0.0)
     assert high == pytest.approx(0.2172, abs=1e-4)  # Brown, Cai & DasGupta 2001, Jeffreys' interval
+
+
+def test_draws_of_the_angle_stay_within_its_range_at_normal_impact() -> None:
+    known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"angle": "90 deg"}})
+    stated = tolerances_of(case, {"impact.angle": "1 deg", "impact.yaw": "1 deg"}, known)  # a yaw of 0 has one as well
+    angles = np.degrees(draw(known, {}, stated, [200], 0).values["impact.angle"])
+    assert angles.max() <= 90.0 + 1e-9
+    assert 90.0 - angles.min() == pytest.approx(3.0, abs=0.6)
+
+
+def test_a_strain_gauge_in_another_direction_is_another_sensor() -> None:
+    gauge = {"kind": "strain", "at": ["20 mm", "0 mm"], "direction": "0 deg", "side": "back"}
+    one = tiny().overlaid({"sensors": {"gauge": gauge}})
+    assert same_sensor(one, one, "gauge")
+    assert not same_sensor(one, tiny().overlaid({"sensors": {"gauge": {**gauge, "direction": "90 deg"}}}), "gauge")
+
+
+def test_an_effect_that_is_left_behind_need_not_be_registered() -> None:
+    known = learnt(("none", 0.5), ("clamp_rotation", 0.5))
+    gone = replace(known.explanations[1], members=("of_mine",), effects=("of_mine",))
+    found = carried_effects(replace(known, explanations=(known.explanations[0], gone)), tiny(), ["of_mine"])
+    assert found["of_mine"].how == "left behind"
+
+
+def test_interval_of_weighted_draws_holds_their_share() -> None:
+    share, (low, high) = share_of(np.array([True, False, False]), 1.5, np.array([0.8, 0.1, 0.1]))
+    assert share == pytest.approx(0.8)
+    assert low < share < high
+
+
+def test_only_a_bird_of_other_constants_is_refused() -> None:
+    known = learnt(("none", 1.0))
+    changes = {"impact": {"speed": "120 m/s"}, "plate": {"thickness": "8 mm"}, "bird": {"particles": 400}}
+    refuse_another_bird(known, tiny().overlaid({**changes, "bird": {"material": {"viscosity": "500 Pa s"}}}))  # sought
+    refuse_another_bird(known, tiny().overlaid(changes))
+    with pytest.raises(UserError, match=r"bird\.method.*hexahedra.*the same bird\.method"):
+        refuse_another_bird(known, tiny().overlaid({"bird": {"method": "hexahedra"}}))
