@@ -250,8 +250,8 @@ def _doubts(setting: Setting, new: Case) -> list[str]:
             "the others, which may be the gentler ones"
         )
     found += [
-        f"no simulation of {one.label} (probability {one.probability:.2g}) finished: it is not in the bands; raise "
-        "--budget or --leave-behind its effect"
+        f"no simulation of {one.label} (probability {one.probability:.2g}) finished: its effect is not in the bands; "
+        "raise --budget or --leave-behind the effect"
         for i, one in enumerate(learnt.explanations)
         if i not in campaign.points.explanation
     ]

@@ -60,6 +60,7 @@ def test_the_true_deflection_at_another_speed_lies_in_the_95_percent_band(found:
 
 def test_what_lies_outside_the_learnt_range_stands_first(learnt: Path, found: Prediction, tmp_path: Path) -> None:
     assert "19 % above" in found.extrapolation[0]
+    assert not found.perforation["modelled"]  # the case states no failure strain
     assert found.growth > 1.0
     predicted(learnt, tmp_path / "out")
     text = (tmp_path / "out" / "prediction.json").read_text(encoding="utf-8")
@@ -118,6 +119,7 @@ def test_csv_has_the_sensors_columns_with_their_quantiles_in_order(learnt: Path,
 def test_a_plate_that_tears_is_told_and_the_draws_themselves_make_the_bands(learnt: Path, tmp_path: Path) -> None:
     thin = predicted(learnt, tmp_path / "out", at(FASTER, plate={"thickness": "2.5 mm"}))
     assert thin.perforation["probability"] == 1.0
+    assert thin.perforation["modelled"]
     assert set(thin.campaign["method"].values()) == {"draws"}
     assert any("thickness" in line for line in thin.extrapolation)
     assert any("tears" in line for line in thin.warnings)
