@@ -30,8 +30,8 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
     """Of the measured shots; fits: `before`, `after` -> label of the model.
 
     parameters: the sought ones; systems: one a case; shots: name and system; effects: with the limits, SI, of what was
-    looked at; fits: parameters and effects, SI, by shot's group; posterior, discrepancy, conditions: what `predict`
-    carries to another case.
+    looked at; fits: parameters and effects, SI, by shot's group; posterior, discrepancy, conditions, contacts (first
+    contact [s] by shot): what `predict` carries to another case.
     """
     setups = list({id(shot.setup): shot.setup for shot in shots}.values())
     space = shots[0].setup.plan.space
@@ -57,6 +57,7 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
         "posterior": _posterior(ranking, shots[0]),
         "discrepancy": _discrepancy(ranking),
         "conditions": [conditions(shot.setup.plan.case) for shot in shots],
+        "contacts": [shot.setup.plan.case.first_contact for shot in shots],
     }
 
 

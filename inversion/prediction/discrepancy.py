@@ -41,8 +41,8 @@ def realisations(
     contact.
     """
     shared = one.amplitude.get(kind, np.full(len(one.parameters), UNKNOWN_SHARE))[rows]
-    shared = np.maximum(shared, _seen(one.label, error))
     own = one.own.get(kind, np.full(len(one.parameters), remainder(kind)))[rows]
+    shared = np.maximum(shared, np.sqrt(np.maximum(_seen(one.label, error) - own**2, 0.0)))
     thin = times[np.unique(np.linspace(0, len(times) - 1, min(INSTANTS, len(times))).round().astype(int))]
     found = np.zeros((len(rows), len(times)))
     for a, b, of in _levels(shared, own):
@@ -55,10 +55,11 @@ def realisations(
 
 
 def _seen(label: str, error: SensorError | None) -> float:
-    """Share of the peak that a model leaves of the record beyond the noise."""
+    """Mean square share of the peak, at first contact, that a model leaves of the record beyond the noise."""
     if error is None or label not in error.residual:
         return 0.0
-    return float(np.sqrt(max(np.mean(error.residual[label] ** 2 - error.sigma**2), 0.0))) / error.peak
+    excess = (error.residual[label] ** 2 - error.sigma**2) / error.grown(error.times) ** 2
+    return max(float(excess.mean()), 0.0) / error.peak**2
 
 
 def _levels(shared: Array, own: Array) -> list[tuple[float, float, np.ndarray]]:

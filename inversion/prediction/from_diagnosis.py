@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,24 +15,24 @@ from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, read_results
+from birdstrike.solver.case.case import load_case
 
 Tree = Mapping[str, Any]
 
 
 def read_diagnosis(folder: Path) -> Learnt:
     """What a diagnosis' folder tells; raises UserError for one that is incomplete or of an earlier version."""
-    content = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    content = read_results(folder / "diagnosis.json")
     missing = [name for name in (FILE, "case.toml") if not (folder / name).is_file()]
     model = {} if missing else load_tree(folder / FILE)
-    if missing or "posterior" not in model:
+    if missing or "posterior" not in model or "contacts" not in model:
         raise UserError(
             f"--from {folder}: this diagnosis holds no draws of its models (an earlier version made it, or files were "
             "moved); repeat the diagnose command with the same --out, whose simulations are stored"
         )
     case, shape = load_case(folder / "case.toml"), model["discrepancy"]
-    shots = tuple(_shots(folder, content, model, case))
+    shots = tuple(_shots(folder, content, model))
     explanations = tuple(_explanation(one, model, shape) for one in model["posterior"])
     counts = len(explanations[0].parameters)
     number = sum(one.probability > 0.0 for one in explanations)
@@ -84,34 +83,37 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     )
 
 
-def _shots(folder: Path, content: Tree, model: Tree, case: Case) -> list[LearntShot]:
+def _shots(folder: Path, content: Tree, model: Tree) -> list[LearntShot]:
     """The measured shots with their residuals."""
     found, names = [], [one["name"] for one in model["shots"]]
-    for name, file, where in zip(names, curve_files(names), model["conditions"], strict=True):
+    chosen = (content.get("after") or {}).get("model", "")
+    files, conditions, contacts = curve_files(names), model["conditions"], model["contacts"]
+    for name, file, where, contact in zip(names, files, conditions, contacts, strict=True):
         if not (folder / file).is_file():
             raise UserError(f"--from {folder}: {file} is missing; repeat the diagnose command with the same --out")
         table = pd.read_csv(folder / file)
         errors = {
-            str(channel): _error(part, str(channel), content, model, case.first_contact)
+            str(channel): _error(part, str(channel), chosen, model, float(contact))
             for channel, part in table.groupby("channel", sort=False)
         }
         found.append(LearntShot(name, where, errors))
     return found
 
 
-def _error(part: pd.DataFrame, channel: str, content: Tree, model: Tree, contact: float) -> SensorError:
+def _error(part: pd.DataFrame, channel: str, chosen: str, model: Tree, contact: float) -> SensorError:
+    """What is stored: the residual without effects and that of the chosen model; of the others none is known."""
     time, shape = part["time_s"].to_numpy(float), model["discrepancy"]
     measured = part["measured"].to_numpy(float)
     before = measured - part["before"].to_numpy(float)
     after = measured - part["after"].to_numpy(float)
-    named = after if np.isfinite(after).all() else before
-    residual = {one["label"]: before if one["label"] in (NONE, SOMETHING_ELSE) else named for one in model["posterior"]}
-    figures = content["noise"]["sensors"].get(channel, {})
+    residual = {NONE: before, SOMETHING_ELSE: before}
+    if chosen and np.isfinite(after).all():
+        residual[chosen] = after
     return SensorError(
         time - contact,
         residual,
         part["sigma"].to_numpy(float),
-        float(figures.get("peak") or np.abs(measured).max()),
+        float(np.abs(measured).max()),
         float(shape["length"][channel]),
         np.asarray(shape["time"]) - contact,
         np.asarray(shape["growth"][channel]),

@@ -27,6 +27,10 @@ CALIBRATED = "calibrated"
 DRAWN = 400  # where no sample is stored
 KNOWN_TO = 1.5  # factor, one standard deviation, to which one record tells the size of the model's error
 NINETY_FIVE = 1.96
+NO_SAMPLE = (
+    "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the range where "
+    "there is none; correlations are lost"
+)
 
 
 def read_inversion(folder: Path) -> Learnt:
@@ -42,15 +46,16 @@ def read_inversion(folder: Path) -> Learnt:
     first = load_case(folder / "case.toml")
     cases, told = _cases(folder, first, max(len(found.shots), 1))
     table = pd.read_csv(folder / "verification.csv")
+    late = found.time_offset.value
     shots = [
-        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case))
-        for i, case in enumerate(cases)
+        LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case, late))
+        for i, case in cases
     ]
     names, draws, said, warnings = _posterior(folder, found)
     n = len(draws)
     rng = np.random.default_rng(found.seed)
     shared, own = dict[str, Array](), dict[str, Array]()
-    for kind, share in _amplitudes(shots, first).items():
+    for kind, share in _amplitudes(shots, first.inversion.discrepancy).items():
         shared[kind] = share * KNOWN_TO ** rng.standard_normal(n)
         own[kind] = np.full(n, remainder(kind))
     one = Explanation(CALIBRATED, 1.0, names, draws, magnitudes=np.zeros((n, 0)), amplitude=shared, own=own)
@@ -68,16 +73,16 @@ def read_inversion(folder: Path) -> Learnt:
     )
 
 
-def _cases(folder: Path, first: Case, count: int) -> tuple[list[Case], list[str]]:
-    """The shots' cases as they were named; those that are gone stand as the first."""
+def _cases(folder: Path, first: Case, count: int) -> tuple[list[tuple[int, Case]], list[str]]:
+    """Number and case of each shot as they were named; one without a name of its own has the first's."""
     try:
         named: Sequence[Any] = json.loads((folder / OPTIONS_FILE).read_text(encoding="utf-8")).get("cases", [])
     except (OSError, ValueError):
         named = []
-    found, told = [first], list[str]()
+    found, told = [(0, first)], list[str]()
     for i in range(1, count):
         try:
-            found.append(load_case(named[i]))
+            found.append((i, first if named[i] is None else load_case(named[i])))
         except (UserError, IndexError, TypeError):
             told.append(f"the case of shot {i + 1} is gone: its record is left out of the distance and the model error")
     return found, told
@@ -92,25 +97,33 @@ def _posterior(folder: Path, found: Inversion) -> tuple[tuple[str, ...], Array, 
         draws = table[list(names)].to_numpy(float)
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
-    rng, columns = np.random.default_rng(found.seed), []
     answer = found.methods[found.best or next(iter(found.methods))]
-    for name in names:
-        low, high = found.ranges[name]
-        one = answer.parameters[name]
-        if one.value is None or one.interval_95 is None:
+    intervals = {name: (answer.parameters[name].value, answer.parameters[name].interval_95) for name in names}
+    vague = [plain(name) for name in names if answer.parameters[name].interval_95 is None]
+    text = NO_SAMPLE + (f" (uniform: {', '.join(vague)})" if vague else "")
+    remedy = "where the records allow one, train-and-invert with --method emulator stores a posterior"
+    return names, rough_draws(found.ranges, intervals, found.seed), text, [f"{text}; {remedy}"]
+
+
+def rough_draws(
+    ranges: Mapping[str, tuple[float, float]],
+    intervals: Mapping[str, tuple[float | None, Sequence[float] | None]],
+    seed: int,
+) -> Array:
+    """(n, k) independent draws: normal from value and 95 % interval, uniform over the range where there is none."""
+    rng, columns = np.random.default_rng(seed), list[Array]()
+    for name, (low, high) in ranges.items():
+        value, interval = intervals[name]
+        if value is None or interval is None:
             columns.append(rng.uniform(low, high, DRAWN))
             continue
-        sd = (one.interval_95[1] - one.interval_95[0]) / (2.0 * NINETY_FIVE)
-        columns.append(np.clip(one.value + sd * rng.standard_normal(DRAWN), low, high))
-    vague = [plain(name) for name in names if answer.parameters[name].interval_95 is None]
-    text = "no posterior is stored: independent normal distributions from the 95 % intervals"
-    text += f", uniform over the range for {', '.join(vague)}" if vague else ""
-    remedy = "correlations are lost; repeat train-and-invert with --method emulator and its posterior"
-    return names, np.stack(columns, axis=1), text, [f"{text}: {remedy}"]
+        sd = (interval[1] - interval[0]) / (2.0 * NINETY_FIVE)
+        columns.append(np.clip(value + sd * rng.standard_normal(DRAWN), low, high))
+    return np.stack(columns, axis=1)
 
 
-def _errors(table: pd.DataFrame, method: str, ending: str, case: Case) -> dict[str, SensorError]:
-    """Of one shot's sensors that the verification holds."""
+def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, late: float) -> dict[str, SensorError]:
+    """Of one shot's sensors that the verification holds; late: time origin of the record's clock [s]."""
     time = table["time_s"].to_numpy(float)
     found: dict[str, SensorError] = {}
     for name, sensor in case.sensors.items():
@@ -123,26 +136,26 @@ def _errors(table: pd.DataFrame, method: str, ending: str, case: Case) -> dict[s
         noise = sensor.noise or float(np.median(np.abs(np.diff(residual))) / 0.954)  # of white noise: 0.6745 sqrt(2)
         clock = np.array([0.0, case.time.end]) - case.first_contact
         found[name] = SensorError(
-            time[kept] - case.first_contact,
+            time[kept] - late - case.first_contact,
             {CALIBRATED: residual},
             np.full(int(kept.sum()), noise),
             float(np.abs(measured[kept]).max()),
             DISCREPANCY_LENGTH * case.time.end,
             clock,
             np.ones(2),
+            sensor.kind,
         )
     return found
 
 
-def _amplitudes(shots: Sequence[LearntShot], case: Case) -> Mapping[str, float]:
+def _amplitudes(shots: Sequence[LearntShot], given: Mapping[str, float]) -> Mapping[str, float]:
     """Kind of sensor -> share of the peak: as the case states, else what the residuals show beyond the noise."""
     found: dict[str, list[float]] = {}
     for shot in shots:
         for name, error in shot.errors.items():
-            stated = case.inversion.discrepancy.get(name)
+            stated = given.get(name)
             if stated is None:
                 excess = float(np.mean(error.residual[CALIBRATED] ** 2 - error.sigma**2))
                 stated = float(np.sqrt(max(excess, 0.0))) / error.peak
-            kind = case.sensors[name].kind
-            found.setdefault(kind, []).append(max(stated, remainder(kind)))
+            found.setdefault(error.kind, []).append(max(stated, remainder(error.kind)))
     return {kind: float(np.sqrt(np.mean(np.square(shares)))) for kind, shares in found.items()}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,8 @@ from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
-from birdstrike.inversion.prediction.from_inversion import KNOWN_TO
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.prediction.from_inversion import KNOWN_TO, NO_SAMPLE, rough_draws
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, read_results
 from birdstrike.solver.case.case import Case, load_case
 
 LEAST = 0.02  # probability of being the best below which a model is left out
@@ -26,22 +25,18 @@ LEAST = 0.02  # probability of being the best below which a model is left out
 
 def read_models(folder: Path) -> Learnt:
     """What a calibrate-models' folder tells; raises UserError for one without draws."""
-    content = json.loads((folder / "models.json").read_text(encoding="utf-8"))
+    content = read_results(folder / "models.json")
     shares = {name: float(content["models"][name].get("probability_best") or 0.0) for name in content["ranking"]}
     kept = [name for name, share in shares.items() if share >= LEAST] or list(content["ranking"][:1])
-    missing = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
-    if not kept or missing:
-        raise UserError(
-            f"--from {folder}: no draws of {' and '.join(missing) or 'any model'} (an earlier version made it, or "
-            "--no-posterior did); repeat calibrate-models with the same --out, whose simulations are stored"
-        )
+    if not kept:
+        raise UserError(f"--from {folder}: no model was ranked; models.json says why under each model")
+    rough = [name for name in kept if not (folder / name / DRAWS_FILE).is_file()]
     names = list(content["records"])
     cases = {name: load_case(folder / kept[0] / name / "case.toml") for name in names}
     shots = tuple(LearntShot(name, conditions(cases[name]), _errors(folder, name, kept, cases[name])) for name in names)
-    whole = sum(shares[name] for name in kept) or 1.0
+    whole = sum(shares[name] for name in kept)
     explanations = tuple(
-        _explanation(folder, name, shares[name] / whole if whole else 1.0 / len(kept), shots, cases[names[0]], content)
-        for name in kept
+        _explanation(folder, name, shares[name] / whole if whole else 1.0 / len(kept), shots, content) for name in kept
     )
     said = (
         f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)}), up to 2000 draws of each "
@@ -57,19 +52,20 @@ def read_models(folder: Path) -> Learnt:
         corrected=False,
         diagnosed=False,
         said=said,
-        warnings=tuple(content.get("warnings", ())),
+        warnings=(*content.get("warnings", ()), *(f"{name}: {NO_SAMPLE}" for name in rough)),
     )
 
 
 def _explanation(
-    folder: Path, name: str, share: float, shots: tuple[LearntShot, ...], case: Case, content: Mapping[str, Any]
+    folder: Path, name: str, share: float, shots: tuple[LearntShot, ...], content: Mapping[str, Any]
 ) -> Explanation:
     keys = tuple(content["models"][name]["parameters"])
-    draws = pd.read_csv(folder / name / DRAWS_FILE)[list(keys)].to_numpy(float)
+    file = folder / name / DRAWS_FILE
+    draws = pd.read_csv(file)[list(keys)].to_numpy(float) if file.is_file() else _rough(content["models"][name])
     own_case = load_case(folder / name / shots[0].name / "case.toml")
     n, rng = len(draws), np.random.default_rng(0)
     shared, own = dict[str, Array](), dict[str, Array]()
-    for kind, size in _amplitudes(name, shots, case).items():
+    for kind, size in _amplitudes(name, shots).items():
         shared[kind], own[kind] = size * KNOWN_TO ** rng.standard_normal(n), np.full(n, remainder(kind))
     return Explanation(
         name,
@@ -83,14 +79,22 @@ def _explanation(
     )
 
 
-def _amplitudes(name: str, shots: tuple[LearntShot, ...], case: Case) -> dict[str, float]:
+def _rough(answer: Mapping[str, Any]) -> Array:
+    """Where no sample is stored."""
+    ranges = {key: (float(low), float(high)) for key, (low, high) in answer["ranges"].items()}
+    return rough_draws(
+        ranges, {key: (one["value"], one["interval_95"]) for key, one in answer["parameters"].items()}, 0
+    )
+
+
+def _amplitudes(name: str, shots: tuple[LearntShot, ...]) -> dict[str, float]:
     """Kind of sensor -> share of the peak that the model's residuals show beyond the noise."""
     found: dict[str, list[float]] = {}
     for shot in shots:
-        for sensor, error in shot.errors.items():
-            kind = case.sensors[sensor].kind
+        for error in shot.errors.values():
             excess = float(np.mean(error.residual[name] ** 2 - error.sigma**2))
-            found.setdefault(kind, []).append(max(np.sqrt(max(excess, 0.0)) / error.peak, remainder(kind)))
+            size = max(np.sqrt(max(excess, 0.0)) / error.peak, remainder(error.kind))
+            found.setdefault(error.kind, []).append(size)
     return {kind: float(np.sqrt(np.mean(np.square(sizes)))) for kind, sizes in found.items()}
 
 
@@ -120,4 +124,5 @@ def _error(sensor: str, record: Measured, runs: Mapping[str, Histories], case: C
         DISCREPANCY_LENGTH * case.time.end,
         np.array([0.0, case.time.end]) - case.first_contact,
         np.ones(2),
+        case.sensors[sensor].kind,
     )

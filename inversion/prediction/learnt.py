@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
@@ -42,7 +45,7 @@ class SensorError:
     """What the fitted models leave of a sensor's record.
 
     times: (n,) [s] since first contact; residual: explanation -> (n,) SI, record less model; sigma: (n,) of the noise;
-    peak: SI; length: correlation time [s]; growth_times, growth: s(t) >= 1 of the error's size.
+    peak: SI; length: correlation time [s]; growth_times, growth: s(t) >= 1 of the error's size; kind: of the sensor.
     """
 
     times: Array
@@ -52,6 +55,7 @@ class SensorError:
     length: float
     growth_times: Array
     growth: Array
+    kind: str = ""
 
     def grown(self, times: Array) -> Array:
         """s at `times` [s] since first contact."""
@@ -91,3 +95,11 @@ class Learnt:
     def sensors(self) -> tuple[str, ...]:
         """Sensors of all shots."""
         return tuple(dict.fromkeys(name for shot in self.shots for name in shot.errors))
+
+
+def read_results(path: Path) -> dict[str, Any]:
+    """A command's JSON; raises UserError for a damaged one."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{path} is damaged; repeat the command that made it") from error

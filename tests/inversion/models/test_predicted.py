@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
+from birdstrike.inversion.prediction.from_models import read_models
 from birdstrike.inversion.prediction.predict import PredictOptions, predict
 from tests.inversion.models import rig
 
@@ -40,8 +42,18 @@ def test_the_bands_between_two_learnt_speeds_hold_the_truth(folder: Path, tmp_pa
         assert np.ptp([low.max(), high.max()]) < 0.1 * truth.channels[name].max()
 
 
-def test_a_comparison_without_draws_is_refused_with_the_remedy(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "models.json").write_text((folder / "models.json").read_text(encoding="utf-8"), encoding="utf-8")
-    assert json.loads((tmp_path / "models.json").read_text(encoding="utf-8"))["ranking"] == ["murnaghan"]
-    with pytest.raises(UserError, match=r"no draws of murnaghan.*repeat calibrate-models"):
-        predict(rig.shot(80.0), tmp_path, tmp_path / "out")
+def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "murnaghan" / "posterior.csv").unlink()
+    learnt = read_models(tmp_path / "copy")
+    answer = json.loads((folder / "models.json").read_text(encoding="utf-8"))["models"]["murnaghan"]
+    draws = dict(zip(learnt.explanations[0].names, learnt.explanations[0].parameters.T, strict=True))
+    for name, (low, high) in answer["ranges"].items():
+        assert low <= draws[name].min() < draws[name].max() <= high
+    assert any("murnaghan: no posterior is stored" in line for line in learnt.warnings)
+
+
+def test_a_damaged_comparison_is_refused_with_the_remedy(tmp_path: Path) -> None:
+    (tmp_path / "models.json").write_text('{"models": ', encoding="utf-8")
+    with pytest.raises(UserError, match="is damaged; repeat the command"):
+        read_models(tmp_path)
