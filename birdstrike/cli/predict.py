@@ -62,8 +62,9 @@ def command(
 ) -> dict[str, Any]:
     """Predict what the sensors of another shot will read, from what a results folder has learnt.
 
-    Example: birdstrike predict CASE --from diagnosis --set impact.speed="120 m/s" --limit displacement_centre="8 mm"
-    --tolerance impact.speed="1 m/s" --out prediction
+    Example: birdstrike predict demo --from diagnosis --set impact.speed="95 m/s" --out prediction
+
+    With a limit and a tolerance: --limit displacement_centre="8 mm" --tolerance impact.speed="1 m/s"
     """
     from birdstrike.inversion.prediction.predict import PredictOptions, predict
     from birdstrike.reports.page.prediction import write_prediction_page

@@ -115,6 +115,6 @@ def _error(part: pd.DataFrame, channel: str, chosen: str, model: Tree, contact: 
         part["sigma"].to_numpy(float),
         float(np.abs(measured).max()),
         float(shape["length"][channel]),
-        np.asarray(shape["time"]) - contact,
+        np.asarray(shape["time"]) - float(model["contacts"][0]),  # of the first shot, on whose clock it was learnt
         np.asarray(shape["growth"][channel]),
     )

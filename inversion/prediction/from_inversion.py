@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
@@ -51,7 +52,7 @@ def read_inversion(folder: Path) -> Learnt:
         LearntShot(f"shot {i + 1}", conditions(case), _errors(table, found.best, suffix(i), case, late))
         for i, case in cases
     ]
-    names, draws, said, warnings = _posterior(folder, found)
+    names, draws, said, warnings = _posterior(folder, found, first)
     n = len(draws)
     rng = np.random.default_rng(found.seed)
     shared, own = dict[str, Array](), dict[str, Array]()
@@ -88,7 +89,7 @@ def _cases(folder: Path, first: Case, count: int) -> tuple[list[tuple[int, Case]
     return found, told
 
 
-def _posterior(folder: Path, found: Inversion) -> tuple[tuple[str, ...], Array, str, list[str]]:
+def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, ...], Array, str, list[str]]:
     """Dotted keys, draws (n, k) SI, what was used, warnings."""
     names = tuple(found.ranges)
     figures = found.posterior
@@ -102,24 +103,22 @@ def _posterior(folder: Path, found: Inversion) -> tuple[tuple[str, ...], Array, 
     vague = [plain(name) for name in names if answer.parameters[name].interval_95 is None]
     text = NO_SAMPLE + (f" (uniform: {', '.join(vague)})" if vague else "")
     remedy = "where the records allow one, train-and-invert with --method emulator stores a posterior"
-    return names, rough_draws(found.ranges, intervals, found.seed), text, [f"{text}; {remedy}"]
+    space = ParameterSpace.of_case(case)
+    return space.names, rough_draws(space, intervals, found.seed), text, [f"{text}; {remedy}"]
 
 
 def rough_draws(
-    ranges: Mapping[str, tuple[float, float]],
-    intervals: Mapping[str, tuple[float | None, Sequence[float] | None]],
-    seed: int,
+    space: ParameterSpace, intervals: Mapping[str, tuple[float | None, Sequence[float] | None]], seed: int
 ) -> Array:
-    """(n, k) independent draws: normal from value and 95 % interval, uniform over the range where there is none."""
-    rng, columns = np.random.default_rng(seed), list[Array]()
-    for name, (low, high) in ranges.items():
+    """(n, k) independent draws: normal from value and 95 % interval, or uniform in the scale of the range."""
+    rng = np.random.default_rng(seed)
+    draws = space.to_physical(rng.random((DRAWN, len(space.names))))
+    for j, name in enumerate(space.names):
         value, interval = intervals[name]
-        if value is None or interval is None:
-            columns.append(rng.uniform(low, high, DRAWN))
-            continue
-        sd = (interval[1] - interval[0]) / (2.0 * NINETY_FIVE)
-        columns.append(np.clip(value + sd * rng.standard_normal(DRAWN), low, high))
-    return np.stack(columns, axis=1)
+        if value is not None and interval is not None:
+            sd = (interval[1] - interval[0]) / (2.0 * NINETY_FIVE)
+            draws[:, j] = np.clip(value + sd * rng.standard_normal(DRAWN), space.lows[j], space.highs[j])
+    return draws
 
 
 def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, late: float) -> dict[str, SensorError]:

@@ -12,6 +12,7 @@ import pandas as pd
 from birdstrike.data.curves import Measured, read_histories, read_measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
@@ -61,8 +62,9 @@ def _explanation(
 ) -> Explanation:
     keys = tuple(content["models"][name]["parameters"])
     file = folder / name / DRAWS_FILE
-    draws = pd.read_csv(file)[list(keys)].to_numpy(float) if file.is_file() else _rough(content["models"][name])
     own_case = load_case(folder / name / shots[0].name / "case.toml")
+    table = pd.read_csv(file) if file.is_file() else _rough(content["models"][name], own_case)
+    draws = table[list(keys)].to_numpy(float)
     n, rng = len(draws), np.random.default_rng(0)
     shared, own = dict[str, Array](), dict[str, Array]()
     for kind, size in _amplitudes(name, shots).items():
@@ -79,12 +81,11 @@ def _explanation(
     )
 
 
-def _rough(answer: Mapping[str, Any]) -> Array:
-    """Where no sample is stored."""
-    ranges = {key: (float(low), float(high)) for key, (low, high) in answer["ranges"].items()}
-    return rough_draws(
-        ranges, {key: (one["value"], one["interval_95"]) for key, one in answer["parameters"].items()}, 0
-    )
+def _rough(answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
+    """Where no sample is stored; case: with the ranges."""
+    space = ParameterSpace.of_case(case)
+    intervals = {key: (one["value"], one["interval_95"]) for key, one in answer["parameters"].items()}
+    return pd.DataFrame(rough_draws(space, intervals, 0), columns=list(space.names))
 
 
 def _amplitudes(name: str, shots: tuple[LearntShot, ...]) -> dict[str, float]:

@@ -73,9 +73,7 @@ class PredictOptions:
     progress: Callable[[float], None] = lambda _: None
 
 
-def predict(
-    case: CaseSource, learnt: str | Path | Learnt, out: str | Path, options: PredictOptions | None = None
-) -> Prediction:
+def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: PredictOptions | None = None) -> Prediction:
     """Predict the readings of another shot from what a results folder holds; write prediction.json and prediction.csv.
 
     Parameters
@@ -104,8 +102,7 @@ def predict(
         When too few simulations of the new case finish.
     """
     choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
-    known = learnt if isinstance(learnt, Learnt) else read_learnt(Path(learnt))
-    known = affordable(_only(known, choice.only), choice.budget)
+    known = affordable(_only(read_learnt(Path(learnt)), choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
     warnings = [*known.warnings, *refuse_other_sensors(known, new)]
     setting, simulated = prepared(new, known, folder, choice)

@@ -186,6 +186,7 @@ def test_the_public_results_are_found() -> None:
         "MethodScore",
         "ModelComparison",
         "Evidence",
+        "Prediction",
     ]
     assert returned == {getattr(birdstrike, name) for name in expected}
 
