@@ -69,7 +69,7 @@ def test_two_processes_on_one_folder_end_alike_and_share_the_strikes(
     tmp_path: Path, undisturbed: bytes, processes: multiprocessing.context.ForkServerContext
 ) -> None:
     out, diary = tmp_path / "out", tmp_path / "diary"
-    both = [processes.Process(target=life, args=(out, diary, seconds)) for seconds in (0.02, 0.01)]
+    both = [processes.Process(target=life, args=(out, diary, seconds)) for seconds in (0.2, 0.01)]
     for process in both:
         process.start()
     for process in both:
