@@ -120,10 +120,11 @@ def test_drift_is_the_slope_of_the_curve_times_the_clocks_uncertainty(dataset: D
 
 
 def test_network_is_less_sure_where_the_clock_is(dataset: Dataset, emulator: Emulator) -> None:
+    """Of a network that was trained without copies of the runs at other clocks, which make it read the clock less."""
     measured, widths, reasons = record(truth(0.5), TIMES, 3e-5), [], []
     for offset in (0.0, 0.1e-3):
         options = InversionOptions(
-            sampling=None, analyse=False, method="network", noise={CHANNEL: 3e-5}, time_offset=offset
+            sampling=None, analyse=False, method="network", noise={CHANNEL: 3e-5}, time_offset=offset, copies=0
         )
         estimate = invert(dataset, measured, forward, options, emulator=emulator).inversion.methods["network"]
         period = estimate.parameters["pulse.period"]
