@@ -42,7 +42,8 @@ def realisations(
     """
     shared = one.amplitude.get(kind, np.full(len(one.parameters), UNKNOWN_SHARE))[rows]
     own = one.own.get(kind, np.full(len(one.parameters), remainder(kind)))[rows]
-    shared = np.maximum(shared, np.sqrt(np.maximum(_seen(one.label, error) - own**2, 0.0)))
+    if error is not None and one.label in error.residual:
+        shared = np.maximum(shared, np.sqrt(np.maximum(error.excess(one.label) - own**2, 0.0)))
     thin = times[np.unique(np.linspace(0, len(times) - 1, min(INSTANTS, len(times))).round().astype(int))]
     found = np.zeros((len(rows), len(times)))
     for a, b, of in _levels(shared, own):
@@ -52,14 +53,6 @@ def realisations(
         draws = mean + rng.standard_normal((len(of), len(thin))) @ root.T
         found[of] = np.array([np.interp(times, thin, row) for row in draws])
     return found
-
-
-def _seen(label: str, error: SensorError | None) -> float:
-    """Mean square share of the peak, at first contact, that a model leaves of the record beyond the noise."""
-    if error is None or label not in error.residual:
-        return 0.0
-    excess = (error.residual[label] ** 2 - error.sigma**2) / error.grown(error.times) ** 2
-    return max(float(excess.mean()), 0.0) / error.peak**2
 
 
 def _levels(shared: Array, own: Array) -> list[tuple[float, float, np.ndarray]]:

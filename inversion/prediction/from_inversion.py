@@ -15,18 +15,16 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.estimation.shots import suffix
 from birdstrike.inversion.formatting import plain
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, amplitudes
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.solver.case.case import Case, load_case
 
 CALIBRATED = "calibrated"
 DRAWN = 400  # where no sample is stored
-KNOWN_TO = 1.5  # factor, one standard deviation, to which one record tells the size of the model's error
 NINETY_FIVE = 1.96
 NO_SAMPLE = (
     "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the range where "
@@ -55,10 +53,7 @@ def read_inversion(folder: Path) -> Learnt:
     names, draws, said, warnings = _posterior(folder, found, first)
     n = len(draws)
     rng = np.random.default_rng(found.seed)
-    shared, own = dict[str, Array](), dict[str, Array]()
-    for kind, share in _amplitudes(shots, first.inversion.discrepancy).items():
-        shared[kind] = share * KNOWN_TO ** rng.standard_normal(n)
-        own[kind] = np.full(n, remainder(kind))
+    shared, own = amplitudes(shots, CALIBRATED, first.inversion.discrepancy, n, rng)
     one = Explanation(CALIBRATED, 1.0, names, draws, magnitudes=np.zeros((n, 0)), amplitude=shared, own=own)
     effects = "no missing effect was looked for: run diagnose to have the explanations averaged"
     return Learnt(
@@ -145,16 +140,3 @@ def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, late: flo
             sensor.kind,
         )
     return found
-
-
-def _amplitudes(shots: Sequence[LearntShot], given: Mapping[str, float]) -> Mapping[str, float]:
-    """Kind of sensor -> share of the peak: as the case states, else what the residuals show beyond the noise."""
-    found: dict[str, list[float]] = {}
-    for shot in shots:
-        for name, error in shot.errors.items():
-            stated = given.get(name)
-            if stated is None:
-                excess = float(np.mean(error.residual[CALIBRATED] ** 2 - error.sigma**2))
-                stated = float(np.sqrt(max(excess, 0.0))) / error.peak
-            found.setdefault(error.kind, []).append(max(stated, remainder(error.kind)))
-    return {kind: float(np.sqrt(np.mean(np.square(shares)))) for kind, shares in found.items()}

@@ -11,14 +11,20 @@ import pandas as pd
 
 from birdstrike.data.curves import Measured, read_histories, read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.histories import Array, Histories
+from birdstrike.data.histories import Histories
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
-from birdstrike.inversion.prediction.from_inversion import KNOWN_TO, NO_SAMPLE, rough_draws
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, read_results
+from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
+from birdstrike.inversion.prediction.learnt import (
+    Explanation,
+    Learnt,
+    LearntShot,
+    SensorError,
+    amplitudes,
+    read_results,
+)
 from birdstrike.solver.case.case import Case, load_case
 
 LEAST = 0.02  # probability of being the best below which a model is left out
@@ -65,10 +71,8 @@ def _explanation(
     own_case = load_case(folder / name / shots[0].name / "case.toml")
     table = pd.read_csv(file) if file.is_file() else _rough(content["models"][name], own_case)
     draws = table[list(keys)].to_numpy(float)
-    n, rng = len(draws), np.random.default_rng(0)
-    shared, own = dict[str, Array](), dict[str, Array]()
-    for kind, size in _amplitudes(name, shots).items():
-        shared[kind], own[kind] = size * KNOWN_TO ** rng.standard_normal(n), np.full(n, remainder(kind))
+    n = len(draws)
+    shared, own = amplitudes(shots, name, {}, n, np.random.default_rng(0))
     return Explanation(
         name,
         share,
@@ -86,17 +90,6 @@ def _rough(answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
     space = ParameterSpace.of_case(case)
     intervals = {key: (one["value"], one["interval_95"]) for key, one in answer["parameters"].items()}
     return pd.DataFrame(rough_draws(space, intervals, 0), columns=list(space.names))
-
-
-def _amplitudes(name: str, shots: tuple[LearntShot, ...]) -> dict[str, float]:
-    """Kind of sensor -> share of the peak that the model's residuals show beyond the noise."""
-    found: dict[str, list[float]] = {}
-    for shot in shots:
-        for error in shot.errors.values():
-            excess = float(np.mean(error.residual[name] ** 2 - error.sigma**2))
-            size = max(np.sqrt(max(excess, 0.0)) / error.peak, remainder(error.kind))
-            found.setdefault(error.kind, []).append(size)
-    return {kind: float(np.sqrt(np.mean(np.square(sizes)))) for kind, sizes in found.items()}
 
 
 def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:

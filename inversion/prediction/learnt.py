@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,8 +13,11 @@ import numpy as np
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
+from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
+
+KNOWN_TO = 1.5  # factor, one standard deviation, to which one record tells the size of the model's error
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,11 @@ class SensorError:
         """s at `times` [s] since first contact."""
         return np.interp(times, self.growth_times, self.growth)
 
+    def excess(self, label: str) -> float:
+        """Mean square share of the peak, at first contact, of what an explanation leaves beyond the noise."""
+        beyond = (self.residual[label] ** 2 - self.sigma**2) / self.grown(self.times) ** 2
+        return max(float(beyond.mean()), 0.0) / self.peak**2
+
 
 @dataclass(frozen=True)
 class LearntShot:
@@ -95,6 +103,25 @@ class Learnt:
     def sensors(self) -> tuple[str, ...]:
         """Sensors of all shots."""
         return tuple(dict.fromkeys(name for shot in self.shots for name in shot.errors))
+
+
+def amplitudes(
+    shots: Sequence[LearntShot], label: str, stated: Mapping[str, float], n: int, rng: np.random.Generator
+) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """Kind of sensor -> (n,) draws of the share of the peak by which the model errs: what shots share, a shot's own.
+
+    As stated for a sensor, else what its residuals show beyond the noise; root mean square over the sensors of a kind.
+    """
+    sizes: dict[str, list[float]] = {}
+    for shot in shots:
+        for name, error in shot.errors.items():
+            size = stated[name] if name in stated else float(np.sqrt(error.excess(label)))
+            sizes.setdefault(error.kind, []).append(max(size, remainder(error.kind)))
+    shared = {
+        kind: float(np.sqrt(np.mean(np.square(own)))) * KNOWN_TO ** rng.standard_normal(n)
+        for kind, own in sizes.items()
+    }
+    return shared, {kind: np.full(n, remainder(kind)) for kind in sizes}
 
 
 def read_results(path: Path) -> dict[str, Any]:
