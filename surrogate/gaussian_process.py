@@ -138,7 +138,8 @@ class ProcessStack:
 
     def __init__(self, processes: Sequence[GaussianProcess]) -> None:
         self.runs = np.asarray(processes[0].model.X_train_)
-        self._nearness = np.array([process.plain[1] ** -2.0 for process in processes])
+        lengths = np.array([np.broadcast_to(process.plain[1], self.runs.shape[1]) for process in processes])
+        self._nearness = lengths**-2.0
         sizes = np.array([process.plain[0] * process.scale for process in processes])
         self._alpha = sizes[:, None, None] * np.array([process.model.alpha_ for process in processes])[..., None]
         self._locality = np.array([process.locality for process in processes])[:, None, None]
