@@ -34,20 +34,20 @@ def test_pinched_hemisphere():
 
 def test_the_loop_comes_to_rest_at_the_static_deflection():
     """Dynamic relaxation of the roof under a hundredth of its weight, by the time loop with mass damping."""
-    plate, load, read = scordelis_lo_plate(8)
-    plate.nodes.damping = 20.0
+    plate, load, read = scordelis_lo_plate(4)
+    plate.nodes.damping = 28.0  # nearly critical: the roof's first mode has 16.7 rad/s
     dt = 0.9 * plate.stable_step()
-    for step in range(int(0.6 / dt)):
+    for step in range(int(0.4 / dt)):
         plate.update_forces(dt if step else 0.0)
         plate.kick_and_drift(dt if step else 0.5 * dt, dt, 0.01 * load)
     moved = plate.mesh.nodes[read, 2] - plate.x[read, 2]
-    assert 100.0 * moved == pytest.approx(scordelis_lo(8).computed[0], rel=0.01)
+    assert 100.0 * moved == pytest.approx(scordelis_lo(4).computed[0], rel=0.01)
 
 
 def test_a_spinning_stressed_shell_keeps_its_stress():
-    """A full turn about an oblique axis changes no resultant by 2e-4; what is left falls with the step squared."""
-    coarse, fine = spinning_shell(1.0, 5_000)[0], spinning_shell(1.0, 10_000)[0]
-    assert fine < 2e-4
+    """A full turn about an oblique axis in 5000 steps changes no resultant by 5e-4; what is left falls with the step squared."""
+    coarse, fine = spinning_shell(1.0, 2_500)[0], spinning_shell(1.0, 5_000)[0]
+    assert fine < 5e-4
     assert fine < 0.3 * coarse
 
 
