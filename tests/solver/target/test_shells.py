@@ -45,7 +45,7 @@ def test_the_loop_comes_to_rest_at_the_static_deflection():
 
 
 def test_a_spinning_stressed_shell_keeps_its_stress():
-    """A full turn about an oblique axis in 5000 steps changes no resultant by 5e-4; what is left falls with the step squared."""
+    """A full turn in 5000 steps changes no resultant by 5e-4; what is left falls with the step squared."""
     coarse, fine = spinning_shell(1.0, 2_500)[0], spinning_shell(1.0, 5_000)[0]
     assert fine < 5e-4
     assert fine < 0.3 * coarse
