@@ -13,7 +13,15 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
-from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, ModelTester, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import (
+    BIRDS,
+    BIRDS_APART,
+    MAGNITUDE_SD,
+    Evidence,
+    ModelTester,
+    credible_set,
+    probabilities,
+)
 from birdstrike.inversion.diagnosis.hypotheses import (
     NONE,
     SOMETHING_ELSE,
@@ -47,7 +55,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Problem:
-    """What every refit needs."""
+    """What every refit needs. apart: how far the baselines' birds may lie from the shots' (`evidence.BIRDS`)."""
 
     shots: tuple[Shot, ...]
     found: tuple[Suspect, ...]
@@ -55,6 +63,7 @@ class Problem:
     shapes: Mapping[str, Shape]
     options: Options = field(default_factory=Options)
     scale: float = MAGNITUDE_SD
+    apart: tuple[float, ...] = BIRDS_APART
 
     def start(self) -> Places:
         """The middle of the ranges, no effect."""
@@ -76,7 +85,7 @@ class Problem:
 
     def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
-        tester = ModelTester(system, self.known, places.h, self.scale)
+        tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         sizes = [places.h[one.label] for one in members] if places.h else None
         return Fit(places, system, tester, tester.model(hypothesis, sizes))
 
@@ -135,6 +144,27 @@ class Ranking:
         """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
         tester = self.fits[NONE].tester
         return sum(self.shares[label] * tester.same_bird(one.weights) for label, one in self.evidence.items())
+
+    @cached_property
+    def birds(self) -> dict[str, float]:
+        """Probability of each of `BIRDS` by the records, each as likely beforehand, whatever the user has stated.
+
+        Beside a stated bird from the refitted models alone, at their fits.
+        """
+        logs = []
+        for label, one in self.evidence.items():
+            tester, evidence = self.fits[NONE].tester, one
+            if self.problem.apart != BIRDS_APART:
+                fit = self.fits.get(label)
+                if fit is None or label == SOMETHING_ELSE:
+                    continue
+                tester = ModelTester(fit.system, self.problem.known, fit.places.h, self.problem.scale)
+                members = self.models[label].members
+                evidence = tester.model(self.models[label], [fit.places.h.get(m.label, 0.0) for m in members])
+            logs.append(tester.by_bird(evidence) + np.log(self.models[label].prior))
+        whole = np.logaddexp.reduce(np.array(logs))
+        shares = np.exp(whole - np.logaddexp.reduce(whole))
+        return dict(zip(BIRDS, map(float, shares), strict=True))
 
     @property
     def families(self) -> dict[str, float]:
