@@ -76,7 +76,8 @@ class DiagnosisOptions:
 
     alpha: rate of false alarms; runs: of the coarse campaign; retry: see Runner; check: whether the solver is run at
     the fits before and after; baseline_bird: what is known of the bird of a baseline beside the shot's, one of
-    `evidence.BIRDS`, or `auto`, with which the records decide; magnitude_scale, remainder_scale, parameter_length: the priors, for a sensitivity study.
+    `evidence.BIRDS`, or `auto`, with which the records decide; magnitude_scale, remainder_scale, parameter_length: the
+    priors, for a sensitivity study.
     """
 
     alpha: float = ALPHA
@@ -276,6 +277,11 @@ class Pipeline:
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
             )
+        if self.options.baseline_bird != AUTO and not self.baselines.shots:
+            found.append(
+                f"the bird of the baseline is stated ({self.options.baseline_bird}), but no baseline is used: the "
+                "statement has no effect; pass the record of the clean shot with --baseline"
+            )
         if self._contradicted(ranking):
             stated, birds = self.options.baseline_bird, ranking.birds
             likeliest = max(BIRDS, key=lambda name: birds[name])
@@ -285,11 +291,8 @@ class Pipeline:
                 "that none is attributed; check the birds of both shots, or leave --baseline-bird at auto"
             )
         elif of_another_bird(self._same_bird(ranking)):
-            known = (
-                "as stated"
-                if self.options.baseline_bird != AUTO
-                else f"probability that it is: {ranking.same_bird:.2g}"
-            )
+            stated = self.options.baseline_bird != AUTO
+            known = "as stated" if stated else f"probability that it is: {ranking.same_bird:.2g}"
             found.append(
                 f"the bird of the baseline is not the shot's ({known}): model "
                 "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
