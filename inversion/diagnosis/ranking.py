@@ -5,7 +5,7 @@ A fit is where a model lies best, parameters and magnitudes, by Gauss-Newton on 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     BIRDS_APART,
     MAGNITUDE_SD,
     Evidence,
+    Indices,
     ModelTester,
     credible_set,
     probabilities,
@@ -107,8 +108,9 @@ class Problem:
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
+MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the doubt of signatures
-NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
+NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
 @dataclass(frozen=True)
@@ -190,7 +192,8 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     _refit_best(problem, models, singles, evidence, fits, begins, refits)
     progress(0.8)
     best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    evidence |= _pairs(fits.get(best, none), models, evidence)
+    evidence |= _pairs(fits, best, models, evidence)
+    refit_pairs(problem, models, evidence, fits)
     progress(1.0)
     return Ranking(problem, models, fits, evidence, probabilities(evidence))
 
@@ -250,31 +253,64 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     )
 
 
-def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]) -> dict[str, Evidence]:
-    """The pairs, on the system of the best single; those that could matter with the doubt of their signatures.
+def _pairs(
+    fits: Mapping[str, Fit], best: str, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]
+) -> dict[str, Evidence]:
+    """The pairs, each about the fit of its likelier member; those that could matter with the doubt of their signatures.
 
-    The likeliest node alone tells which; the others stay at the better of their singles, which a pair's extra
-    magnitude can only lower by its Occam factor.
+    The likeliest node of the best single alone tells which; the others stay at the better of their singles, which a
+    pair's extra magnitude can only lower by its Occam factor. Nodes: those that the best single or a member keeps.
     """
     pairs = [one for one in models.values() if len(one.members) == 2]
     if not pairs:
         return {}
-    tester = about.tester
-    weights = about.evidence.weights
-    kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
-    quick = _quick_pairs(tester, pairs, int(weights.argmax()))
-    reference = tester.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
-    offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
+    first = fits.get(best, fits[NONE])
+    quick = _quick_pairs(first.tester, pairs, int(first.evidence.weights.argmax()))
+    offsets: dict[str, float] = {}
     found: dict[str, Evidence] = {}
     order = np.argsort(-quick)
     for rank_of, i in enumerate(order):
         one = pairs[int(i)]
         if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
-            full = tester.model(one, only=kept)
-            found[one.label] = replace(full, log_evidence=full.log_evidence + offset)
+            fitted = [m.label for m in one.members if m.label in fits]
+            label = max(fitted, key=lambda name: evidence[name].log_evidence, default=best if best in fits else NONE)
+            about = fits[label]
+            if label not in offsets:
+                again = about.tester.model(about.evidence.hypothesis) if label != NONE else about.evidence
+                offsets[label] = evidence[label].log_evidence - again.log_evidence
+            kept = _kept(evidence[name] for name in (label, best, *(m.label for m in one.members)))
+            full = about.tester.model(one, only=kept)
+            found[one.label] = replace(full, log_evidence=full.log_evidence + offsets[label])
         else:
             found[one.label] = _as_single(one, evidence[_better(one, evidence)])
     return found
+
+
+def _kept(models: Iterable[Evidence]) -> Indices:
+    """Nodes that are likely in one of the models."""
+    return np.flatnonzero(np.any([one.weights > NODES_KEPT * one.weights.max() for one in models], axis=0))
+
+
+def refit_pairs(
+    problem: Problem, models: Mapping[str, Hypothesis], evidence: dict[str, Evidence], fits: Mapping[str, Fit]
+) -> None:
+    """Refit the likeliest pair until it stays the likeliest, where it is within reach of the best model.
+
+    A single has been refitted where it lies best; a pair that has not been would be compared at another's place.
+    """
+    pairs = [label for label, one in models.items() if len(one.members) == 2 and label in evidence]
+    score = {label: one.log_evidence + float(np.log(models[label].prior)) for label, one in evidence.items()}
+    done: set[str] = set()
+    while pairs and len(done) < MOST_PAIRS:
+        label = max(pairs, key=lambda name: score[name])
+        if label in done or score[label] < max(score.values()) - MATTERS:
+            break
+        members = [m.label for m in models[label].members if m.label in fits]
+        about = fits[max(members, key=lambda name: evidence[name].log_evidence, default=NONE)]
+        refitted = problem.refit(models[label], _start(about, models[label], evidence[label]), steps=2)
+        evidence[label] = refitted.evidence
+        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+        done.add(label)
 
 
 def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:

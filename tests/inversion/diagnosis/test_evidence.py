@@ -16,14 +16,16 @@ from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
     UNNAMED,
+    Evidence,
     ModelTester,
     birds_apart,
     credible_set,
     probabilities,
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
+from birdstrike.inversion.diagnosis.ranking import Fit, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Doubt, Response, updated
-from birdstrike.inversion.diagnosis.system import Block, System
+from birdstrike.inversion.diagnosis.system import Block, Places, System
 
 POINTS, EFFECTS = 40, 5
 
@@ -32,7 +34,7 @@ class Stub:
     """A suspect as the evidence reads it."""
 
     def __init__(self, label: str, one_sided: bool = False) -> None:
-        self.label, self.name, self.one_sided = label, label, one_sided
+        self.label, self.name, self.one_sided, self.limits = label, label, one_sided, (-5.0, 5.0)
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
@@ -182,6 +184,35 @@ def test_shots_with_the_same_identified_parameters_share_their_discrepancy() -> 
     weight = np.array([0.0, 3.0])
     assert alike(np.array([0.0, 0.3]), np.array([1.0, 0.3]), weight) == pytest.approx(1.0)
     assert alike(np.array([0.0, 0.0]), np.array([0.0, 1.0]), weight) == pytest.approx(float(matern52(np.array(3.0))))
+
+
+class Refits:
+    """A problem in which a refit changes the evidence of pairs: label -> gain; `asked`: in which order."""
+
+    def __init__(self, gains: dict[str, float], before: dict[str, Evidence]) -> None:
+        self.gains, self.before, self.asked = gains, before, list[str]()
+
+    def refit(self, model: Hypothesis, start: Places, steps: int) -> Fit:
+        assert steps > 0
+        self.asked.append(model.label)
+        one = self.before[model.label]
+        return Fit(start, None, None, replace(one, log_evidence=one.log_evidence + self.gains[model.label]))  # pyright: ignore[reportArgumentType]
+
+
+def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
+    """Refitted, the first of three pairs loses 6 nats; the second, which then leads, gains 1; the third is far off."""
+    members = {name: Stub(name) for name in ("a", "b", "c", "d")}
+    pairs = {"a+b": 10.0, "a+c": 9.0, "a+d": 1.0}
+    tried = {label: Hypothesis(label, tuple(members[m] for m in label.split("+")), 0.01, "pairs") for label in pairs}  # pyright: ignore[reportArgumentType]
+    single = Hypothesis("a", (members["a"],), 0.5, "f")  # pyright: ignore[reportArgumentType]
+    none = np.zeros(0)
+    blank = Evidence(single, 5.0, np.zeros(2), np.eye(2), none, none, none, {}, 1.0)
+    evidence = {"a": blank} | {n: replace(blank, hypothesis=tried[n], log_evidence=pairs[n]) for n in pairs}
+    fits = {"a": Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)}  # pyright: ignore[reportArgumentType]
+    problem = Refits({"a+b": -6.0, "a+c": 1.0, "a+d": 50.0}, dict(evidence))
+    refit_pairs(problem, {"a": single, **tried}, evidence, fits)  # pyright: ignore[reportArgumentType]
+    assert problem.asked == ["a+b", "a+c"]
+    assert {name: evidence[name].log_evidence for name in pairs} == {"a+b": 4.0, "a+c": 10.0, "a+d": 1.0}
 
 
 def response(signature: np.ndarray, **more: Any) -> Response:
