@@ -114,11 +114,14 @@ def close_the_loop(
     """
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.inversion.diagnosis.evidence import birds_apart
     from birdstrike.solver.case.case import load_case
 
     retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured, channels)
+        bird = baseline_bird or loaded.diagnosis.baseline_bird
+        birds_apart(bird)
         clean = baseline_files(loaded, baseline)
         clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
         adopted = None if doe is None else Path(doe)
@@ -140,7 +143,7 @@ def close_the_loop(
         clean,
         clean_cases,
         adopted,
-        baseline_bird or loaded.diagnosis.baseline_bird,
+        bird,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)

@@ -18,6 +18,7 @@ from birdstrike.inversion.diagnosis.diagnose import (
     named_records,
     stated_bird,
 )
+from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import tiny
@@ -208,6 +209,16 @@ def test_numbers_of_records_and_cases_must_fit() -> None:
         clean_shots(named_records(tiny(), record()), [record()], [tiny(), tiny()])
     with pytest.raises(UserError, match="no measured-data file"):
         clean_shots(named_records(tiny(), record()), ["nowhere.csv"], [])
+
+
+def test_a_misspelt_bird_is_refused_before_anything_is_simulated(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="available: auto, same, recipe, other"):
+        diagnose(tiny(), record(), tmp_path / "out", baseline_bird="twin")
+    path = tmp_path / "shot.csv"
+    write_measured(path, record())
+    with pytest.raises(UserError, match="available: auto, same, recipe, other"):
+        close_the_loop(tiny(), path, tmp_path / "out", baseline_bird="twin")
+    assert not (tmp_path / "out").exists()
 
 
 def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tmp_path: Path) -> None:
