@@ -150,9 +150,9 @@ class Pipeline:
         """
         if not self.baselines.shots:
             return None
-        return 0.0 if self._contradicted(ranking) else ranking.same_bird
+        return 0.0 if self.contradicted(ranking) else ranking.same_bird
 
-    def _contradicted(self, ranking: Ranking) -> bool:
+    def contradicted(self, ranking: Ranking) -> bool:
         """Whether the records make the stated bird of the baselines unlikely."""
         stated = self.options.baseline_bird
         return bool(self.baselines.shots) and stated != AUTO and ranking.birds[stated] < CONTRADICTED
@@ -262,7 +262,7 @@ class Pipeline:
             "bird": {
                 "stated": self.options.baseline_bird,
                 "records": ranking.birds,
-                "contradicted": self._contradicted(ranking),
+                "contradicted": self.contradicted(ranking),
             },
         }
 
@@ -282,7 +282,7 @@ class Pipeline:
                 f"the bird of the baseline is stated ({self.options.baseline_bird}), but no baseline is used: the "
                 "statement has no effect; pass the record of the clean shot with --baseline"
             )
-        if self._contradicted(ranking):
+        if self.contradicted(ranking):
             stated, birds = self.options.baseline_bird, ranking.birds
             likeliest = max(BIRDS, key=lambda name: birds[name])
             found.append(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.stats import multivariate_normal
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import verdict_of
+from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
@@ -23,6 +25,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     probabilities,
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Doubt, Response, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
@@ -302,6 +305,14 @@ def test_a_stated_bird_is_the_only_one_that_is_weighed(stated: str) -> None:
     C = (1.0 + 0.01**2) * np.eye(2 * POINTS) + J @ np.array([[1.0, share], [share, 1.0]]) @ J.T
     exact = log_density(s.columns[:, 0], C) + POINTS * np.log(2.0 * np.pi)
     assert found.log_evidence == pytest.approx(exact, abs=1e-6)
+
+
+@pytest.mark.parametrize(("stated", "expected"), [("same", True), ("other", False), ("auto", False)])
+def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, expected: bool) -> None:
+    shot: Any = SimpleNamespace(name="baseline clean")
+    pipeline: Any = Pipeline((), Baselines((shot,)), DiagnosisOptions(baseline_bird=stated), None)  # pyright: ignore[reportArgumentType]
+    ranking: Any = SimpleNamespace(birds={"same": 0.001, "recipe": 0.049, "other": 0.95}, same_bird=1.0)
+    assert pipeline.contradicted(ranking) is expected
 
 
 def test_an_unknown_bird_is_refused() -> None:
