@@ -53,6 +53,7 @@ class LoopPlan:
     baselines: tuple[Path, ...] = ()
     baseline_cases: tuple[Case, ...] = ()
     adopted: Path | None = None
+    baseline_bird: str = "auto"
 
     @property
     def doe(self) -> Path:
@@ -95,6 +96,7 @@ def close_the_loop(
     channels: tuple[str, ...] = (),
     baseline: Sequence[str | Path] = (),
     baseline_case: Sequence[str | Path | Case] = (),
+    baseline_bird: str | None = None,
     doe: str | Path | None = None,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
@@ -103,19 +105,23 @@ def close_the_loop(
 
     case, measured: files or shipped names; diagnosis: whether the residual is traced to an effect; retry_failed: runs
     with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
-    rig in which nothing is suspected, each with its baseline_case where they are not of `case`; doe: a finished
-    campaign of run_doe, taken in place of the loop's own and left as it is. The diagnosis simulates on meshes of its
+    rig in which nothing is suspected, each with its baseline_case where they are not of `case`; baseline_bird: auto,
+    same, recipe or other, as `diagnose` takes it, by default the case's; doe: a finished campaign of run_doe, taken in
+    place of the loop's own and left as it is. The diagnosis simulates on meshes of its
     own and with more sensors, so that it seldom finds a run of a campaign to use. The campaign's workers are started
     afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
     after either, and after Ctrl-C, the same call resumes.
     """
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.inversion.diagnosis.evidence import birds_apart
     from birdstrike.solver.case.case import load_case
 
     retry = retry_before(retry_failed)
     with display("Check: case, record and design") as progress:
         loaded, record = checked(case, measured, channels)
+        bird = baseline_bird or loaded.diagnosis.baseline_bird
+        birds_apart(bird)
         clean = baseline_files(loaded, baseline)
         clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
         adopted = None if doe is None else Path(doe)
@@ -137,6 +143,7 @@ def close_the_loop(
         clean,
         clean_cases,
         adopted,
+        bird,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
@@ -326,6 +333,7 @@ def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
         "baseline_names": [path.name for path in plan.baselines],
         "baseline_cases": [case.model_dump(mode="json") for case in plan.baseline_cases],
         "discrepancy": dict(plan.case.inversion.discrepancy),
+        **({"baseline_bird": plan.baseline_bird} if plan.baseline_bird != "auto" else {}),
     }
     return {**kept, **clean, "effects": effects_digest()}
 
@@ -347,6 +355,7 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
         baseline=plan.baselines,
         baseline_case=plan.baseline_cases,
         channels=plan.channels,
+        baseline_bird=plan.baseline_bird,
     )
 
 

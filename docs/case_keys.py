@@ -228,6 +228,8 @@ SETTINGS = {
     "that name (such as `murnaghan`), in place of the model's own list; `scale` as above.",
     "diagnosis.baselines": "Records of shots at the same rig in which nothing is suspected, as `diagnose --baseline` "
     "takes them; a path is relative to the case's file.",
+    "diagnosis.baseline_bird": "Bird of those beside the shot's, as `diagnose --baseline-bird` takes it: of one batch, "
+    "of one recipe, unlike; by default the records decide.",
     "inversion.nuisance.time_offset": "Known uncertainty of the time origin, one standard deviation.",
     "inversion.nuisance.speed": "Of the measured speed, one standard deviation.",
     "inversion.nuisance.mass": "Of the bird's mass, one standard deviation.",
@@ -371,6 +373,8 @@ def inversion() -> Iterator[Row]:
     yield f"`{key}`", "%", "0 % .. 100 %", "none", SETTINGS[key]
     key = "diagnosis.baselines"
     yield f"`{key}`", "list: text", 'such as "clean.csv"', "none", SETTINGS[key]
+    key = "diagnosis.baseline_bird"
+    yield f"`{key}`", "word", '"auto", "same", "recipe", "other"', '"auto"', SETTINGS[key]
 
 
 def of_kind(key: str) -> tuple[str, str] | None:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from birdstrike.cli.diagnose import BaselineBird
 from birdstrike.cli.frame import (
     Channels,
     Json,
@@ -55,6 +56,7 @@ def command(
     baseline_case: Annotated[
         list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
     ] = [],  # noqa: B006
+    baseline_bird: BaselineBird = None,
     doe: Annotated[
         Path | None,
         typer.Option(help="Finished campaign of run-doe of the same case, taken in place of the loop's own."),
@@ -88,6 +90,7 @@ def command(
         channels=names_of(channels),
         baseline=baseline,
         baseline_case=[load_case(one, overrides(settings)) for one in baseline_case],
+        baseline_bird=baseline_bird,
         doe=doe,
         display=stage_display,
         say=lambda line: say(f"  {line}"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +35,24 @@ if TYPE_CHECKING:
 MOST_ROWS = 12
 
 
+class Bird(StrEnum):
+    """What is known of a baseline's bird beside the shot's."""
+
+    auto = "auto"
+    same = "same"
+    recipe = "recipe"
+    other = "other"
+
+
+BaselineBird = Annotated[
+    Bird | None,
+    typer.Option(
+        help="Bird of the baselines. same: of the shot's batch, cast and shot alike; recipe: cast by one recipe; "
+        "other: unlike; auto (default): not known, the records decide."
+    ),
+]
+
+
 @framed
 def command(
     case: Annotated[str, typer.Argument(help="A case file, or the name of a shipped case: the model as declared.")],
@@ -46,6 +65,7 @@ def command(
     baseline_case: Annotated[
         list[str], typer.Option(help="Case of each --baseline, in order; none: all are of CASE.")
     ] = [],  # noqa: B006
+    baseline_bird: BaselineBird = None,
     doe: Annotated[Path | None, typer.Option(help="Folder of a campaign whose runs are used where they fit.")] = None,
     heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,
     channels: Channels = "",
@@ -59,6 +79,8 @@ def command(
     """Trace the residual of the calibrated model to an effect that it lacks, or say why that cannot be told.
 
     Example: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --out diagnosis
+
+    Birds of one batch: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --baseline-bird same --out d
     """
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
     from birdstrike.reports.page.diagnosis import write_diagnosis_page
@@ -68,7 +90,19 @@ def command(
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
-    found = diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, names_of(channels))
+    found = diagnose(
+        cases,
+        measured,
+        out,
+        doe,
+        heldout,
+        options,
+        retry_failed,
+        baseline,
+        clean,
+        names_of(channels),
+        baseline_bird,
+    )
     page = write_diagnosis_page(out)
     warn(found.warnings, f"{out / 'diagnosis.json'}")
     for line in lines(found):

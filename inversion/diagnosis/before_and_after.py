@@ -90,7 +90,7 @@ def _predicted(
     members = tuple(one for one in hypothesis.members if any(shot.name in one.shots for shot in kept))
     places = replace(fit.places, h={one.label: fit.places.h.get(one.label, 0.0) for one in members})
     system = build(kept, found, places, known, problem.shapes, problem.options)
-    tester = ModelTester(system, known, places.h, problem.scale)
+    tester = ModelTester(system, known, places.h, problem.scale, apart=problem.apart)
     model = replace(hypothesis, members=members)
     evidence = tester.model(model, [places.h[one.label] for one in members] if members else None)
     shot, points = held

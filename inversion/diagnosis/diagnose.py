@@ -17,6 +17,7 @@ from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED, Diagnosis
 from birdstrike.inversion.diagnosis.baseline import left_out, read_baselines, unfit
+from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
 from birdstrike.inversion.diagnosis.plan import make_plan
@@ -51,6 +52,7 @@ def diagnose(
     baseline: Sequence[RecordLike] = (),
     baseline_case: Sequence[CaseLike] = (),
     channels: Sequence[str] = (),
+    baseline_bird: str | None = None,
 ) -> Diagnosis:
     """Diagnose a record, or several shots of one rig; write `diagnosis.json`, curves and the case with the effect.
 
@@ -73,6 +75,9 @@ def diagnose(
         `diagnosis.baselines`); a case for each in order, or none at all: they are of the first case.
     channels : sequence of str
         Channels of the records that are used, all where none is named; of baselines and `heldout` the same.
+    baseline_bird : {'auto', 'same', 'recipe', 'other'}, optional
+        What is known of the baselines' birds beside the shots': of one batch, cast and shot alike; of one recipe;
+        unlike; `auto`: nothing, the records decide. By default the first case's `diagnosis.baseline_bird`.
 
     Raises
     ------
@@ -84,6 +89,7 @@ def diagnose(
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
     shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
+    choice = replace(choice, baseline_bird=stated_bird(choice, shots[0].case, baseline_bird))
     other = None if heldout is None else read(heldout)
     refuse(shots, other)
     clean, warnings = clean_shots(shots, baseline, baseline_case)
@@ -189,6 +195,13 @@ def clean_shots(
         else:
             found.append(one)
     return found, tuple(warnings)
+
+
+def stated_bird(choice: DiagnosisOptions, first: Case, given: str | None) -> str:
+    """The bird of the baselines as given, else by the options, else by the first case; raises UserError."""
+    bird = given or (choice.baseline_bird if choice.baseline_bird != AUTO else first.diagnosis.baseline_bird)
+    birds_apart(bird)
+    return bird
 
 
 def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:

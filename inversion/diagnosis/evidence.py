@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import helmert
 from scipy.special import log_ndtr
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import SOMETHING_ELSE, Hypothesis, Suspect
@@ -91,10 +92,22 @@ UNNAMED = (0.03, 0.1, 0.3, 1.0)
 of the very test to one that is as wrong as what a laboratory cannot measure."""
 
 
-BIRDS_APART = (0.02, 0.1, 1.0)
-"""Prior standard deviations by which a baseline's parameters may lie from the shot's, each as likely: birds of one
-batch; birds cast by one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one
-says nothing of the other."""
+BIRDS = {"same": 0.02, "recipe": 0.1, "other": 1.0}
+"""Prior standard deviations by which a baseline's parameters may lie from the shot's: birds of one batch; birds cast by
+one recipe, which scatter by a tenth of what is known of a recipe beforehand; birds of which one says nothing of the
+other. Each is as likely as the others unless the user states which it is."""
+BIRDS_APART = tuple(BIRDS.values())
+AUTO = "auto"
+CONTRADICTED = 0.05  # probability by the records below which a stated bird is contradicted by them
+
+
+def birds_apart(stated: str) -> tuple[float, ...]:
+    """The possibilities that a stated bird leaves: all of them for `auto`; raises UserError for an unknown word."""
+    if stated == AUTO:
+        return BIRDS_APART
+    if stated not in BIRDS:
+        raise UserError(f'baseline_bird = "{stated}" is unknown; available: {", ".join((AUTO, *BIRDS))}')
+    return (BIRDS[stated],)
 
 
 @dataclass(frozen=True)
@@ -155,6 +168,16 @@ class ModelTester:
     def same_bird(self, weights: Array) -> float:
         """Probability that the baselines' birds are the shots', from the nodes' weights; 0 without baselines."""
         return float(weights[self.apart < max(BIRDS_APART)].sum())
+
+    def by_bird(self, evidence: Evidence) -> Array:
+        """(3,) log marginal likelihood of the records under each of `BIRDS`; -inf where it is not among the nodes."""
+        found = []
+        for apart in BIRDS_APART:
+            of = np.isclose(self.apart, apart)
+            share = float(evidence.weights[of].sum())
+            prior = float(np.exp(self.log_weights[of]).sum())
+            found.append(evidence.log_evidence + np.log(share / prior) if share > 0.0 else -np.inf)
+        return np.array(found)
 
     @cached_property
     def other_grams(self) -> Grams:

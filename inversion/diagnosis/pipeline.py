@@ -38,6 +38,7 @@ from birdstrike.inversion.diagnosis.baseline import (
 )
 from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
+from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
 from birdstrike.inversion.diagnosis.hypotheses import NONE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
@@ -74,7 +75,9 @@ class DiagnosisOptions:
     """How to diagnose.
 
     alpha: rate of false alarms; runs: of the coarse campaign; retry: see Runner; check: whether the solver is run at
-    the fits before and after; magnitude_scale, remainder_scale, parameter_length: the priors, for a sensitivity study.
+    the fits before and after; baseline_bird: what is known of the bird of a baseline beside the shot's, one of
+    `evidence.BIRDS`, or `auto`, with which the records decide; magnitude_scale, remainder_scale, parameter_length: the
+    priors, for a sensitivity study.
     """
 
     alpha: float = ALPHA
@@ -89,6 +92,7 @@ class DiagnosisOptions:
     magnitude_scale: float = 1.0
     remainder_scale: float = 1.0
     parameter_length: float = 1.0
+    baseline_bird: str = AUTO
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,8 @@ class Pipeline:
         if self.baselines.shots:
             shapes = baseline_shapes(self.baselines.fits, shapes)
         known, options = self._known(kinds_of(shots)), SystemOptions(self.options.parameter_length)
-        return Problem(shots, suspects(shots), known, shapes, options, self.options.magnitude_scale)
+        apart = birds_apart(self.options.baseline_bird)
+        return Problem(shots, suspects(shots), known, shapes, options, self.options.magnitude_scale, apart)
 
     def _known(self, kinds: Sequence[str]) -> Amplitudes:
         """The discrepancy's amplitudes from baselines, from the case, or unknown."""
@@ -139,8 +144,18 @@ class Pipeline:
         return unknown_or_stated(kinds, {k: stated[k] for k in kinds if k in stated}, len(self.shots) > 1)
 
     def _same_bird(self, ranking: Ranking) -> float | None:
-        """Probability that the baselines' birds are the shots'; None without baselines."""
-        return ranking.same_bird if self.baselines.shots else None
+        """Probability that the baselines' birds are the shots'; None without baselines.
+
+        0 where the records contradict what was stated of them: an answer on a wrong premise attributes nothing.
+        """
+        if not self.baselines.shots:
+            return None
+        return 0.0 if self.contradicted(ranking) else ranking.same_bird
+
+    def contradicted(self, ranking: Ranking) -> bool:
+        """Whether the records make the stated bird of the baselines unlikely."""
+        stated = self.options.baseline_bird
+        return bool(self.baselines.shots) and stated != AUTO and ranking.birds[stated] < CONTRADICTED
 
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
@@ -244,6 +259,11 @@ class Pipeline:
             "residual_rms": rms,
             "gain": gain(detectable, minimum_detectable(without)),
             "same_bird": ranking.same_bird,
+            "bird": {
+                "stated": self.options.baseline_bird,
+                "records": ranking.birds,
+                "contradicted": self.contradicted(ranking),
+            },
         }
 
     def _warnings(
@@ -257,9 +277,24 @@ class Pipeline:
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "
                 "and pass it with --baseline"
             )
-        if of_another_bird(self._same_bird(ranking)):
+        if self.options.baseline_bird != AUTO and not self.baselines.shots:
             found.append(
-                f"the bird of the baseline is not the shot's (probability that it is: {ranking.same_bird:.2g}): model "
+                f"the bird of the baseline is stated ({self.options.baseline_bird}), but no baseline is used: the "
+                "statement has no effect; pass the record of the clean shot with --baseline"
+            )
+        if self.contradicted(ranking):
+            stated, birds = self.options.baseline_bird, ranking.birds
+            likeliest = max(BIRDS, key=lambda name: birds[name])
+            found.append(
+                f"the records contradict the bird that was stated for the baseline ({stated}: probability "
+                f"{birds[stated]:.2g}; {likeliest}: {birds[likeliest]:.2f}): the effects rest on a wrong premise, so "
+                "that none is attributed; check the birds of both shots, or leave --baseline-bird at auto"
+            )
+        elif of_another_bird(self._same_bird(ranking)):
+            stated = self.options.baseline_bird != AUTO
+            known = "as stated" if stated else f"probability that it is: {ranking.same_bird:.2g}"
+            found.append(
+                f"the bird of the baseline is not the shot's ({known}): model "
                 "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
                 "baseline with a bird of the shot's own recipe"
             )

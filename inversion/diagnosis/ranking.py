@@ -5,7 +5,7 @@ A fit is where a model lies best, parameters and magnitudes, by Gauss-Newton on 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,7 +13,16 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
-from birdstrike.inversion.diagnosis.evidence import MAGNITUDE_SD, Evidence, ModelTester, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import (
+    BIRDS,
+    BIRDS_APART,
+    MAGNITUDE_SD,
+    Evidence,
+    Indices,
+    ModelTester,
+    credible_set,
+    probabilities,
+)
 from birdstrike.inversion.diagnosis.hypotheses import (
     NONE,
     SOMETHING_ELSE,
@@ -47,7 +56,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Problem:
-    """What every refit needs."""
+    """What every refit needs. apart: how far the baselines' birds may lie from the shots' (`evidence.BIRDS`)."""
 
     shots: tuple[Shot, ...]
     found: tuple[Suspect, ...]
@@ -55,6 +64,7 @@ class Problem:
     shapes: Mapping[str, Shape]
     options: Options = field(default_factory=Options)
     scale: float = MAGNITUDE_SD
+    apart: tuple[float, ...] = BIRDS_APART
 
     def start(self) -> Places:
         """The middle of the ranges, no effect."""
@@ -76,7 +86,7 @@ class Problem:
 
     def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
-        tester = ModelTester(system, self.known, places.h, self.scale)
+        tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         sizes = [places.h[one.label] for one in members] if places.h else None
         return Fit(places, system, tester, tester.model(hypothesis, sizes))
 
@@ -98,8 +108,9 @@ class Problem:
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
+MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the doubt of signatures
-NODES_KEPT = 0.01  # of the best single's posterior: amplitudes at which pairs are evaluated
+NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
 @dataclass(frozen=True)
@@ -136,6 +147,27 @@ class Ranking:
         tester = self.fits[NONE].tester
         return sum(self.shares[label] * tester.same_bird(one.weights) for label, one in self.evidence.items())
 
+    @cached_property
+    def birds(self) -> dict[str, float]:
+        """Probability of each of `BIRDS` by the records, each as likely beforehand, whatever the user has stated.
+
+        Beside a stated bird from the refitted models alone, at their fits.
+        """
+        logs = []
+        for label, one in self.evidence.items():
+            tester, evidence = self.fits[NONE].tester, one
+            if self.problem.apart != BIRDS_APART:
+                fit = self.fits.get(label)
+                if fit is None or label == SOMETHING_ELSE:
+                    continue
+                tester = ModelTester(fit.system, self.problem.known, fit.places.h, self.problem.scale)
+                members = self.models[label].members
+                evidence = tester.model(self.models[label], [fit.places.h.get(m.label, 0.0) for m in members])
+            logs.append(tester.by_bird(evidence) + np.log(self.models[label].prior))
+        whole = np.logaddexp.reduce(np.array(logs))
+        shares = np.exp(whole - np.logaddexp.reduce(whole))
+        return dict(zip(BIRDS, map(float, shares), strict=True))
+
     @property
     def families(self) -> dict[str, float]:
         """Probabilities by family."""
@@ -160,7 +192,8 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     _refit_best(problem, models, singles, evidence, fits, begins, refits)
     progress(0.8)
     best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    evidence |= _pairs(fits.get(best, none), models, evidence)
+    evidence |= _pairs(fits, best, models, evidence)
+    refit_pairs(problem, models, evidence, fits)
     progress(1.0)
     return Ranking(problem, models, fits, evidence, probabilities(evidence))
 
@@ -220,31 +253,64 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     )
 
 
-def _pairs(about: Fit, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]) -> dict[str, Evidence]:
-    """The pairs, on the system of the best single; those that could matter with the doubt of their signatures.
+def _pairs(
+    fits: Mapping[str, Fit], best: str, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]
+) -> dict[str, Evidence]:
+    """The pairs, each about the fit of its likelier member; those that could matter with the doubt of their signatures.
 
-    The likeliest node alone tells which; the others stay at the better of their singles, which a pair's extra
-    magnitude can only lower by its Occam factor.
+    The likeliest node of the best single alone tells which; the others stay at the better of their singles, which a
+    pair's extra magnitude can only lower by its Occam factor. Nodes: those that the best single or a member keeps.
     """
     pairs = [one for one in models.values() if len(one.members) == 2]
     if not pairs:
         return {}
-    tester = about.tester
-    weights = about.evidence.weights
-    kept = np.flatnonzero(weights > NODES_KEPT * weights.max())
-    quick = _quick_pairs(tester, pairs, int(weights.argmax()))
-    reference = tester.model(about.evidence.hypothesis).log_evidence if about.evidence.hypothesis.members else None
-    offset = 0.0 if reference is None else evidence[about.evidence.hypothesis.label].log_evidence - reference
+    first = fits.get(best, fits[NONE])
+    quick = _quick_pairs(first.tester, pairs, int(first.evidence.weights.argmax()))
+    offsets: dict[str, float] = {}
     found: dict[str, Evidence] = {}
     order = np.argsort(-quick)
     for rank_of, i in enumerate(order):
         one = pairs[int(i)]
         if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
-            full = tester.model(one, only=kept)
-            found[one.label] = replace(full, log_evidence=full.log_evidence + offset)
+            fitted = [m.label for m in one.members if m.label in fits]
+            label = max(fitted, key=lambda name: evidence[name].log_evidence, default=best if best in fits else NONE)
+            about = fits[label]
+            if label not in offsets:
+                again = about.tester.model(about.evidence.hypothesis) if label != NONE else about.evidence
+                offsets[label] = evidence[label].log_evidence - again.log_evidence
+            kept = _kept(evidence[name] for name in (label, best, *(m.label for m in one.members)))
+            full = about.tester.model(one, only=kept)
+            found[one.label] = replace(full, log_evidence=full.log_evidence + offsets[label])
         else:
             found[one.label] = _as_single(one, evidence[_better(one, evidence)])
     return found
+
+
+def _kept(models: Iterable[Evidence]) -> Indices:
+    """Nodes that are likely in one of the models."""
+    return np.flatnonzero(np.any([one.weights > NODES_KEPT * one.weights.max() for one in models], axis=0))
+
+
+def refit_pairs(
+    problem: Problem, models: Mapping[str, Hypothesis], evidence: dict[str, Evidence], fits: Mapping[str, Fit]
+) -> None:
+    """Refit the likeliest pair until it stays the likeliest, where it is within reach of the best model.
+
+    A single has been refitted where it lies best; a pair that has not been would be compared at another's place.
+    """
+    pairs = [label for label, one in models.items() if len(one.members) == 2 and label in evidence]
+    score = {label: one.log_evidence + float(np.log(models[label].prior)) for label, one in evidence.items()}
+    done: set[str] = set()
+    while pairs and len(done) < MOST_PAIRS:
+        label = max(pairs, key=lambda name: score[name])
+        if label in done or score[label] < max(score.values()) - MATTERS:
+            break
+        members = [m.label for m in models[label].members if m.label in fits]
+        about = fits[max(members, key=lambda name: evidence[name].log_evidence, default=NONE)]
+        refitted = problem.refit(models[label], _start(about, models[label], evidence[label]), steps=2)
+        evidence[label] = refitted.evidence
+        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+        done.add(label)
 
 
 def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:

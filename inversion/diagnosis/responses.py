@@ -29,22 +29,46 @@ VAGUE = 10.0  # times the half differences' root mean square: standard deviation
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """One source of a response's error.
+
+    directions: (q, grid) one standard deviation each; spread: (k + 1, k + 1, channels) covariance of signature and
+    slopes in units of them.
+    """
+
+    directions: Array
+    spread: Array
+
+    @property
+    def covariance(self) -> Array:
+        """(k + 1, k + 1, channels) of signature and slopes, SI, mean over each channel."""
+        return self.spread * _by_channel((self.directions**2).sum(axis=0), self.spread.shape[-1])
+
+    def at(self, a: Array) -> Array:
+        """(q, grid) directions of the signature's error where signature and slopes weigh a (k + 1,)."""
+        size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
+        return self.directions * _on_grid(size, self.directions.shape[1])
+
+    def left(self, kept: Array) -> Doubt:
+        """Of coefficients that are replaced by `kept` (k + 1, k + 1, channels) times them."""
+        return replace(self, spread=np.einsum("ijc,jkc,lkc->ilc", kept, self.spread, kept))
+
+
+@dataclass(frozen=True)
 class Response:
     """One effect's response.
 
     signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
-    one range; doubt: (q, grid) directions of the regression's error, one standard deviation of a half difference each;
-    spread: (k + 1, k + 1, channels) covariance of signature and slopes in units of the doubt; knots: magnitude in
-    plausible sizes -> size h of the response, both increasing, linear between; reach: plausible sizes up to which it
-    was simulated; simulated: magnitudes at which it was simulated by itself, in plausible sizes.
+    one range; doubts: what is not known of them, by source; knots: magnitude in plausible sizes -> size h of the
+    response, both increasing, linear between; reach: plausible sizes up to which it was simulated; simulated:
+    magnitudes at which it was simulated by itself, in plausible sizes.
     """
 
     known: Known
     signature: Array
     slopes: Array
     centre: Array
-    doubt: Array
-    spread: Array
+    doubts: tuple[Doubt, ...]
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
     simulated: tuple[float, ...] = ()
@@ -53,11 +77,13 @@ class Response:
         """(grid,) SI for h = 1 at parameters z (k,), fractions of the ranges."""
         return self.signature + (z - self.centre) @ self.slopes
 
+    def weights(self, z: Array) -> Array:
+        """(k + 1,) of signature and slopes at parameters z (k,)."""
+        return np.append(1.0, z - self.centre)
+
     def doubt_at(self, z: Array) -> Array:
         """(q, grid) directions of the signature's error at z (k,), one standard deviation each."""
-        a = np.append(1.0, z - self.centre)
-        size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
-        return self.doubt * np.repeat(size, len(self.signature) // len(size))
+        return np.vstack([one.at(self.weights(z)) for one in self.doubts])
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -105,7 +131,7 @@ def learn_responses(
         own = np.arange(j, len(mean), len(plan.known))
         reach = (2.0 if known.one_sided else 1.0) * slope(known)
         spread = covariance[np.ix_(own, own)]
-        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, doubt, spread, reach=reach)
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (Doubt(doubt, spread),), reach=reach)
     return found, {}
 
 
@@ -159,41 +185,67 @@ def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> fl
 def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
 
-    The signature is the mean of the design's and of theirs, weighed by their variances, channel by channel; where the
-    two differ by more than chance allows, the difference is the old one's error there (DerSimonian & Laird, Control.
-    Clin. Trials 7 (1986) 177).
+    Signature and slopes are conditioned on the simulations' mean, channel by channel (Kalman, J. Basic Eng. 82 (1960)
+    35): what was learnt elsewhere of the change with the parameters stays, and so does its doubt. Where the two differ
+    by more than chance allows, the difference is the old signature's error (DerSimonian & Laird, Control. Clin. Trials
+    7 (1986) 177).
     """
     change, count = changes.mean(axis=0), len(changes)
-    k, channels = len(response.centre), response.spread.shape[-1]
-    old, doubt = response.at(z), response.doubt_at(z)
-    learnt = _by_channel((doubt**2).sum(axis=0), channels)
-    power = float((old / learnt) @ old)
-    h = float((old / learnt) @ change) / power if power else 0.0
+    a, channels = response.weights(z), response.doubts[0].spread.shape[-1]
+    covariance = np.sum([one.covariance for one in response.doubts], axis=0)
+    learnt = np.einsum("i,ijc,j->c", a, covariance, a)
+    old, left = response.at(z), (changes - change) / np.sqrt(max(count - 1.0, 1.0) * count)
+    noise = _by_channel((left**2).sum(axis=0), channels)
+    h = _size(old, change, b, learnt, noise)
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
-    left = (changes - change) / (h * np.sqrt(max(count - 1.0, 1.0) * count))
-    seen = _by_channel((left**2).sum(axis=0), channels)
-    apart = _by_channel((change / h - old) ** 2, channels)
-    learnt = np.where(apart > BEYOND_CHANCE * (learnt + seen), apart - seen, learnt)
-    weight = learnt / (learnt + seen)
-    spread = np.zeros((k + 1, k + 1, channels))
-    spread[0, 0] = 1.0
+    innovation, left, seen = change / h - old, left / h, noise / h**2
+    apart = _by_channel(innovation**2, channels)
+    excess = np.where(apart > BEYOND_CHANCE * (learnt + seen), apart - learnt - seen, 0.0)
+    covariance[0, 0] += excess
+    gain = np.einsum("ijc,j->ic", covariance, a) / (learnt + excess + seen)
+    kept = np.eye(len(a))[:, :, None] - gain[:, None] * a[None, :, None]
+    moved = _on_grid(gain, len(old)) * innovation
+    first = np.zeros_like(covariance)
+    first[0, 0] = 1.0
+    added = [Doubt(left, gain[:, None] * gain[None])]
+    if excess.any():
+        direction = innovation * _on_grid(np.sqrt(excess / apart), len(old))
+        added.append(Doubt(direction[None], first).left(kept))
     return replace(
         response,
-        signature=(1.0 - weight) * old + weight * change / h,
-        slopes=np.zeros_like(response.slopes),
-        doubt=np.vstack([(1.0 - weight) * doubt, weight * left]),
-        spread=spread,
+        signature=response.signature + moved[0],
+        slopes=response.slopes + moved[1:],
+        doubts=(*(one.left(kept) for one in response.doubts), *added),
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
         simulated=(*response.simulated, b),
     )
 
 
-def _by_channel(variance: Array, channels: int) -> Array:
-    """(grid,) mean over each channel, never 0."""
-    means = [max(float(one.mean()), 1e-300) for one in np.split(variance, channels)]
-    return np.repeat(means, len(variance) // channels)
+def _size(old: Array, change: Array, b: float, learnt: Array, noise: Array) -> float:
+    """Size h of a change (grid,) by b plausible sizes, in units of the old signature (grid,).
+
+    As learnt, unless the change differs from that by more than chance allows: then the least-squares factor, the old
+    signature's own error taken from its power, without which noise would pass for bending (Fuller, Measurement Error
+    Models, 1987, sect. 1.2). learnt, noise: (channels,) variances of signature and change.
+    """
+    linear = _by_channel((change / b - old) ** 2, len(learnt)) / (learnt + noise / b**2)
+    if linear.mean() <= BEYOND_CHANCE:
+        return b
+    weight = 1.0 / _on_grid(learnt, len(old))
+    power = float((weight * old) @ old)
+    return float((weight * old) @ change) / max(power - len(old), 0.5 * power) if power else 0.0
+
+
+def _by_channel(values: Array, channels: int) -> Array:
+    """(channels,) mean over each channel of values (grid,), never 0."""
+    return np.maximum(values.reshape(channels, -1).mean(axis=1), 1e-300)
+
+
+def _on_grid(values: Array, length: int) -> Array:
+    """(..., length) of values by channel (..., channels)."""
+    return np.repeat(values, length // values.shape[-1], axis=-1)
 
 
 def _with_knot(response: Response, b: float, h: float) -> tuple[tuple[float, float], ...]:

@@ -30,6 +30,7 @@ REPLICATES = 3  # pairs of runs, a fiftieth of a range apart, each on a lattice 
 APART = 0.02
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single, at least
+DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 
 
@@ -129,7 +130,7 @@ def _wanted(ranking: Ranking, label: str, group: str) -> Wanted:
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
-    return Wanted(one.response, b, fit.places.z[group])
+    return Wanted(one.response, float(f"{b:.{DIGITS}g}"), np.round(fit.places.z[group], DIGITS))
 
 
 def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
@@ -137,7 +138,7 @@ def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
     plan, cases = setup.plan, dict[str, Case]()
     for i in range(REPLICATES):
         z = np.clip(one.z + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
-        base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, 3))), len(plan.signs) + i)
+        base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, DIGITS))), len(plan.signs) + i)
         cases[f"{one.name} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
     return cases

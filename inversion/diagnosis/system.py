@@ -390,7 +390,7 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, s
         own = column[first : first + n]
         first += n
         if not np.any(own):
-            regression.append(np.zeros((n, len(shot.setup.responses[one.name].doubt))))
+            regression.append(np.zeros((n, 0)))
             blocks.append(np.zeros((n, 0)))
             continue
         regression.append(shot.sample(shot.setup.responses[one.name].doubt_at(places.z[shot.group])).T)

@@ -198,9 +198,31 @@ def _baseline(base: Mapping[str, Any], units: Mapping[str, str]) -> str:
         if name in units
     )
     gain = f" With it, minimum detectable effects are {base['gain']:.1f} times smaller." if base["gain"] else ""
-    same = base.get("same_bird")
-    bird = "" if same is None else f" Its bird is the shot's with probability {same:.2f}."
+    bird = _bird(base)
     return f"Baseline {', '.join(base['shots'])}: the calibrated model leaves an RMS of {rms}.{gain}{bird}"
+
+
+BIRDS = {
+    "same": "of the shot's batch, cast and shot alike",
+    "recipe": "cast by the shot's recipe, another batch",
+    "other": "unlike the shot's",
+}
+
+
+def _bird(base: Mapping[str, Any]) -> str:
+    """What was assumed of the baselines' birds, and what the records themselves say of it."""
+    same, bird = base.get("same_bird"), base.get("bird")
+    if bird is None:  # a file of an earlier version
+        return "" if same is None else f" Its bird is the shot's with probability {same:.2f}."
+    stated = BIRDS.get(bird["stated"])
+    assumed = (
+        f"Stated of its bird: {stated}"
+        if stated
+        else "Nothing was stated of its bird, so that three possibilities are weighed, equally likely beforehand"
+    )
+    shares = ", ".join(f"{BIRDS[name]} {share:.2f}" for name, share in bird["records"].items())
+    verdict = "; they contradict what was stated" if bird["contradicted"] else ""
+    return f" {assumed}. By the records alone, with every model averaged: {shares}{verdict}."
 
 
 def _late(content: Mapping[str, Any], name: str) -> str:

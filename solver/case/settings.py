@@ -134,9 +134,13 @@ class InversionSettings(Section):
 
 
 class DiagnosisSettings(Section):
-    """baselines: records of shots at the same rig in which nothing is suspected; whole paths, or shipped names."""
+    """baselines: records of shots at the same rig in which nothing is suspected; whole paths, or shipped names.
+
+    baseline_bird: what is known of their birds beside the shot's: of one batch, of one recipe, unlike; or nothing.
+    """
 
     baselines: tuple[Annotated[str, Text('"clean.csv"')], ...] = ()
+    baseline_bird: Annotated[str, OneOf(("auto", "same", "recipe", "other"))] = "auto"
 
 
 def _discrepancy(sensor: str, given: Any) -> float:

@@ -10,8 +10,15 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
-from birdstrike.data.errors import MeasuredError, UserError
-from birdstrike.inversion.diagnosis.diagnose import clean_shots, diagnose, named_records
+from birdstrike.data.errors import CaseError, MeasuredError, UserError
+from birdstrike.inversion.diagnosis.diagnose import (
+    DiagnosisOptions,
+    clean_shots,
+    diagnose,
+    named_records,
+    stated_bird,
+)
+from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import tiny
@@ -97,6 +104,38 @@ def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
     assert (folder / "both" / "diagnosis_clean.csv").is_file()
 
 
+def test_a_stated_bird_stands_in_the_answer_and_beside_another_one_nothing_is_attributed(
+    laboratory: Laboratory,
+) -> None:
+    """Both shots have one bird. Stated as unlike, the file and the page say so, and what the records say of it."""
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    result = laboratory.diagnose("unlike", *words, "--baseline-bird", "other")
+    assert result.exit_code == 0, result.output
+    found, bird = laboratory.content("unlike"), laboratory.content()["baseline"]["bird"]
+    assert found["verdict"] != "attributed"
+    assert found["baseline"]["same_bird"] == 0.0
+    assert found["baseline"]["bird"]["stated"] == "other"
+    assert sum(found["baseline"]["bird"]["records"].values()) == pytest.approx(1.0)
+    assert any("bird" in line and "none is attributed" in line for line in found["warnings"])
+    page = html.unescape((folder / "unlike" / "diagnosis.html").read_text(encoding="utf-8"))
+    assert "Stated of its bird: unlike the shot's" in page
+    assert "By the records alone" in page
+    assert (bird["stated"], bird["contradicted"]) == ("auto", False)
+
+
+def test_the_case_states_the_bird_of_its_baselines(laboratory: Laboratory) -> None:
+    folder = laboratory.folder
+    text = 'extends = "case.toml"\n[diagnosis]\nbaseline_bird = "{}"\n'
+    (folder / "batch.toml").write_text(text.format("same"))
+    case = load_case(folder / "batch.toml")
+    assert stated_bird(DiagnosisOptions(), case, None) == "same"
+    assert stated_bird(DiagnosisOptions(), case, "recipe") == "recipe"
+    (folder / "wrong.toml").write_text(text.format("sane"))
+    with pytest.raises(CaseError, match=r'baseline_bird.*did you mean "same"'):
+        load_case(folder / "wrong.toml")
+
+
 def test_an_uncertainty_that_the_case_states_explains_what_it_can(laboratory: Laboratory) -> None:
     """A speed known to 8 m/s explains a part of what edges that let go do; an angle's effect is not simulated."""
     folder = laboratory.folder
@@ -170,6 +209,16 @@ def test_numbers_of_records_and_cases_must_fit() -> None:
         clean_shots(named_records(tiny(), record()), [record()], [tiny(), tiny()])
     with pytest.raises(UserError, match="no measured-data file"):
         clean_shots(named_records(tiny(), record()), ["nowhere.csv"], [])
+
+
+def test_a_misspelt_bird_is_refused_before_anything_is_simulated(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="available: auto, same, recipe, other"):
+        diagnose(tiny(), record(), tmp_path / "out", baseline_bird="twin")
+    path = tmp_path / "shot.csv"
+    write_measured(path, record())
+    with pytest.raises(UserError, match="available: auto, same, recipe, other"):
+        close_the_loop(tiny(), path, tmp_path / "out", baseline_bird="twin")
+    assert not (tmp_path / "out").exists()
 
 
 def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,24 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
+from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import verdict_of
+from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
-from birdstrike.inversion.diagnosis.evidence import UNNAMED, ModelTester, credible_set, probabilities
+from birdstrike.inversion.diagnosis.evidence import (
+    BIRDS,
+    UNNAMED,
+    Evidence,
+    ModelTester,
+    birds_apart,
+    credible_set,
+    probabilities,
+)
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
-from birdstrike.inversion.diagnosis.responses import Response, updated
-from birdstrike.inversion.diagnosis.system import Block, System
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
+from birdstrike.inversion.diagnosis.ranking import Fit, refit_pairs
+from birdstrike.inversion.diagnosis.responses import Doubt, Response, updated
+from birdstrike.inversion.diagnosis.system import Block, Places, System
 
 POINTS, EFFECTS = 40, 5
 
@@ -24,7 +37,7 @@ class Stub:
     """A suspect as the evidence reads it."""
 
     def __init__(self, label: str, one_sided: bool = False) -> None:
-        self.label, self.name, self.one_sided = label, label, one_sided
+        self.label, self.name, self.one_sided, self.limits = label, label, one_sided, (-5.0, 5.0)
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
@@ -176,11 +189,40 @@ def test_shots_with_the_same_identified_parameters_share_their_discrepancy() -> 
     assert alike(np.array([0.0, 0.0]), np.array([0.0, 1.0]), weight) == pytest.approx(float(matern52(np.array(3.0))))
 
 
+class Refits:
+    """A problem in which a refit changes the evidence of pairs: label -> gain; `asked`: in which order."""
+
+    def __init__(self, gains: dict[str, float], before: dict[str, Evidence]) -> None:
+        self.gains, self.before, self.asked = gains, before, list[str]()
+
+    def refit(self, model: Hypothesis, start: Places, steps: int) -> Fit:
+        assert steps > 0
+        self.asked.append(model.label)
+        one = self.before[model.label]
+        return Fit(start, None, None, replace(one, log_evidence=one.log_evidence + self.gains[model.label]))  # pyright: ignore[reportArgumentType]
+
+
+def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
+    """Refitted, the first of three pairs loses 6 nats; the second, which then leads, gains 1; the third is far off."""
+    members = {name: Stub(name) for name in ("a", "b", "c", "d")}
+    pairs = {"a+b": 10.0, "a+c": 9.0, "a+d": 1.0}
+    tried = {label: Hypothesis(label, tuple(members[m] for m in label.split("+")), 0.01, "pairs") for label in pairs}  # pyright: ignore[reportArgumentType]
+    single = Hypothesis("a", (members["a"],), 0.5, "f")  # pyright: ignore[reportArgumentType]
+    none = np.zeros(0)
+    blank = Evidence(single, 5.0, np.zeros(2), np.eye(2), none, none, none, {}, 1.0)
+    evidence = {"a": blank} | {n: replace(blank, hypothesis=tried[n], log_evidence=pairs[n]) for n in pairs}
+    fits = {"a": Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)}  # pyright: ignore[reportArgumentType]
+    problem = Refits({"a+b": -6.0, "a+c": 1.0, "a+d": 50.0}, dict(evidence))
+    refit_pairs(problem, {"a": single, **tried}, evidence, fits)  # pyright: ignore[reportArgumentType]
+    assert problem.asked == ["a+b", "a+c"]
+    assert {name: evidence[name].log_evidence for name in pairs} == {"a+b": 4.0, "a+c": 10.0, "a+d": 1.0}
+
+
 def response(signature: np.ndarray, **more: Any) -> Response:
     """Of one parameter and one channel; its signature does not change with the parameter."""
     q, slopes = len(signature), np.zeros((1, len(signature)))
-    spread = np.diag([1.0, 0.0])[:, :, None]
-    return Response(None, signature, slopes, np.zeros(1), 0.1 * np.ones((1, q)), spread, **more)  # pyright: ignore[reportArgumentType]
+    doubt = Doubt(0.1 * np.ones((1, q)), np.diag([1.0, 0.0])[:, :, None])
+    return Response(None, signature, slopes, np.zeros(1), (doubt,), **more)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_response_that_bends_and_its_inverse() -> None:
@@ -203,6 +245,79 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
     old = response(np.ones(10))
     assert updated(old, 2.0, -3.0 * np.ones((4, 10)), np.zeros(1)) is old
+
+
+def test_the_scatter_of_simulations_does_not_pass_for_bending() -> None:
+    """A noisy signature explains a change only in part; the rest is noise, and the magnitude stays what it is."""
+    rng = np.random.default_rng(0)
+    old = response(np.ones(200) + 0.1 * rng.standard_normal(200))
+    new = updated(old, 2.0, 2.0 * np.ones(200) + 0.4 * rng.standard_normal((3, 200)), np.zeros(1))
+    assert new.h(2.0) == pytest.approx(2.0)
+    assert new.simulated == (2.0,)
+
+
+def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_parameters() -> None:
+    """The posterior is that of a Gaussian conditioned on the sum of signature and slope at that place."""
+    prior = np.array([[0.04, 0.01], [0.01, 0.09]])
+    first = response(np.ones(50))
+    doubt = Doubt(np.ones((1, 50)), prior[:, :, None])
+    old = replace(first, slopes=np.full((1, 50), 0.5), doubts=(doubt,))
+    changes = np.array([1.9, 2.0, 2.1])[:, None] * np.ones(50)
+    new, z, far = updated(old, 1.5, changes, np.array([0.4])), np.array([0.4]), np.array([-0.5])
+    assert new.h(1.5) == pytest.approx(1.5)
+    a, noise = np.array([1.0, 0.4]), 0.1**2 / 3.0 / 1.5**2
+    gain = prior @ a / (a @ prior @ a + noise)
+    mean = np.array([1.0, 0.5]) + gain * (2.0 / 1.5 - a @ [1.0, 0.5])
+    left = prior - np.outer(gain, a @ prior)
+    for place in (z, far):
+        b = np.array([1.0, place[0]])
+        assert np.allclose(new.at(place), b @ mean)
+        assert np.allclose((new.doubt_at(place) ** 2).sum(axis=0), b @ left @ b)
+
+
+def two_birds(shift: float) -> System:
+    """A shot and its baseline, whose one parameter differs by `shift` prior standard deviations."""
+    rng, t = np.random.default_rng(2), np.linspace(0.0, 1.0, POINTS)
+    wave, blank = 30.0 * np.sin(3.0 * t), np.zeros(POINTS)
+    y = np.concatenate([(0.3 + shift) * wave, 0.3 * wave]) + rng.standard_normal(2 * POINTS)
+    J = np.column_stack([np.concatenate([wave, blank]), np.concatenate([blank, wave])])
+    at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 3), "nuisance": slice(3, 3)}
+    block = Block.of("displacement", np.arange(2 * POINTS), np.eye(2 * POINTS), np.eye(2 * POINTS))
+    columns, groups, eye = np.column_stack([y, J]), ("shots", "baseline"), np.eye(2 * POINTS)
+    return System((block,), {}, columns, at, np.zeros(2), groups, eye, {}, np.ones(1), {})
+
+
+@pytest.mark.parametrize(("shift", "bird"), [(0.0, "same"), (0.1, "recipe"), (1.0, "other")])
+def test_records_tell_how_far_the_birds_of_baseline_and_shot_lie_apart(shift: float, bird: str) -> None:
+    tester = ModelTester(two_birds(shift), known(np.array([0.01])))
+    logs = tester.by_bird(tester.model(models()[NONE]))
+    shares = dict(zip(BIRDS, np.exp(logs - np.logaddexp.reduce(logs)), strict=True))
+    assert max(shares, key=lambda name: shares[name]) == bird
+
+
+@pytest.mark.parametrize("stated", BIRDS)
+def test_a_stated_bird_is_the_only_one_that_is_weighed(stated: str) -> None:
+    """Its marginal likelihood is that of the exact Gaussian with this distance between the birds."""
+    s, apart = two_birds(0.1), birds_apart(stated)
+    found = ModelTester(s, known(np.array([0.01])), unnamed=(0.1,), apart=apart).model(models()[NONE])
+    share = 1.0 - apart[0] ** 2
+    J = s.columns[:, s.at["J"]]
+    C = (1.0 + 0.01**2) * np.eye(2 * POINTS) + J @ np.array([[1.0, share], [share, 1.0]]) @ J.T
+    exact = log_density(s.columns[:, 0], C) + POINTS * np.log(2.0 * np.pi)
+    assert found.log_evidence == pytest.approx(exact, abs=1e-6)
+
+
+@pytest.mark.parametrize(("stated", "expected"), [("same", True), ("other", False), ("auto", False)])
+def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, expected: bool) -> None:
+    shot: Any = SimpleNamespace(name="baseline clean")
+    pipeline: Any = Pipeline((), Baselines((shot,)), DiagnosisOptions(baseline_bird=stated), None)  # pyright: ignore[reportArgumentType]
+    ranking: Any = SimpleNamespace(birds={"same": 0.001, "recipe": 0.049, "other": 0.95}, same_bird=1.0)
+    assert pipeline.contradicted(ranking) is expected
+
+
+def test_an_unknown_bird_is_refused() -> None:
+    with pytest.raises(UserError, match="available: auto, same, recipe, other"):
+        birds_apart("twin")
 
 
 @pytest.mark.parametrize(("same_bird", "verdict"), [(None, "attributed"), (0.9, "attributed"), (0.1, "ambiguous")])
