@@ -44,6 +44,8 @@ def gradient_sums(a, row, mass, inverse_h, constant, start, stop, neighbour, col
     """drho/dt of particle a by continuity, sum m (v_a - v_b).grad W; the nine of its velocity gradient; the six of B.
 
     row: see `kernels.sph`; column: (ROW, length) scratch. Order: xx xy xz yx .. zz, and xx yy zz xy yz zx.
+    The slopes go first, into column 6, which nothing else needs here: a root takes as long as a whole pass of the
+    second loop, and in a loop of their own the roots of several vectors overlap.
     """
     xa, ya, za = row[a, 0], row[a, 1], row[a, 2]
     ua, va, wa = row[a, 3], row[a, 4], row[a, 5]
