@@ -63,17 +63,56 @@ _STRAIN = {
 }
 """Strain gauges' ways to write a ratio."""
 
+_DEFINITIONS = """
+pi = 3.1415926535897932384626433832795028841971693993751
+micro- = 1e-6 = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m
+second = [time] = s
+kilogram = [mass] = kg
+kelvin = [temperature] = K
+radian = [] = rad
+degree = pi / 180 * radian = deg
+gram = 1e-3 * kilogram = g
+tonne = 1e3 * kilogram = t
+pound = 0.45359237 * kilogram = lb
+inch = 0.0254 * meter = in
+hour = 3600 * second = h
+knot = 1852 * meter / hour = kn
+hertz = 1 / second = Hz
+newton = kilogram * meter / second ** 2 = N
+joule = newton * meter = J
+pascal = newton / meter ** 2 = Pa
+pound_force = pound * 9.80665 * meter / second ** 2
+pound_per_square_inch = pound_force / inch ** 2 = psi
+kip_per_square_inch = 1e3 * pound_force / inch ** 2 = ksi
+"""
+"""The units of ACCEPTED in pint's language (BIPM, The International System of Units, 2019; NIST SP 811). Reading pint's
+own thousand takes a second of every command, so that they are left to the texts that have other units."""
+
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\b(.*)")
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 
 
 @cache
-def _registry() -> UnitRegistry:
-    """Pint's units; read late, because a command's --help has no use for them."""
+def _registry(every: bool) -> UnitRegistry:
+    """Pint's units: every one, or those of ACCEPTED; read late, because a command's --help has no use for them."""
     from pint import UnitRegistry
 
-    return UnitRegistry(non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
+    lines = "" if every else _DEFINITIONS.split("\n")
+    return UnitRegistry(lines, non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
+
+
+@cache
+def _names() -> frozenset[str]:
+    """Symbols of the units in ACCEPTED, and of the lengths in whose ratios strain is read."""
+    texts = [f"{si} {accepted}" for si, accepted in ACCEPTED.items() if si]
+    return frozenset(re.findall(r"[A-Za-z]+", " ".join((*texts, *_STRAIN.values(), "Mpsi"))))
 
 
 def is_ratio(unit: str) -> bool:
@@ -91,8 +130,9 @@ def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
     text = _STRAIN.get(_plain_strain(unit), unit)
     text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", re.sub(r"\bMsi\b", "Mpsi", text))
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
+    every = not _names().issuperset(re.findall(r"[A-Za-z]+", text))
     try:
-        quantity = _registry().Quantity(Decimal(1), text or "dimensionless").to_base_units()
+        quantity = _registry(every).Quantity(Decimal(1), text or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
         raise UnitError(f'"{unit}" is not a unit') from error
     return Decimal(quantity.magnitude), quantity._units

@@ -9,8 +9,9 @@ average of e_i^2 over the runs, each weighted by how much it resembles u (Lei et
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -88,7 +89,7 @@ class GaussianProcess:
         runs = self.plain[2]
         weights = _matern(cdist(runs, runs)) ** self.locality
         np.fill_diagonal(weights, 0.0)
-        mean, _ = _local(weights, self.errors**2)
+        mean = _local(weights, self.errors[:, None] ** 2)[0][:, 0]
         return np.divide(self.errors, np.sqrt(mean), out=np.zeros_like(self.errors), where=mean > 0.0)
 
     def predict(self, u: Array) -> tuple[Array, Array]:
@@ -98,21 +99,14 @@ class GaussianProcess:
     def variance(self, u: Array) -> Array:
         """(q,) of a new run about the mean at u (q, d)."""
         weights = self._correlations(u) ** self.locality
-        mean, effective = _local(weights, self.errors**2)
-        return mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
+        mean, effective = _local(weights, self.errors[:, None] ** 2)
+        return (mean * _inflation(effective))[:, 0]
 
     def distance_variance(self, u: Array) -> Array:
         """(q,) that the process states by itself, without scatter: large where no run is near, whatever was missed."""
         size = self.plain[0]
         white = self._correlations(u) @ self._inverse.T * size
         return np.maximum(size - (white**2).sum(axis=1), 0.0) * self.scale**2
-
-    def quick(self, u: Array) -> tuple[Array, Array]:
-        """What `predict` gives, the correlations computed once: for the many small batches of a sampler."""
-        size = self.plain[0]
-        correlation = self._correlations(u)
-        mean, effective = _local(correlation**self.locality, self.errors**2)
-        return size * correlation @ self.model.alpha_ * self.scale, mean * (stdtrit(effective, 0.975) / NORMAL_95) ** 2
 
     def mean(self, u: Array) -> Array:
         """Mean (q,) at u (q, d): k(u, runs) alpha, without scikit-learn's checks, which cost more than the product."""
@@ -136,6 +130,50 @@ class GaussianProcess:
         return _matern(cdist(u / lengths, runs))
 
 
+class ProcessStack:
+    """What `GaussianProcess.predict` gives for several processes over the same runs, by one product for all of them.
+
+    For the many small batches of a sampler, in which the calls would cost more than the arithmetic.
+    """
+
+    def __init__(self, processes: Sequence[GaussianProcess]) -> None:
+        self.runs = np.asarray(processes[0].model.X_train_)
+        lengths = np.array([np.broadcast_to(process.plain[1], self.runs.shape[1]) for process in processes])
+        self._nearness = lengths**-2.0
+        sizes = np.array([process.plain[0] * process.scale for process in processes])
+        self._alpha = sizes[:, None, None] * np.array([process.model.alpha_ for process in processes])[..., None]
+        self._locality = np.array([process.locality for process in processes])[:, None, None]
+        self._squares = np.array([process.errors**2 for process in processes])[..., None]
+
+    @classmethod
+    def groups(cls, processes: Sequence[GaussianProcess]) -> list[tuple[list[int], ProcessStack]]:
+        """Stacks of the processes that share their runs, with the places of these processes in the sequence."""
+        places: dict[bytes, list[int]] = {}
+        for i, process in enumerate(processes):
+            places.setdefault(np.asarray(process.model.X_train_).tobytes(), []).append(i)
+        return [(group, cls([processes[i] for i in group])) for group in places.values()]
+
+    def predict(self, u: Array) -> tuple[Array, Array]:
+        """Mean and variance (q, processes) at u (q, d): of a new run, its scatter included."""
+        apart = (u.T[:, :, None] - self.runs.T[:, None, :]) ** 2
+        squares = self._nearness @ apart.reshape(len(apart), -1)
+        correlation = _matern(np.sqrt(squares)).reshape(-1, *apart.shape[1:])  # (processes, q, n)
+        mean, effective = _local(correlation**self._locality, self._squares)
+        return (correlation @ self._alpha)[..., 0].T, (mean * _inflation(effective))[..., 0].T
+
+
+def _inflation(effective: Array) -> Array:
+    """`student_inflation`, to 1e-6: a quantile of Student's t costs as much as a hundred exponentials."""
+    return np.interp(1.0 / effective, *_inflations())
+
+
+@cache
+def _inflations() -> tuple[Array, Array]:
+    """1/nu and the factor; the factor is smooth in 1/nu."""
+    inverse = np.linspace(1e-6, 1.0 / FEWEST, 2001)
+    return inverse, (stdtrit(1.0 / inverse, 0.975) / NORMAL_95) ** 2
+
+
 def student_inflation(freedom: float) -> float:
     """Factor on a variance estimated with so many degrees of freedom that makes a normal 95 % interval hold."""
     return float((student.ppf(0.975, freedom) / NORMAL_95) ** 2)
@@ -153,10 +191,10 @@ def _correlation(kernel: Any, u: Array, v: Array) -> Array:
 
 
 def _local(weights: Array, squares: Array) -> tuple[Array, Array]:
-    """Weighted mean (q,) of squares (n,), and the effective number of runs in it; weights (q, n)."""
-    shares = weights + 1e-300 + 1e-12 * weights.max(axis=1, keepdims=True)
-    total = shares.sum(axis=1)
-    return shares @ squares / total, np.maximum(total**2 / (shares**2).sum(axis=1), FEWEST)
+    """Weighted mean of squares (..., n, 1), and the effective number of runs in it; weights (..., q, n)."""
+    shares = weights + 1e-300 + 1e-12 * weights.max(axis=-1, keepdims=True)
+    total = shares.sum(axis=-1, keepdims=True)
+    return shares @ squares / total, np.maximum(total**2 / (shares**2).sum(axis=-1, keepdims=True), FEWEST)
 
 
 def _locality(correlation: Array, squares: Array) -> float:
@@ -168,7 +206,7 @@ def _locality(correlation: Array, squares: Array) -> float:
     for power in LOCALITIES:
         weights = correlation**power
         np.fill_diagonal(weights, 0.0)
-        mean, effective = _local(weights, squares)
+        mean, effective = (column[:, 0] for column in _local(weights, squares[:, None]))
         if not (mean > 0.0).all():
             continue
         score = float(student.logpdf(np.sqrt(squares), effective, scale=np.sqrt(mean)).sum())

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import pytest
 
+# Threads of linear algebra wait for one another by spinning, and take the cores from the tests of the other process.
+# Before numpy and torch are imported; inherited by what a test starts.
+os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
+
 TOGETHER = {
     "reports": ("tests/reports/page", "tests/reports/results", "tests/reports/sections", "tests/reports/comparison"),
-    "diagnosis": ("tests/inversion/diagnosis/test_end_to_end.py", "tests/inversion/diagnosis/test_explored.py"),
+    "diagnosis": tuple(f"tests/inversion/diagnosis/test_{name}.py" for name in ("end_to_end", "explored", "predicted")),
 }
 """Folders and files whose fixtures of a session would otherwise be made by every worker, by the name of their group."""
 

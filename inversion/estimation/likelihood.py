@@ -8,6 +8,7 @@ curves of the model lie in a space of a few dozen dimensions: outside it d and C
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Box
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening
-from birdstrike.surrogate.gaussian_process import GaussianProcess
+from birdstrike.surrogate.gaussian_process import GaussianProcess, ProcessStack
 
 NODES = 33  # time origins at which the model is tabulated
 FELT = 0.01  # in standard deviations of the noise: combinations that move less over the campaign are left out
@@ -110,11 +111,14 @@ class Likelihood:
     def _scores(self, theta: Array) -> tuple[Array, Array]:
         """Mean and variance (q, kept) of the predicted components of all channels."""
         u = self.calibrator.model.emulator.inputs(theta)
-        found = [process.quick(u) for _, process in _processes(self.calibrator.model)]
-        if not found:
-            return np.zeros((len(u), 0)), np.zeros((len(u), 0))
-        mean, variance = zip(*found, strict=True)
-        return np.stack(mean, axis=1), np.stack(variance, axis=1)
+        mean, variance = np.zeros((2, len(u), len(self.mixing)))
+        for places, stack in self._stacks:
+            mean[:, places], variance[:, places] = stack.predict(u)
+        return mean, variance
+
+    @cached_property
+    def _stacks(self) -> list[tuple[list[int], ProcessStack]]:
+        return ProcessStack.groups([process for _, process in _processes(self.calibrator.model)])
 
 
 def _taus(calibrator: Calibrator, modes: tuple[Mode, ...]) -> Array:

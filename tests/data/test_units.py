@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pint import UnitRegistry
 
 from birdstrike.data.units import (
     ACCEPTED,
     DISPLAY,
     UnitError,
     display,
+    factor,
     from_si,
     in_unit,
     quantity_text,
@@ -67,6 +70,22 @@ def test_the_accepted_units_that_errors_name_are_accepted() -> None:
         for name in listed.split(", ") if unit else []:
             assert to_si(f"1 {name}", unit) > 0.0
             assert si_unit(name) == unit
+
+
+def test_the_accepted_units_have_the_size_that_pint_gives_them() -> None:
+    every = UnitRegistry(non_int_type=Decimal)
+    for unit, listed in ACCEPTED.items():
+        for name in [unit, *listed.split(", ")] if unit else []:
+            text = name.replace("Msi", "Mpsi")
+            assert factor(name) == pytest.approx(
+                every.Quantity(Decimal(1), text).to_base_units().magnitude, rel=Decimal("1e-26")
+            )
+
+
+def test_a_unit_that_is_not_listed_is_read_too() -> None:
+    assert to_si("1 ft", "m") == 0.3048
+    assert to_si("2 bar", "Pa") == 2e5
+    assert to_si("1 min", "s") == 60.0  # not a thousandth of an inch
 
 
 @given(finite)

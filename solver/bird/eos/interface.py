@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from scipy.optimize import brentq
-
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Section
 from birdstrike.solver.kernels.eos import eos_close
@@ -78,6 +76,8 @@ class EquationOfState:
         Rankine-Hugoniot: p - p0 = rho0 us u, us = u (1 + mu)/mu, E - E0 = (p + p0)/2 mu/(1 + mu), with this law's own
         p(mu, E). Raises ValueError where the law holds no such shock.
         """
+        from scipy.optimize import brentq  # late: a case that is only read needs no shock
+
         p0, e0 = self.pressure_at_rest, self.initial_energy
 
         def surplus(mu: float) -> float:

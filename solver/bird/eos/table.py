@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 from pydantic import field_validator
-from scipy.interpolate import PchipInterpolator
 
 from birdstrike.data.errors import UserError
 from birdstrike.solver.bird.eos.interface import EquationOfState, Law, Modulus
@@ -63,6 +62,8 @@ def table(rho0: float, mu: ArrayLike, p: ArrayLike, slope: ArrayLike | None = No
     """
     x, y = np.asarray(mu, float), np.asarray(p, float)
     if slope is None:
+        from scipy.interpolate import PchipInterpolator  # late: few cases have a table without slopes
+
         chord = np.diff(y) / np.diff(x)
         inner = np.asarray(PchipInterpolator(x, y).derivative()(x))[1:-1]
         slope = np.concatenate([chord[:1], inner, chord[-1:]])

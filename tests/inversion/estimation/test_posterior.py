@@ -18,7 +18,7 @@ from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.identifiability.summary import posterior_figures
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.surrogate.emulator import Emulator
-from birdstrike.surrogate.gaussian_process import GaussianProcess
+from birdstrike.surrogate.gaussian_process import GaussianProcess, ProcessStack, student_inflation
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, record, truth
 
 NOISE = 5e-5
@@ -88,10 +88,24 @@ def test_no_draw_leaves_the_boxes(dataset: Dataset, emulator: Emulator) -> None:
     assert drawn.theta.max(axis=0) == pytest.approx(truth(0.5), rel=0.05)
 
 
-def test_quick_prediction_is_the_checked_one() -> None:
+def test_processes_together_predict_what_each_predicts_alone() -> None:
+    rng = np.random.default_rng(0)
+    places = rng.random((9, 3))
+    runs = [rng.random((25, 3))] * 2 + [rng.random((12, 3))]
+    processes = [
+        GaussianProcess.fit(u, np.sin((3.0 + i) * u[:, i]) + 0.05 * rng.normal(size=len(u)), seed=0)
+        for i, u in enumerate(runs)
+    ]
+    groups = ProcessStack.groups(processes)
+    assert [places for places, _ in groups] == [[0, 1], [2]]
+    for group, stack in groups:
+        for column, i in enumerate(group):
+            for together, alone in zip(stack.predict(places), processes[i].predict(places), strict=True):
+                np.testing.assert_allclose(together[:, column], alone, rtol=1e-9, atol=1e-13)
+
+
+def test_the_stated_variance_has_student_s_inflation() -> None:
     rng = np.random.default_rng(0)
     u = rng.random((25, 3))
-    process = GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]) + 0.05 * rng.normal(size=25), seed=0)
-    places = rng.random((9, 3))
-    for quick, checked in zip(process.quick(places), process.predict(places), strict=True):
-        np.testing.assert_allclose(quick, checked, rtol=1e-9)
+    process = replace(GaussianProcess.fit(u, np.sin(3.0 * u[:, 0]), seed=0), errors=np.ones(25), locality=0.0)
+    assert process.variance(u[:1]) == pytest.approx([student_inflation(25.0)], rel=1e-6)
