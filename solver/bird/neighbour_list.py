@@ -98,7 +98,8 @@ class VerletList:
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
             self.neighbour = np.empty(int(1.05 * self.start[-1]) + 1, np.uint32)
-        list_neighbours(*cells, members, self.start, self.neighbour)
+        near = np.empty((MOST_THREADS, len(x)), np.uint8)
+        list_neighbours(*cells, members, self.start, near, self.neighbour)
         self.built_at[:] = x[: self.n]
         self.rebuilds += 1
         self.sort(x)

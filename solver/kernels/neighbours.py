@@ -79,25 +79,29 @@ def count_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorte
 
 
 @njit(cache=True, parallel=True)
-def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, members, start, neighbour):
+def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted_x, members, start, near, neighbour):
     """Fill the rows that `start` leaves: neighbours in order of cell, then of number, on any number of threads.
 
     Rows are filled up with their own particle: its pair with itself has no distance and exerts nothing, and the pair
-    loops run in whole vectors. Every candidate is written, then kept or written over: no branch has to be guessed.
-    Unsigned indices spare the test for negative ones, which costs as much as the rest.
+    loops run in whole vectors. Distances go first, in vectors, into near (threads, N), scratch of bytes; then every
+    candidate is written, then kept or written over: no branch has to be guessed. Unsigned indices spare the test for
+    negative ones, which costs as much as the rest.
     """
     for a in prange(n):
         if not active[a]:
             continue
+        close = near[get_thread_id()]
         place = np.uint64(start[a])
         xa, ya, za = x[a, 0], x[a, 1], x[a, 2]
         for side in range(COLUMNS):
             first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
             for m in range(np.uint64(first), np.uint64(last)):
                 dx, dy, dz = xa - sorted_x[0, m], ya - sorted_x[1, m], za - sorted_x[2, m]
+                close[m] = dx * dx + dy * dy + dz * dz < cutoff * cutoff
+            for m in range(np.uint64(first), np.uint64(last)):
                 b = members[m]
                 neighbour[place] = b
-                place += np.uint64(dx * dx + dy * dy + dz * dz < cutoff * cutoff) & np.uint64(b != a)
+                place += np.uint64(close[m]) & np.uint64(b != a)
         for rest in range(np.int64(place), start[a + 1]):
             neighbour[rest] = a
 

@@ -57,6 +57,8 @@ def force_on_frame(nodal, applied, held, axes, x, result):
     """What the held freedoms pass on to the frame, in node order: force [N] and moment about the origin [N m], (6,)."""
     result[:] = 0.0
     for p in range(held.shape[0]):
+        if held[p] == 0:
+            continue
         for axis in range(3):
             if (held[p] >> axis) & 1:
                 a = axes[p, axis]

@@ -105,6 +105,14 @@ def plastic_multiplier(trial, eps_p, share, row, dt):
     return multiplier
 
 
+@njit(cache=True, inline="always")
+def within_yield(xi_x, xi_y, shear, flow):
+    """Whether a relative stress xx yy xy [Pa] lies within the yield surface of a flow stress [Pa]."""
+    root = math.sqrt(0.5)
+    radius = ROOT_TWO_THIRDS * flow
+    return relative_norm_squared(root * (xi_x + xi_y), root * (xi_y - xi_x), shear) <= radius * radius
+
+
 @njit(cache=True)
 def return_to_yield(stress, back, memory, row, size, dt):
     """Radial return of a trial stress, and the layer's ageing; whether it has failed.
@@ -112,12 +120,11 @@ def return_to_yield(stress, back, memory, row, size, dt):
     stress, back: (3,) xx yy xy [Pa], memory: (MEMORY,), all in place; size [m]: of the element; dt: the step [s].
     The relative stress xi = stress - back obeys xi^T P xi <= 2/3 flow^2.
     """
-    root = math.sqrt(0.5)
     xi_x, xi_y, shear = stress[0] - back[0], stress[1] - back[1], stress[2] - back[2]
-    plus, minus = root * (xi_x + xi_y), root * (xi_y - xi_x)
-    radius = ROOT_TWO_THIRDS * memory[FLOW]
-    if relative_norm_squared(plus, minus, shear) <= radius * radius:
+    if within_yield(xi_x, xi_y, shear, memory[FLOW]):
         return False
+    root = math.sqrt(0.5)
+    plus, minus = root * (xi_x + xi_y), root * (xi_y - xi_x)
     share = remaining(row, memory, size)
     multiplier = plastic_multiplier((plus, minus, shear), memory[EPS_P], share, row, dt)
     slope_plus, slope_rest = slopes(row)

@@ -22,6 +22,7 @@ shell from passing their bending into it; without it the Scordelis-Lo roof defle
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit, prange
 
 from birdstrike.solver.kernels.shell_geometry import gradient_and_hourglass, local
@@ -133,8 +134,15 @@ def shell_forces(frame, shape, alive, resultant, hourglass, force):
 def gather_nodal_forces(start, member, force, nodal):
     """Add the element forces at each node to `nodal` in a fixed order; start, member: rows of 4 element + corner."""
     for p in prange(nodal.shape[0]):
-        for i in range(6):
-            total = 0.0
-            for m in range(start[p], start[p + 1]):
-                total += force[member[m] // 4, member[m] % 4, i]
-            nodal[p, i] += total
+        fx = fy = fz = mx = my = mz = 0.0
+        for m in range(start[p], start[p + 1]):
+            place = np.uint64(member[m])
+            f = force[place >> np.uint64(2), place & np.uint64(3)]
+            fx, fy, fz = fx + f[0], fy + f[1], fz + f[2]
+            mx, my, mz = mx + f[3], my + f[4], mz + f[5]
+        nodal[p, 0] += fx
+        nodal[p, 1] += fy
+        nodal[p, 2] += fz
+        nodal[p, 3] += mx
+        nodal[p, 4] += my
+        nodal[p, 5] += mz

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.metal import POISSON, YOUNG
-from birdstrike.solver.kernels.plasticity import return_to_yield
+from birdstrike.solver.kernels.metal import FLOW, POISSON, YOUNG
+from birdstrike.solver.kernels.plasticity import return_to_yield, within_yield
 from birdstrike.solver.kernels.shell import SHEAR_FACTOR
+
+
+@njit(cache=True)
+def moduli(law):
+    """Of every layer (l,) from the rows of their laws: plane-stress E/(1 - nu^2) and shear modulus [Pa]."""
+    plane, shear = np.empty(law.shape[0]), np.empty(law.shape[0])
+    for layer in range(law.shape[0]):
+        young, nu = law[layer, YOUNG], law[layer, POISSON]
+        plane[layer] = young / (1.0 - nu * nu)
+        shear[layer] = young / (2.0 * (1.0 + nu))
+    return plane, shear
 
 
 @njit(cache=True, parallel=True)
@@ -20,47 +32,50 @@ def update_shell_stress(strain, area, alive, sections, size, dt, layers, resulta
     """
     section, first, height, law = sections
     stress, back, memory, gone = layers
+    plane, shear = moduli(law)
     for e in prange(strain.shape[0]):
         work[e] = 0.0
         if not alive[e]:
             continue
-        d, r = strain[e], resultant[e]
         before = 0.0
         for i in range(8):
-            before += r[i] * d[i]
+            before += resultant[e, i] * strain[e, i]
+        d0, d1, d2, d3, d4, d5 = strain[e, 0], strain[e, 1], strain[e, 2], strain[e, 3], strain[e, 4], strain[e, 5]
         n1 = n2 = n3 = m1 = m2 = m3 = 0.0
         whole = lost = stiff = 0.0
         begin = first[section[e]]
-        for k in range(first[section[e] + 1] - begin):
+        for k in range(np.uint64(first[section[e] + 1] - begin)):
             if gone[e, k]:
                 continue
-            z, weight, row = height[begin + k, 0], height[begin + k, 1], law[begin + k]
-            young, nu = row[YOUNG], row[POISSON]
-            plane = young / (1.0 - nu * nu)
-            shear = young / (2.0 * (1.0 + nu))
-            stiff = SHEAR_FACTOR * shear
+            layer = begin + k
+            z, weight, nu = height[layer, 0], height[layer, 1], law[layer, POISSON]
+            stiff = SHEAR_FACTOR * shear[layer]
             whole += weight
-            dx, dy, dxy = d[0] + z * d[3], d[1] + z * d[4], d[2] + z * d[5]
-            s = stress[e, k]
-            s[0] += plane * (dx + nu * dy)
-            s[1] += plane * (dy + nu * dx)
-            s[2] += shear * dxy
-            if return_to_yield(s, back[e, k], memory[e, k], row, size[e], dt):
-                gone[e, k] = True
-                s[0] = s[1] = s[2] = 0.0
-                lost += weight
-            n1 += weight * s[0]
-            n2 += weight * s[1]
-            n3 += weight * s[2]
-            m1 += weight * z * s[0]
-            m2 += weight * z * s[1]
-            m3 += weight * z * s[2]
+            dx, dy, dxy = d0 + z * d3, d1 + z * d4, d2 + z * d5
+            xx = stress[e, k, 0] + plane[layer] * (dx + nu * dy)
+            yy = stress[e, k, 1] + plane[layer] * (dy + nu * dx)
+            xy = stress[e, k, 2] + shear[layer] * dxy
+            stress[e, k, 0], stress[e, k, 1], stress[e, k, 2] = xx, yy, xy
+            xi_x, xi_y, xi_xy = xx - back[e, k, 0], yy - back[e, k, 1], xy - back[e, k, 2]
+            if not within_yield(xi_x, xi_y, xi_xy, memory[e, k, FLOW]):  # a call costs more than an elastic layer
+                if return_to_yield(stress[e, k], back[e, k], memory[e, k], law[layer], size[e], dt):
+                    gone[e, k] = True
+                    stress[e, k, 0] = stress[e, k, 1] = stress[e, k, 2] = 0.0
+                    lost += weight
+                xx, yy, xy = stress[e, k, 0], stress[e, k, 1], stress[e, k, 2]
+            n1 += weight * xx
+            n2 += weight * yy
+            n3 += weight * xy
+            m1 += weight * z * xx
+            m2 += weight * z * yy
+            m3 += weight * z * xy
+        r = resultant[e]
         r[0], r[1], r[2], r[3], r[4], r[5] = n1, n2, n3, m1, m2, m3
         sound = whole - lost
         remaining = sound / whole if whole > 0.0 else 0.0
-        r[6] = remaining * (r[6] + stiff * whole * d[6])
-        r[7] = remaining * (r[7] + stiff * whole * d[7])
+        r[6] = remaining * (r[6] + stiff * whole * strain[e, 6])
+        r[7] = remaining * (r[7] + stiff * whole * strain[e, 7])
         after = 0.0
         for i in range(8):
-            after += r[i] * d[i]
+            after += r[i] * strain[e, i]
         work[e] = 0.5 * area[e] * (before + after)

@@ -16,11 +16,16 @@ def total(values):
 
 @njit(cache=True)
 def work_of_forces(before, after, v, n):
-    """Sum over rows < n of (before + after)/2 . v: power of forces trapezoidal over the step of velocity v [W]."""
+    """Sum over rows < n of (before + after)/2 . v: power of forces trapezoidal over the step of velocity v [W].
+
+    Forces that are zero, most of contact's, are passed over: the additions wait for one another.
+    """
     result = 0.0
     for a in range(n):
         for c in range(3):
-            result += 0.5 * (before[a, c] + after[a, c]) * v[a, c]
+            both = before[a, c] + after[a, c]
+            if both != 0.0:
+                result += 0.5 * both * v[a, c]
     return result
 
 

@@ -44,18 +44,23 @@ def gradient_sums(a, row, mass, inverse_h, constant, start, stop, neighbour, col
     """drho/dt of particle a by continuity, sum m (v_a - v_b).grad W; the nine of its velocity gradient; the six of B.
 
     row: see `kernels.sph`; column: (ROW, length) scratch. Order: xx xy xz yx .. zz, and xx yy zz xy yz zx.
+    The slopes go first, into column 6, which nothing else needs here: a root takes as long as a whole pass of the
+    second loop, and in a loop of their own the roots of several vectors overlap.
     """
     xa, ya, za = row[a, 0], row[a, 1], row[a, 2]
     ua, va, wa = row[a, 3], row[a, 4], row[a, 5]
     for m in range(start[a], stop[a], WIDTH):
         turn_rows(row, neighbour, m, column, m - start[a], 8)
+    for m in range(np.uint64(stop[a] - start[a])):
+        x, y, z = xa - column[0, m], ya - column[1, m], za - column[2, m]
+        column[6, m] = slope(math.sqrt(x * x + y * y + z * z) * inverse_h, constant)
     rate = 0.0
     gxx = gxy = gxz = gyx = gyy = gyz = gzx = gzy = gzz = 0.0
     mxx = myy = mzz = mxy = myz = mzx = 0.0
     for m in range(np.uint64(stop[a] - start[a])):
         x, y, z = xa - column[0, m], ya - column[1, m], za - column[2, m]
         u, v, w = ua - column[3, m], va - column[4, m], wa - column[5, m]
-        f = slope(math.sqrt(x * x + y * y + z * z) * inverse_h, constant)
+        f = column[6, m]
         rate += (u * x + v * y + w * z) * f
         f *= column[7, m]
         fx, fy, fz = f * x, f * y, f * z

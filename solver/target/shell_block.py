@@ -122,7 +122,8 @@ class ShellBlock:
         """Strains from the half-step velocities, then layers, resultants, hourglass forces, and who failed."""
         rates = (nodes.v, nodes.omega, self.quads, self.alive, self.frame, self.shape, dt)
         shell_strain(*rates, self.strain, self.hourglass_strain)
-        self.felt += self.strain[self.watched]
+        if len(self.watched):
+            self.felt += self.strain[self.watched]
         area, table = self.shape[:, 4], self.table
         sections = (self.section, table.first, table.heights, table.rows)
         layers = (self.stress, self.back, self.memory, self.gone)
