@@ -48,7 +48,7 @@ def explanation(label: str, share: float, rows: int = 200) -> Explanation:
 def learnt(*shares: tuple[str, float]) -> Learnt:
     case = tiny()
     explanations = tuple(explanation(label, share) for label, share in shares)
-    residual = {one.label: LEFT for one in explanations}
+    residual = {one.label: LEFT[None] for one in explanations}
     flat = np.ones(2)
     error = SensorError(TIME, residual, np.full(len(TIME), 1e-6), 5e-3, 1.5e-4, TIME[[0, -1]], flat)
     errors = {"displacement_centre": error, "displacement_side": error}
@@ -114,7 +114,9 @@ def error_at(speed: float, **changes: dict[str, object]) -> tuple[np.ndarray, fl
     where = distance(known, tiny().overlaid({"impact": {"speed": f"{speed} m/s"}, **changes}))
     rng = np.random.default_rng(0)
     one, error = known.explanations[0], known.shots[0].errors["displacement_centre"]
-    return realisations(one, np.zeros(500, dtype=int), error, "displacement", TIME, where, rng), where.growth
+    rows, finer = np.zeros(500, dtype=int), np.zeros(len(TIME))
+    mean, deviation, _ = realisations(one, rows, [error], "displacement", TIME, finer, where, rng)
+    return mean + deviation, where.growth
 
 
 def test_the_model_errs_again_as_it_did_where_the_new_shot_is_the_learnt_one() -> None:
