@@ -197,7 +197,7 @@ def _assembled(
             "probability": torn,
             "interval_95": torn_interval,
             "simulations": len(campaign.torn),
-            "modelled": bool(campaign.torn.any()) or _tears(new),
+            "modelled": bool(campaign.torn.any()) or tears(new),
         },
         sources={name: shares(one) for name, one in draws.items()},
         narrowing=narrowing(draws, learnt, [key.removeprefix(EFFECT) for key in setting.held], first),
@@ -223,7 +223,7 @@ def _limit(draws: SensorDraws, value: float) -> Limit:
     return Limit(value, draws.unit, probability, interval)
 
 
-def _tears(case: Case) -> bool:
+def tears(case: Case) -> bool:
     """Whether the case lets its structure tear; another solver's runs do not tell."""
     if case.solver.name == "external":
         return False
