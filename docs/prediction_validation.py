@@ -1,8 +1,11 @@
 """Coverage and interval scores of `birdstrike predict` on simulated rigs: the table of docs/prediction.md.
 
-    python docs/prediction_validation.py rigs FOLDER [--rigs 8] [--speeds 77 84 ...] [--until HH:MM]
-    python docs/prediction_validation.py records FOLDER
-    python docs/prediction_validation.py table FOLDER
+From the root of the repository, whose tests state the rig:
+
+    PYTHONPATH=. python docs/prediction_validation.py rigs FOLDER [--rigs 8] [--speeds 77 84 ...] [--until HH:MM]
+    PYTHONPATH=. python docs/prediction_validation.py records FOLDER
+    PYTHONPATH=. python docs/prediction_validation.py scores FOLDER
+    PYTHONPATH=. python docs/prediction_validation.py table FOLDER
 
 A rig is a declared coarse plate and a truth of the audit (inversion/audit/draws.py): another bird of the ranges, one
 undeclared effect, eight times the particles and twice the shells, on another lattice; every second rig by the audit's
@@ -12,6 +15,9 @@ nearer end.
 
 The records are the three shipped ones of flat_plate_002: each speed is predicted from a calibration over the other two,
 on a coarser plate and bird than declared.
+
+`rigs` and `records` go on where they were stopped; `scores` weighs the stored simulations anew, after a change of how a
+prediction is computed.
 """
 
 from __future__ import annotations
@@ -48,9 +54,9 @@ from birdstrike.inversion.prediction.sample import draw as draw_sample
 from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from birdstrike.solver.effects.registry import effects
+from tests.inversion.diagnosis.rig import PARTICLES, tiny
 
 LEARNT, BETWEEN, OUTSIDE = (70.0, 90.0), (77.0, 84.0), (42.0, 56.0, 108.0, 126.0)
-PARTICLES = 120
 LEVELS = (0.5, 0.8, 0.95)
 BUDGET = 24
 CHOSEN_ON = 0
@@ -59,28 +65,10 @@ METHODS = ("parameters alone", "best single effect", "full average")
 
 
 def declared(speed: float) -> Case:
-    """The coarse plate, as it is declared."""
-    table = {
-        "plate": {
-            "length": "300 mm", "width": "300 mm", "thickness": "6 mm", "elements": [10, 8], "edges": "clamped",
-            "material": {"young": "71 GPa", "poisson": 0.3, "density": "2780 kg/m^3", "yield_stress": "350 MPa"},
-        },
-        "bird": {
-            "shape": "hemispherical_cylinder", "diameter": "60 mm", "length": "110 mm", "density": "938 kg/m^3",
-            "method": "sph", "particles": PARTICLES,
-            "material": {
-                "model": "null", "pressure_cutoff": "-0.4 MPa", "viscosity": "400 Pa s",
-                "eos": {"kind": "grueneisen", "C": "1670 m/s", "S1": 2.48},
-            },
-        },
-        "impact": {"speed": f"{speed} m/s", "angle": "45 deg", "standoff": "1 mm"},
-        "time": {"end": "0.9 ms", "output_interval": "10 us"},
-        "sensors": {
-            "displacement_centre": {"kind": "displacement", "noise": "0.02 mm"},
-            "displacement_side": {"kind": "displacement", "at": ["75 mm", "0 mm"], "noise": "0.02 mm"},
-        },
-        "inversion": {"parameters": {"bird.material.viscosity": {"range": ["100 Pa s", "1000 Pa s"]}}},
-    }  # fmt: skip
+    """The coarse plate of the tests, of an alloy that yields sooner, as it is declared."""
+    table = (
+        tiny().overlaid({"plate": {"material": {"yield_stress": "350 MPa"}}, "impact": {"speed": f"{speed} m/s"}}).table
+    )
     return case_from_table(table, f"rig_{speed:g}")
 
 
@@ -108,17 +96,23 @@ def at_speed(drawn: Drawn, speed: float, lattice: int, role: str = SHOTS[0]) -> 
     return truth_case(case, replace(drawn, effects=acting, clean=drawn.parameters), lattice, role)
 
 
-def diagnosed(folder: Path, drawn: Drawn, runs: Path) -> Learnt:
-    """What a diagnosis of two shots and a baseline tells; simulations of the declared cases are shared by all rigs."""
-    rng = np.random.default_rng([drawn.number, 7])
+def simulated_truths(place: Path, drawn: Drawn, speeds: Sequence[float]) -> dict[str, Histories]:
+    """Histories of the two shots, of the baseline, and of the truth at the speeds that are predicted."""
     cases = {f"shot{i + 1}": at_speed(drawn, speed, i) for i, speed in enumerate(LEARNT)}
     cases["clean"] = at_speed(drawn, LEARNT[0], 20, BASELINE)
-    with Simulations(folder / "truth", workers=1) as simulations:
-        truths = simulations.run(cases)
-    if len(truths) < len(cases):
+    later = {f"{speed:g}": at_speed(drawn, speed, round(speed)) for speed in speeds}
+    with Simulations(place / "truth", workers=1) as simulations:
+        found = simulations.run(cases | later)
+    if len(cases.keys() & found.keys()) < len(cases):
         raise RunFailed("the truth could not be simulated")
-    for name, run in truths.items():
-        case = declared(LEARNT[1] if name == "shot2" else LEARNT[0])
+    return found
+
+
+def diagnosed(folder: Path, drawn: Drawn, truths: Mapping[str, Histories], runs: Path) -> Learnt:
+    """What a diagnosis of two shots and a baseline tells; simulations of the declared cases are shared by all rigs."""
+    rng = np.random.default_rng([drawn.number, 7])
+    for name in ("shot1", "shot2", "clean"):
+        case, run = declared(LEARNT[1] if name == "shot2" else LEARNT[0]), truths[name]
         channels = {sensor: run.channels[sensor] for sensor in case.sensors}
         write_measured(folder / f"{name}.csv", noisy(case, run.time, channels, rng))
     options = DiagnosisOptions(workers=1, check=False, say=lambda _: None)
@@ -172,6 +166,7 @@ def scored(draws: SensorDraws, truth: Histories, name: str, alone: bool, contact
             found["score_peak"] = float(interval_score(ends[0], ends[1], np.array(peak), level)) / peak
             found["width_peak"] = float(ends[1] - ends[0]) / peak
             found["off_peak"] = float(np.median(top) - peak) / peak
+            found["z_peak"] = float((top.mean() - peak) / top.std())
     return found
 
 
@@ -183,65 +178,82 @@ def interval_score(low: Any, high: Any, real: Array, level: float) -> Array:
 
 def run_rigs(folder: Path, count: int, speeds: Sequence[float], until: str) -> None:
     """Rig by rig, each prediction's scores in a file of its own: a stopped run goes on where it stood."""
-    plan.COARSE_PARTICLES = PARTICLES  # a plate so coarse that a diagnosis takes minutes on one core
     runs = folder / "shared"
     for number, drawn in enumerate(single_truths(count)):
         place = folder / f"rig_{number:02d}"
-        place.mkdir(parents=True, exist_ok=True)
         if _over(until):
             return
         if number == CHOSEN_ON:
             continue
+        place.mkdir(parents=True, exist_ok=True)
         begun = time.monotonic()
         try:
+            truths = simulated_truths(place, drawn, speeds)
             done = (place / "diagnosis" / "diagnosis.json").is_file()
-            learnt = read_learnt(place / "diagnosis") if done else diagnosed(place, drawn, runs)
+            learnt = read_learnt(place / "diagnosis") if done else diagnosed(place, drawn, truths, runs)
         except (RunFailed, UserError) as error:
-            write_json(
-                place / "failed.json", {"effects": dict(drawn.effects), "form": drawn.form, "reason": str(error)}
-            )
+            told = {"effects": dict(drawn.effects), "form": drawn.form, "reason": str(error)}
+            write_json(place / "failed.json", told)
             continue
         _share(place / "diagnosis" / "runs", runs / "runs")
         found = [(one.label, round(one.probability, 2)) for one in learnt.explanations[:6]]
-        told = f"rig {number}: {dict(drawn.effects)} {drawn.form}; in {time.monotonic() - begun:.0f} s as {found}"
-        print(told, flush=True)  # noqa: T201
-        none = [replace(one, probability=0.0) for one in learnt.explanations if one.label == NONE]
-        learnt = affordable(learnt, BUDGET)
-        if all(one.label != NONE for one in learnt.explanations):
-            learnt = replace(learnt, explanations=(*learnt.explanations, *none))
+        _say(f"rig {number}: {dict(drawn.effects)} {drawn.form}; in {time.monotonic() - begun:.0f} s as {found}")
         for speed in speeds:
-            target = place / f"predicted_{speed:g}.json"
-            if target.is_file() or _over(until):
+            if (place / f"predicted_{speed:g}.json").is_file() or f"{speed:g}" not in truths or _over(until):
                 continue
             begun = time.monotonic()
             try:
-                setting, _ = prepared(
-                    declared(speed), learnt, place / f"predict_{speed:g}", PredictOptions(budget=BUDGET, workers=1)
-                )
-                with Simulations(place / "truth", workers=1) as simulations:
-                    truth = simulations.run({"truth": at_speed(drawn, speed, round(speed))})["truth"]
-            except (RunFailed, UserError, KeyError) as error:
-                print(f"  {speed:g} m/s failed: {error}", flush=True)  # noqa: T201 (a script)
+                predicted_at(place, number, drawn, learnt, speed, truths[f"{speed:g}"])
+            except (RunFailed, UserError) as error:
+                _say(f"  {speed:g} m/s failed: {error}")
                 continue
-            scores = {
-                method: {
-                    name: scored(one, truth, name, method != METHODS[2], declared(speed).first_contact)
-                    for name, one in own.items()
-                }
-                for method, own in variants(setting).items()
-            }
-            told = {
-                "rig": number,
-                "speed": speed,
-                "form": drawn.form,
-                "between": LEARNT[0] < speed < LEARNT[1],
-                "effects": dict(drawn.effects),
-                "wall_s": time.monotonic() - begun,
-                "growth": setting.where.growth,
-                "scores": scores,
-            }
-            write_json(target, told)
-            print(f"  {speed:g} m/s in {time.monotonic() - begun:.0f} s", flush=True)  # noqa: T201
+            _say(f"  {speed:g} m/s in {time.monotonic() - begun:.0f} s")
+
+
+def predicted_at(place: Path, number: int, drawn: Drawn, learnt: Learnt, speed: float, truth: Histories) -> None:
+    """One prediction and its scores, from what is simulated already where it is."""
+    case, none = declared(speed), [one for one in learnt.explanations if one.label == NONE]
+    learnt = affordable(learnt, BUDGET)
+    if all(one.label != NONE for one in learnt.explanations):
+        unlikely = [replace(one, probability=0.0) for one in none]
+        learnt = replace(learnt, explanations=(*learnt.explanations, *unlikely))
+    options = PredictOptions(budget=BUDGET, workers=1)
+    setting, _ = prepared(case, learnt, place / f"predict_{speed:g}", options)
+    scores = {
+        method: {name: scored(one, truth, name, method != METHODS[2], case.first_contact) for name, one in own.items()}
+        for method, own in variants(setting).items()
+    }
+    told = {
+        "rig": number,
+        "speed": speed,
+        "form": drawn.form,
+        "between": LEARNT[0] < speed < LEARNT[1],
+        "effects": dict(drawn.effects),
+        "growth": setting.where.growth,
+        "scores": scores,
+    }
+    write_json(place / f"predicted_{speed:g}.json", told)
+
+
+def score_again(folder: Path) -> None:
+    """Every prediction that has been simulated, by the present computation."""
+    for place in sorted(folder.glob("rig_[0-9]*")):
+        speeds = [float(path.stem.removeprefix("predicted_")) for path in sorted(place.glob("predicted_*.json"))]
+        if speeds:
+            number = int(place.name.removeprefix("rig_"))
+            drawn = single_truths(number + 1)[number]
+            truths, learnt = simulated_truths(place, drawn, speeds), read_learnt(place / "diagnosis")
+            for speed in speeds:
+                predicted_at(place, number, drawn, learnt, speed, truths[f"{speed:g}"])
+            _say(f"{place.name}: {len(speeds)} predictions")
+    cases = {speed: record_case(speed) for speed in RECORDS}
+    for speed in cases:
+        if (folder / f"rig_without_{speed:g}" / "record.json").is_file():
+            predicted_record(folder, cases, speed)
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)  # noqa: T201 (a script)
 
 
 RECORDS = {70.0: "flat_plate_002_70", 120.0: "flat_plate_002", 170.0: "flat_plate_002_170"}
@@ -264,8 +276,8 @@ def run_records(folder: Path) -> None:
     cases = {speed: record_case(speed) for speed in RECORDS}
     for speed, case in cases.items():
         run_doe(case, folder / f"doe_{speed:g}", design="uniform", runs=RUNS, workers=1)
-        print(f"campaign at {speed:g} m/s", flush=True)  # noqa: T201
-    for speed, case in cases.items():
+        _say(f"campaign at {speed:g} m/s")
+    for speed in cases:
         place, others = folder / f"rig_without_{speed:g}", [one for one in cases if one != speed]
         train_and_invert(
             [folder / f"doe_{one:g}" for one in others],
@@ -275,23 +287,29 @@ def run_records(folder: Path) -> None:
             case=[folder / f"doe_{one:g}" / "case.toml" for one in others],
             extras=Extras(refine=0),
         )
-        learnt = read_learnt(place / "inversion")
-        setting, _ = prepared(case, learnt, place / "predict", PredictOptions(budget=RUNS, workers=1))
-        measured = read_measured(resolve_measured(RECORD_OF[speed]))
-        truth = Histories(measured.time, dict(measured.channels), dict(measured.units))
-        counts = shares_of(learnt.explanations, DRAWS)
-        sample = draw_sample(learnt, setting.carried, setting.tolerances, counts, 1)
-        draws = {name: sensor_draws(setting, name, sample) for name in case.sensors}
-        scores = {
-            method: {
-                name: scored(_noisy(one, case.sensors[name].noise or 0.0), truth, name, method != METHODS[2], 0.0)
-                for name, one in draws.items()
-            }
-            for method in (METHODS[0], METHODS[2])
+        predicted_record(folder, cases, speed)
+        _say(f"predicted {speed:g} m/s")
+
+
+def predicted_record(folder: Path, cases: Mapping[float, Case], speed: float) -> None:
+    """One record predicted from the calibration over the others, and its scores."""
+    place, others, case = folder / f"rig_without_{speed:g}", [one for one in cases if one != speed], cases[speed]
+    learnt = read_learnt(place / "inversion")
+    setting, _ = prepared(case, learnt, place / "predict", PredictOptions(budget=RUNS, workers=1))
+    measured = read_measured(resolve_measured(RECORD_OF[speed]))
+    truth = Histories(measured.time, dict(measured.channels), dict(measured.units))
+    counts = shares_of(learnt.explanations, DRAWS)
+    sample = draw_sample(learnt, setting.carried, setting.tolerances, counts, 1)
+    draws = {name: sensor_draws(setting, name, sample) for name in case.sensors}
+    scores = {
+        method: {
+            name: scored(_noisy(one, case.sensors[name].noise or 0.0), truth, name, method != METHODS[2], 0.0)
+            for name, one in draws.items()
         }
-        own = {"rig": f"002 without {speed:g}", "speed": speed, "between": min(others) < speed < max(others)}
-        write_json(place / "record.json", {**own, "growth": setting.where.growth, "scores": scores})
-        print(f"predicted {speed:g} m/s", flush=True)  # noqa: T201
+        for method in (METHODS[0], METHODS[2])
+    }
+    own = {"rig": f"002 without {speed:g}", "speed": speed, "between": min(others) < speed < max(others)}
+    write_json(place / "record.json", {**own, "growth": setting.where.growth, "scores": scores})
 
 
 def _noisy(draws: SensorDraws, sigma: float) -> SensorDraws:
@@ -346,17 +364,20 @@ def _figures(cells: Sequence[Mapping[str, Any]]) -> list[str]:
 def main() -> None:
     """Run, or print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("rigs", "records", "table"))
+    parser.add_argument("what", choices=("rigs", "records", "scores", "table"))
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rigs", type=int, default=8)
     parser.add_argument("--speeds", type=float, nargs="+", default=[*BETWEEN, *OUTSIDE])
     parser.add_argument("--until", default="", help="Time of day after which no further prediction begins.")
     given = parser.parse_args()
+    plan.COARSE_PARTICLES = PARTICLES  # a plate so coarse that a diagnosis takes minutes on one core
     if given.what == "rigs":
         run_rigs(given.folder, given.rigs, given.speeds, given.until)
     if given.what == "records":
         run_records(given.folder)
-    print(table(given.folder))  # noqa: T201
+    if given.what == "scores":
+        score_again(given.folder)
+    _say(table(given.folder))
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ LOCALITIES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)
 """Powers of the correlation between u and a run that may be its weight: 0 counts all runs alike."""
 VARIANCES = (1e-3, 1e3)
 FEWEST = 2.0  # effective runs: with one, Student's t has no variance that could be widened to
+LEAST_WEIGHT = 1e-150  # of a run, however far: its square must not underflow
 NORMAL_95 = 1.959964
 
 
@@ -192,7 +193,7 @@ def _correlation(kernel: Any, u: Array, v: Array) -> Array:
 
 def _local(weights: Array, squares: Array) -> tuple[Array, Array]:
     """Weighted mean of squares (..., n, 1), and the effective number of runs in it; weights (..., q, n)."""
-    shares = weights + 1e-300 + 1e-12 * weights.max(axis=-1, keepdims=True)
+    shares = weights + LEAST_WEIGHT + 1e-12 * weights.max(axis=-1, keepdims=True)
     total = shares.sum(axis=-1, keepdims=True)
     return shares @ squares / total, np.maximum(total**2 / (shares**2).sum(axis=-1, keepdims=True), FEWEST)
 

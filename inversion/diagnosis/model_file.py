@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
@@ -23,6 +24,7 @@ from birdstrike.surrogate.weights import emulator_table, process_table
 
 FILE = "model.npz"
 DRAWS = 200  # of each model's posterior
+LOST = 1e-4  # of the variance of the draws' residuals that is not stored
 Table = dict[str, Any]
 
 
@@ -54,7 +56,7 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
         ],
         "effects": [_effect(one) for one in ranking.problem.found],
         "fits": {name: _point(ranking, ranking.fits[label], label, shots[0]) for name, label in fits.items()},
-        "posterior": _posterior(ranking, shots[0]),
+        "posterior": _posterior(ranking, shots),
         "discrepancy": _discrepancy(ranking),
         "conditions": [conditions(shot.setup.plan.case) for shot in shots],
         "contacts": [shot.setup.plan.case.first_contact for shot in shots],
@@ -68,11 +70,11 @@ def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
     return {"model": label, "theta": list(values.values()), "effects": sizes}
 
 
-def _posterior(ranking: Ranking, shot: Shot) -> list[Table]:
+def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
     """Draws of every model of the credible set, its share of the probability among them, and of none beside them.
 
     parameters (n, k) SI of the shots' bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share of the
-    peak, of the part of the discrepancy that is marginalised.
+    peak, of the part of the discrepancy that is marginalised; residuals: of each shot, see `_residuals`.
     """
     kept = ranking.confidence_set
     total = sum(ranking.shares[label] for label in kept)
@@ -80,23 +82,24 @@ def _posterior(ranking: Ranking, shot: Shot) -> list[Table]:
         {
             "label": label,
             "share": ranking.shares[label] / total if label in kept else 0.0,
-            **_drawn(ranking, label, shot),
+            **_drawn(ranking, label, shots),
         }
         for label in dict.fromkeys([*kept, NONE])
     ]
 
 
-def _drawn(ranking: Ranking, label: str, shot: Shot) -> Table:
-    hypothesis, setup = ranking.models[label], shot.setup
+def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
+    hypothesis, shot = ranking.models[label], shots[0]
+    setup = shot.setup
     tester = ranking.fits.get(label, ranking.fits[NONE]).tester
     sizes, rng = [float(h) for h in ranking.evidence[label].h], np.random.default_rng(0)
     parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
     k = len(setup.lows)
     begin = ranking.fits[NONE].system.groups.index(shot.group) * k
     z = np.clip(0.5 + PRIOR_SD * parameters[:, begin : begin + k], setup.lows, setup.highs)
+    h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])
     magnitudes = [
-        [one.magnitude(float(np.clip(h, *one.limits))) for h in column]
-        for one, column in zip(hypothesis.members, found.T, strict=True)
+        [one.magnitude(float(size)) for size in column] for one, column in zip(hypothesis.members, h, strict=True)
     ]
     return {
         "members": [one.label for one in hypothesis.members],
@@ -105,7 +108,34 @@ def _drawn(ranking: Ranking, label: str, shot: Shot) -> Table:
         "parameters": setup.plan.space.to_physical(z),
         "magnitudes": np.array(magnitudes).reshape(len(hypothesis.members), DRAWS).T,
         "amplitude": {kind: tester.combinations[nodes, i] for i, kind in enumerate(tester.kinds)},
+        "residuals": [_residuals(one, hypothesis, z, h.reshape(-1, DRAWS).T) for one in shots],
     }
+
+
+def _residuals(shot: Shot, hypothesis: Hypothesis, z: Array, h: Array) -> dict[str, Table]:
+    """What a model leaves of a shot's record at draws z (n, k), h (n, members): by channel, mean + scores @ directions.
+
+    mean: (points,) SI of all draws; directions: (r, points) SI and scores (n, r): the principal components that hold
+    all but a small share of their variance. A draw's own residual belongs to it: where the curve lies high, the record
+    lies below it.
+    """
+    grids, moved = shot.setup.grid(z), np.zeros((len(z), len(shot.record.values)))
+    acting = [(j, one) for j, one in enumerate(hypothesis.members) if shot.name in one.shots]
+    for j, one in acting:
+        if one.fault is not None:
+            moved += h[:, j, None] * [shot.instrument_signature(one.fault, grid) for grid in grids]
+        else:
+            response = shot.setup.responses[one.name]
+            moved += h[:, j, None] * shot.sample(np.array([response.at(row) for row in z]))
+    whole = shot.record.values - shot.sample(grids) - moved
+    mean = whole.mean(axis=0)
+    found: dict[str, Table] = {}
+    for i, trace in enumerate(shot.record.traces):
+        of = shot.record.channel == i
+        u, s, v = np.linalg.svd((whole - mean)[:, of], full_matrices=False)
+        kept = 1 + int(np.searchsorted(np.cumsum(s**2), (1.0 - LOST) * float((s**2).sum())))
+        found[trace.name] = {"mean": mean[of], "directions": v[:kept], "scores": u[:, :kept] * s[:kept]}
+    return found
 
 
 def _discrepancy(ranking: Ranking) -> Table:

@@ -162,7 +162,7 @@ def _plotted(plot: Any, name: str, axes: Axes) -> Axes:
 def tearing_words(torn: Mapping[str, Any]) -> str:
     """ "the plate tears: probability 0.02 (95 %: 0.001 .. 0.08), from 40 simulations"."""
     if not torn.get("modelled", True):
-        return "the case states no failure strain: tearing is not modelled"
+        return "tearing is not modelled: the case states no failure strain, or another program simulates it"
     low, high = torn["interval_95"]
     told = f"probability {torn['probability']:.2g} (95 %: {low:.2g} .. {high:.2g})"
     return f"the plate tears: {told}, from {torn['simulations']} simulations"

@@ -2,7 +2,8 @@
 
 Of the variance of a sensor's largest reading: `effect` is the variance between the explanations' means, `parameters`
 the mean variance within them (of the bird's constants and of the magnitudes), which together are that of the model with
-tolerances at their values (law of total variance); `tolerances`, `discrepancy`, `mesh` and `emulator` each let one
+tolerances at their values and the model error that the records let expect of each draw (law of total variance): what
+the records correct is no width. `tolerances`, `discrepancy`, `mesh` and `emulator` each let one
 source alone vary about the median curve. The shares are of the sum of these six.
 """
 
@@ -26,7 +27,7 @@ WORTH = 0.1  # share of the variance from which on a remedy is told
 def variances(draws: SensorDraws) -> dict[str, float]:
     """Variance of the largest reading by source, SI squared."""
     between, within = _total_variance(draws.nominal, draws.sample.explanation, draws.sample.weights)
-    middle = np.median(draws.model, axis=0)
+    middle = np.median(draws.model + draws.learnt, axis=0)
     alone = {part: float(largest(middle + draws.parts[part]).var()) for part in PARTS}
     return {"parameters": within, "effect": between, **alone, "tolerances": float(draws.loose.var())}
 

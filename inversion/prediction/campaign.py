@@ -18,7 +18,7 @@ from birdstrike.data.errors import CaseError, RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
-from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED, fine_mesh, spread
+from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT, Sample
 from birdstrike.solver.case.case import Case, case_from_table, case_hash
@@ -79,13 +79,12 @@ class Campaign:
         return self.finer[sensor].mean(axis=0) if sensor in self.finer else np.zeros(len(self.time))
 
     def mesh_draws(self, sensor: str, n: int, rng: np.random.Generator) -> Array:
-        """(n, m) SI about that mean: its scatter over the places, and a third of it for a still finer mesh."""
+        """(n, m) SI about that mean: its scatter over the places."""
         if sensor not in self.finer:
             return np.zeros((n, len(self.time)))
         rows = self.finer[sensor]
         left = (rows - rows.mean(axis=0)) / np.sqrt(max(len(rows) - 1, 1))
-        along = rng.standard_normal((n, len(rows))) @ left * np.sqrt(1.0 + 1.0 / len(rows))
-        return along + EXTRAPOLATED * rng.standard_normal((n, 1)) * rows.mean(axis=0)
+        return rng.standard_normal((n, len(rows))) @ left * np.sqrt(1.0 + 1.0 / len(rows))
 
 
 def case_at(base: Case, values: Mapping[str, float]) -> Case:

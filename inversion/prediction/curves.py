@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.instrument import signature
+from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
 from birdstrike.inversion.prediction.carry_over import ANEW, Carried, same_sensor
 from birdstrike.inversion.prediction.discrepancy import realisations
@@ -26,16 +27,18 @@ PARTS = ("discrepancy", "mesh", "emulator")
 class SensorDraws:
     """One sensor's draws.
 
-    model: (n, m) SI at every draw, the finer mesh's mean in it; parts: source -> (n, m) SI that is added to it;
-    sample: the draws; distinct: how many of the posterior's draws stand behind them; nominal: (n,) largest reading of
-    the model with tolerances at their values; loose: (n,) the same of the likeliest draw with tolerances as drawn;
-    emulated: whether by an emulator, else by the simulated draws themselves.
+    model: (n, m) SI at every draw, the finer mesh's mean in it; learnt: (n, m) SI, the model error that the records let
+    expect of the draw; parts: source -> (n, m) SI that is added to both, of mean 0; sample: the draws; distinct: how
+    many of the posterior's draws stand behind them; nominal: (n,) largest reading of model and learnt error with
+    tolerances at their values; loose: (n,) that of the likeliest draw's model with tolerances as drawn; emulated:
+    whether by an emulator, else by the simulated draws themselves.
     """
 
     time: Array
     unit: str
     kind: str
     model: Array
+    learnt: Array
     parts: Mapping[str, Array]
     sample: Sample
     distinct: float
@@ -46,7 +49,7 @@ class SensorDraws:
     @property
     def values(self) -> Array:
         """(n, m) predicted readings."""
-        return self.model + sum(self.parts.values())
+        return self.model + self.learnt + sum(self.parts.values())
 
 
 @dataclass(frozen=True)
@@ -84,20 +87,22 @@ def sensor_draws(setting: Setting, name: str, sample: Sample) -> SensorDraws:
         moved = _emulated(campaign, name, _about(sample, centre, setting.held), None)[0]
         nominal, moved = nominal + mesh_mean, moved + mesh_mean
         distinct = float(len(np.unique(np.stack([sample.explanation, sample.row]), axis=1).T))
-        tops = largest(_faulty(setting, sample, name, nominal)), largest(moved)
     else:
         model, errors = campaign.curves[name][chosen], np.zeros((n, len(campaign.time)))
         counts = np.bincount(chosen) / n
         distinct = float(1.0 / (counts**2).sum())
-        whole = _faulty(setting, sample, name, model + mesh_mean)
-        tops = _regressed(sample, largest(whole), list(setting.held))
     model = _faulty(setting, sample, name, model + mesh_mean)
+    learnt, deviations, finer = _discrepancy(setting, name, sample, model, rng)
+    if emulated:
+        tops = largest(_faulty(setting, sample, name, nominal) + learnt), largest(moved)
+    else:
+        tops = _regressed(sample, largest(model + learnt), list(setting.held))
     parts = {
-        "discrepancy": _discrepancy(setting, name, sample, model, rng),
-        "mesh": campaign.mesh_draws(name, n, rng),
+        "discrepancy": deviations,
+        "mesh": campaign.mesh_draws(name, n, rng) + finer,
         "emulator": errors,
     }
-    return SensorDraws(campaign.time, sensor.unit, sensor.kind, model, parts, sample, distinct, *tops, emulated)
+    return SensorDraws(campaign.time, sensor.unit, sensor.kind, model, learnt, parts, sample, distinct, *tops, emulated)
 
 
 def largest(curves: Array) -> Array:
@@ -188,16 +193,19 @@ def _faulty(setting: Setting, sample: Sample, name: str, curves: Array) -> Array
     return found
 
 
-def _discrepancy(setting: Setting, name: str, sample: Sample, model: Array, rng: np.random.Generator) -> Array:
-    """(n, m) SI: by each explanation."""
+def _discrepancy(
+    setting: Setting, name: str, sample: Sample, model: Array, rng: np.random.Generator
+) -> tuple[Array, Array, Array]:
+    """(n, m) SI: the model error that the records let expect, what they leave open of it, and of a still finer mesh."""
     case, where, learnt = setting.campaign.case, setting.where, setting.learnt
-    error = where.nearest.errors.get(name) if same_sensor(learnt.case, case, name) else None
+    same = same_sensor(learnt.case, case, name)
+    errors = [shot.errors.get(name) if same else None for shot in where.shots]
     times = setting.campaign.time - case.first_contact
-    found = np.zeros(model.shape)
+    found = np.zeros((3, *model.shape))
     peak = float(np.median(np.abs(model).max(axis=1)))
+    finer = EXTRAPOLATED * setting.campaign.mesh_mean(name) / (peak or 1.0)
     for i in np.unique(sample.explanation):
         of = np.flatnonzero(sample.explanation == i)
-        one = learnt.explanations[int(i)]
-        kind = case.sensors[name].kind
-        found[of] = peak * realisations(one, sample.row[of], error, kind, times, where, rng)
-    return found
+        one, kind = learnt.explanations[int(i)], case.sensors[name].kind
+        found[:, of] = peak * np.array(realisations(one, sample.row[of], errors, kind, times, finer, where, rng))
+    return found[0], found[1], found[2]

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.diagnosis.discrepancy import matern52
 from birdstrike.inversion.formatting import quantity
@@ -48,31 +49,43 @@ class Reach:
 
 @dataclass(frozen=True)
 class Distance:
-    """reaches: by condition; correlation: of the model's error with the nearest shot's; growth: factor on its standard
-    deviation; nearest: that shot; sentences: what lies outside."""
+    """reaches: by condition; shots: that were learnt; correlations: (shots,) of the model's error with theirs; between:
+    (shots, shots) of theirs among each other; growth: factor on its standard deviation; sentences: what lies outside.
+    """
 
     reaches: dict[str, Reach]
-    correlation: float
+    shots: tuple[LearntShot, ...]
+    correlations: Array
+    between: Array
     growth: float
-    nearest: LearntShot
     sentences: tuple[str, ...]
+
+    @property
+    def correlation(self) -> float:
+        """With the nearest shot's."""
+        return float(self.correlations.max())
+
+    @property
+    def nearest(self) -> LearntShot:
+        """The shot whose error is most alike."""
+        return self.shots[int(self.correlations.argmax())]
 
 
 def distance(learnt: Learnt, case: Case) -> Distance:
     """Of a case from the shots that were learnt."""
     here = conditions(case)
     reaches = {name: _reach(name, here[name], [shot.conditions[name] for shot in learnt.shots]) for name in UNITS}
-    apart = [_apart(shot.conditions, here) for shot in learnt.shots]
-    nearest = learnt.shots[int(np.argmin(apart))]
+    places, own = np.array([_place(shot.conditions) for shot in learnt.shots]), _place(here)
+    correlations = matern52(np.linalg.norm(places - own, axis=1))
+    between = matern52(np.linalg.norm(places[:, None] - places[None], axis=2))
     sentences = [_sentence(name, one) for name, one in _in_order(reaches) if abs(one.outside) > OUTSIDE]
-    correlation = float(matern52(np.asarray(min(apart))))
-    beyond = _beyond(learnt, here)
+    beyond = _beyond(places, own)
     if other := other_rig(learnt.case, case):
-        correlation, beyond = 0.0, max(beyond, 1.0)
+        correlations, beyond = np.zeros(len(places)), max(beyond, 1.0)
         sentences.insert(
             0, f"the structure is another one ({other}): the model's error there is not known from a record"
         )
-    return Distance(reaches, correlation, 1.0 + beyond, nearest, tuple(sentences))
+    return Distance(reaches, learnt.shots, correlations, between, 1.0 + beyond, tuple(sentences))
 
 
 def other_rig(learnt: Case, case: Case) -> str:
@@ -94,20 +107,14 @@ def _mass(where: Mapping[str, float]) -> float:
     return 2.0 * energy / speed**2
 
 
-def _place(where: Mapping[str, float]) -> np.ndarray:
-    """Speed, mass and thickness in lengths."""
+def _place(where: Mapping[str, float]) -> Array:
+    """(3,) speed, mass and thickness in lengths."""
     values = {"speed": where["speed"], "mass": _mass(where), "thickness": where["thickness"]}
     return np.array([np.log(values[name]) / length for name, length in LENGTHS.items()])
 
 
-def _apart(there: Mapping[str, float], here: Mapping[str, float]) -> float:
-    return float(np.linalg.norm(_place(here) - _place(there)))
-
-
-def _beyond(learnt: Learnt, here: Mapping[str, float]) -> float:
-    """Distance outside the range that the shots span."""
-    places = np.array([_place(shot.conditions) for shot in learnt.shots])
-    own = _place(here)
+def _beyond(places: Array, own: Array) -> float:
+    """Distance outside the range that the shots span; places: (shots, 3), own: (3,) in lengths."""
     return float(np.linalg.norm(own - np.clip(own, places.min(axis=0), places.max(axis=0))))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,13 @@ import numpy as np
 import pandas as pd
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.histories import Array
 from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
+from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, read_results
 from birdstrike.solver.case.case import load_case
 
@@ -44,6 +47,8 @@ def read_diagnosis(folder: Path) -> Learnt:
             f"the diagnosis gives something outside its library a probability of {other[0].probability:.2f}: in those "
             "draws the model is predicted without an effect, and what it left of the record is carried as model error"
         )
+    if bare := [one["label"] for one in model["posterior"] if "residuals" not in one]:
+        warnings.append(_borrowed(folder, bare, (content.get("after") or {}).get("model", "")))
     said = (
         f"{likely} of the diagnosis' 95 % set by probability, {counts} draws of each from its posterior (joint in "
         "parameters and magnitudes)",
@@ -83,32 +88,59 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     )
 
 
+def _borrowed(folder: Path, labels: list[str], chosen: str) -> str:
+    """What stands for the residuals that an earlier version did not store."""
+    own = [label for label in labels if label in (NONE, chosen)]
+    lent = [label for label in labels if label == SOMETHING_ELSE]
+    none = [label for label in labels if label not in (NONE, chosen, SOMETHING_ELSE)]
+    parts = [f"{' and '.join(own)}: that of the fit, for all draws"] * bool(own)
+    parts += [f"{SOMETHING_ELSE}: that of {NONE}"] * bool(lent)
+    parts += [f"{', '.join(none)}: none, the model error as large as the diagnosis states it"] * bool(none)
+    return (
+        f"{folder} was made by an earlier version, which stored no residual of each draw; in its place stands, of "
+        f"{'; of '.join(parts)}. The bands are wider than they need be; repeat the diagnose command with the same "
+        "--out, whose simulations are stored"
+    )
+
+
 def _shots(folder: Path, content: Tree, model: Tree) -> list[LearntShot]:
     """The measured shots with their residuals."""
     found, names = [], [one["name"] for one in model["shots"]]
     chosen = (content.get("after") or {}).get("model", "")
     files, conditions, contacts = curve_files(names), model["conditions"], model["contacts"]
-    for name, file, where, contact in zip(names, files, conditions, contacts, strict=True):
+    for i, (name, file, where, contact) in enumerate(zip(names, files, conditions, contacts, strict=True)):
         if not (folder / file).is_file():
             raise UserError(f"--from {folder}: {file} is missing; repeat the diagnose command with the same --out")
         table = pd.read_csv(folder / file)
-        errors = {
-            str(channel): _error(part, str(channel), chosen, model, float(contact))
-            for channel, part in table.groupby("channel", sort=False)
-        }
+        stored = {one["label"]: one["residuals"][i] for one in model["posterior"] if "residuals" in one}
+        system, errors = model["systems"][model["shots"][i]["system"]], dict[str, SensorError]()
+        for channel, part in table.groupby("channel", sort=False):
+            error = _error(part, str(channel), chosen, stored, model, float(contact))
+            finer = _finer(system, str(channel), error.times + float(contact))
+            errors[str(channel)] = replace(error, finer=finer)
         found.append(LearntShot(name, where, errors))
     return found
 
 
-def _error(part: pd.DataFrame, channel: str, chosen: str, model: Tree, contact: float) -> SensorError:
-    """What is stored: the residual without effects and that of the chosen model; of the others none is known."""
+def _finer(system: Tree, channel: str, times: Array) -> Array:
+    """(n,) SI at `times` [s] of the record: one standard deviation of what a still finer mesh would add."""
+    return EXTRAPOLATED * np.interp(times, system["time"], system["mesh"]["mean"][channel])
+
+
+def _error(
+    part: pd.DataFrame, channel: str, chosen: str, stored: Mapping[str, Tree], model: Tree, contact: float
+) -> SensorError:
+    """The residual of each model at each of its draws; where an earlier version stored none, that of the fits."""
     time, shape = part["time_s"].to_numpy(float), model["discrepancy"]
     measured = part["measured"].to_numpy(float)
     before = measured - part["before"].to_numpy(float)
     after = measured - part["after"].to_numpy(float)
-    residual = {NONE: before, SOMETHING_ELSE: before}
+    residual = {NONE: before[None], SOMETHING_ELSE: before[None]}
     if chosen and np.isfinite(after).all():
-        residual[chosen] = after
+        residual[chosen] = after[None]
+    for label, channels in stored.items():
+        own = channels[channel]
+        residual[label] = own["mean"] + own["scores"] @ own["directions"]
     return SensorError(
         time - contact,
         residual,

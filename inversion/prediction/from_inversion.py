@@ -15,10 +15,16 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.estimation.shots import suffix
 from birdstrike.inversion.formatting import plain
-from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError, amplitudes
+from birdstrike.inversion.prediction.learnt import (
+    Explanation,
+    Learnt,
+    LearntShot,
+    SensorError,
+    amplitudes,
+    calibrated_error,
+)
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.solver.case.case import Case, load_case
@@ -125,18 +131,5 @@ def _errors(table: pd.DataFrame, method: str, ending: str, case: Case, late: flo
         if f"measured_{label}" not in table or f"{method}_{label}" not in table:
             continue
         measured, model = (table[f"{start}_{label}"].to_numpy(float) for start in ("measured", method))
-        kept = np.isfinite(measured) & np.isfinite(model)
-        residual = measured[kept] - model[kept]
-        noise = sensor.noise or float(np.median(np.abs(np.diff(residual))) / 0.954)  # of white noise: 0.6745 sqrt(2)
-        clock = np.array([0.0, case.time.end]) - case.first_contact
-        found[name] = SensorError(
-            time[kept] - late - case.first_contact,
-            {CALIBRATED: residual},
-            np.full(int(kept.sum()), noise),
-            float(np.abs(measured[kept]).max()),
-            DISCREPANCY_LENGTH * case.time.end,
-            clock,
-            np.ones(2),
-            sensor.kind,
-        )
+        found[name] = calibrated_error(case, name, time - late - case.first_contact, measured, {CALIBRATED: model})
     return found

@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from birdstrike.data.curves import Measured, read_histories, read_measured
+from birdstrike.data.curves import read_histories, read_measured
 from birdstrike.data.errors import UserError
-from birdstrike.data.histories import Histories
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
-from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
@@ -23,6 +21,7 @@ from birdstrike.inversion.prediction.learnt import (
     LearntShot,
     SensorError,
     amplitudes,
+    calibrated_error,
     read_results,
 )
 from birdstrike.solver.case.case import Case, load_case
@@ -45,9 +44,11 @@ def read_models(folder: Path) -> Learnt:
     explanations = tuple(
         _explanation(folder, name, shares[name] / whole if whole else 1.0 / len(kept), shots, content) for name in kept
     )
+    stored = [name for name in kept if name not in rough]
     said = (
-        f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)}), up to 2000 draws of each "
-        f"from its posterior ({DRAWS_FILE})",
+        f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})",
+        *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
+        *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
         "no missing effect was looked for: run diagnose to have the explanations averaged",
     )
     return Learnt(
@@ -93,30 +94,24 @@ def _rough(answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
 
 
 def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:
-    record = read_measured(folder / "records" / f"{shot}.csv")
-    runs = {name: read_histories(folder / name / f"calibrated_{shot}.csv") for name in models}
-    return {
-        sensor: _error(sensor, record, runs, case)
-        for sensor in case.sensors
-        if sensor in record.channels and all(sensor in run.channels for run in runs.values())
-    }
+    """Of one shot's sensors; on the record's clock the likeliest model's run begins at its time origin."""
+    record = read_measured(_present(folder, folder / "records" / f"{shot}.csv"))
+    runs = {name: read_histories(_present(folder, folder / name / f"calibrated_{shot}.csv")) for name in models}
+    contact = float(runs[models[0]].time[0]) + case.first_contact
+    kept = record.time <= min(float(run.time[-1]) for run in runs.values())
+    time, found = record.time[kept], dict[str, SensorError]()
+    for sensor in case.sensors:
+        if sensor in record.channels and all(sensor in run.channels for run in runs.values()):
+            curves = {name: np.interp(time, run.time, run.channels[sensor]) for name, run in runs.items()}
+            found[sensor] = calibrated_error(case, sensor, time - contact, record.channels[sensor][kept], curves)
+    return found
 
 
-def _error(sensor: str, record: Measured, runs: Mapping[str, Histories], case: Case) -> SensorError:
-    end = min(float(run.time[-1]) for run in runs.values())
-    values = record.channels[sensor]
-    kept = np.isfinite(values) & (record.time <= end)
-    times = record.time[kept]
-    residual = {name: values[kept] - np.interp(times, run.time, run.channels[sensor]) for name, run in runs.items()}
-    first = next(iter(residual.values()))
-    noise = case.sensors[sensor].noise or float(np.median(np.abs(np.diff(first))) / 0.954)
-    return SensorError(
-        times - case.first_contact,
-        residual,
-        np.full(len(times), noise),
-        float(np.abs(values[kept]).max()),
-        DISCREPANCY_LENGTH * case.time.end,
-        np.array([0.0, case.time.end]) - case.first_contact,
-        np.ones(2),
-        case.sensors[sensor].kind,
-    )
+def _present(folder: Path, path: Path) -> Path:
+    """A file of the comparison; raises UserError where it is missing."""
+    if not path.is_file():
+        raise UserError(
+            f"--from {folder}: {path.relative_to(folder)} is missing (the run at that model's answer failed, or files "
+            "were moved); repeat calibrate-models with the same --out and --retry-failed, whose simulations are stored"
+        )
+    return path

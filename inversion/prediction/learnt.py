@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder
+from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 
@@ -47,8 +49,10 @@ class Explanation:
 class SensorError:
     """What the fitted models leave of a sensor's record.
 
-    times: (n,) [s] since first contact; residual: explanation -> (n,) SI, record less model; sigma: (n,) of the noise;
-    peak: SI; length: correlation time [s]; growth_times, growth: s(t) >= 1 of the error's size; kind: of the sensor.
+    times: (n,) [s] since first contact; residual: explanation -> (draws, n) SI, record less model at each of its draws,
+    or (1, n) at its fit where no more is known; sigma: (n,) of the noise; peak: SI; length: correlation time [s];
+    growth_times, growth: s(t) >= 1 of the error's size; kind: of the sensor; finer: (n,) SI, one standard deviation of
+    what a still finer mesh would add, where that is known.
     """
 
     times: Array
@@ -59,10 +63,20 @@ class SensorError:
     growth_times: Array
     growth: Array
     kind: str = ""
+    finer: Array | None = None
+
+    def finer_at(self, kept: NDArray[np.int64]) -> Array:
+        """(k,) SI of some instants; 0 where it is not known."""
+        return np.zeros(len(kept)) if self.finer is None else self.finer[kept]
 
     def grown(self, times: Array) -> Array:
         """s at `times` [s] since first contact."""
         return np.interp(times, self.growth_times, self.growth)
+
+    def left(self, label: str, rows: NDArray[np.int64]) -> Array:
+        """(rows, n) SI: what an explanation leaves at rows of its draws."""
+        own = self.residual[label]
+        return own[rows] if len(own) > 1 else np.repeat(own, len(rows), axis=0)
 
     def excess(self, label: str) -> float:
         """Mean square share of the peak, at first contact, of what an explanation leaves beyond the noise."""
@@ -103,6 +117,28 @@ class Learnt:
     def sensors(self) -> tuple[str, ...]:
         """Sensors of all shots."""
         return tuple(dict.fromkeys(name for shot in self.shots for name in shot.errors))
+
+
+def calibrated_error(case: Case, name: str, times: Array, measured: Array, models: Mapping[str, Array]) -> SensorError:
+    """Of a calibration's record, with one run of every model at its answer.
+
+    times: (m,) [s] since first contact; measured: (m,) SI, NaN where nothing was read; models: label -> (m,) SI.
+    """
+    sensor = case.sensors[name]
+    kept = np.isfinite(measured) & np.all([np.isfinite(curve) for curve in models.values()], axis=0)
+    residual = {label: (measured - curve)[None, kept] for label, curve in models.items()}
+    steps = np.abs(np.diff(next(iter(residual.values()))[0]))
+    noise = sensor.noise or float(np.median(steps) / 0.954)  # of white noise: 0.6745 sqrt(2)
+    return SensorError(
+        times[kept],
+        residual,
+        np.full(int(kept.sum()), noise),
+        float(np.abs(measured[kept]).max()),
+        DISCREPANCY_LENGTH * case.time.end,
+        np.array([0.0, case.time.end]) - case.first_contact,
+        np.ones(2),
+        sensor.kind,
+    )
 
 
 def amplitudes(

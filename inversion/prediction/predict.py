@@ -39,6 +39,7 @@ from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.prediction.sample import EFFECT, FEWEST, affordable, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
+from birdstrike.solver.kernels import metal
 
 BUDGET = 40
 LEAST_BUDGET = 8
@@ -196,7 +197,7 @@ def _assembled(
             "probability": torn,
             "interval_95": torn_interval,
             "simulations": len(campaign.torn),
-            "modelled": bool(campaign.torn.any()) or _tears(new),
+            "modelled": bool(campaign.torn.any()) or tears(new),
         },
         sources={name: shares(one) for name, one in draws.items()},
         narrowing=narrowing(draws, learnt, [key.removeprefix(EFFECT) for key in setting.held], first),
@@ -222,10 +223,14 @@ def _limit(draws: SensorDraws, value: float) -> Limit:
     return Limit(value, draws.unit, probability, interval)
 
 
-def _tears(case: Case) -> bool:
-    """Whether the case lets its plate tear; that of an assembly or of another solver is not known here."""
-    if case.target is not None or case.solver.name == "external":
-        return True
+def tears(case: Case) -> bool:
+    """Whether the case lets its structure tear; another solver's runs do not tell."""
+    if case.solver.name == "external":
+        return False
+    if case.target is not None:
+        used = {part.material for part in case.target.parts.values()}
+        rows = [law.row() for name, law in case.target.materials.items() if name in used and law.moves]
+        return any(np.isfinite(row[metal.FAILURE]) or row[metal.DAMAGE] for row in rows)
     return not case.plate.rigid and case.plate.material.failure_strain < NEVER_TEARS
 
 

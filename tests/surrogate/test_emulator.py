@@ -121,6 +121,15 @@ def test_error_is_larger_where_the_left_out_runs_were_missed_by_more() -> None:
     assert variance[0] > 20.0 * variance[1]
 
 
+def test_error_far_from_all_runs_is_finite() -> None:
+    rng = np.random.default_rng(1)
+    u = rng.uniform(0.0, 1.0, (20, 1))
+    near = replace(GaussianProcess.fit(u, np.sin(6.0 * u[:, 0]) + 0.05 * rng.standard_normal(20), 0), locality=128.0)
+    far = near.variance(np.array([[0.5], [50.0]]))
+    assert np.isfinite(far).all()
+    assert far[1] > 0.0
+
+
 def test_scatter_that_lasts_is_carried_as_lasting() -> None:
     """A slow error common to two channels: their mean errs with it, however many instants are averaged."""
     rng, time = np.random.default_rng(2), np.linspace(0.0, 1.0, 400)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from birdstrike.cli.app import app
-from birdstrike.data.tree import load_tree
+from birdstrike.data.tree import load_tree, save_tree
+from birdstrike.inversion.diagnosis.answer import curve_at
 from birdstrike.inversion.diagnosis.discrepancy import unknown_or_stated
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.system import Places, build
+from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import few_simulations
 
@@ -48,6 +54,63 @@ def test_the_draws_of_a_single_effect_have_its_magnitude_and_its_spread(laborato
             continue  # a magnitude cut at 0 has another mean than the Gaussian that is cut
         assert sizes.mean() == pytest.approx(float(evidence.h[0]), abs=0.35 * sd)
         assert sizes.std() == pytest.approx(sd, rel=0.35)
+
+
+def test_what_each_model_leaves_of_the_record_is_that_of_its_own_curve(laboratory: Laboratory) -> None:
+    ranking, (shot, *_) = laboratory.answered[0]
+    known = read_diagnosis(laboratory.folder / "out")
+    assert not any("earlier version" in line for line in known.warnings)
+    compared = 0
+    for one in known.explanations:
+        if one.label not in ranking.fits:
+            continue
+        left = shot.record.values - curve_at(ranking, one.label, shot)
+        for i, trace in enumerate(shot.record.traces):
+            own = known.shots[0].errors[trace.name].residual[one.label]
+            assert len(own) == len(one.parameters)
+            of = shot.record.channel == i
+            assert own.mean(axis=0) == pytest.approx(
+                left[of], abs=0.3 * float(own.std(axis=0).max()) + 1e-2 * trace.peak
+            )
+        compared += 1
+    assert compared > 1
+
+
+def test_residuals_that_an_earlier_version_did_not_store_are_told(laboratory: Laboratory, tmp_path: Path) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(laboratory.folder / "out", old, ignore=shutil.ignore_patterns("runs"))
+    model = load_tree(old / "model.npz")
+    for one in model["posterior"]:
+        del one["residuals"]
+    save_tree(old / "model.npz", model)
+    known, now = read_diagnosis(old), read_diagnosis(laboratory.folder / "out")
+    chosen = laboratory.content()["after"]["model"]
+    for name, error in known.shots[0].errors.items():
+        assert set(error.residual) == {NONE, SOMETHING_ELSE, chosen}  # no other has another one's
+        assert error.excess("none") == pytest.approx(now.shots[0].errors[name].excess("none"), rel=0.3)
+    (told,) = (line for line in known.warnings if "earlier version" in line)
+    assert "repeat the diagnose command" in told
+    for one in known.explanations:
+        assert one.label in told
+
+
+def test_a_later_shot_has_its_own_peak_and_contact(laboratory: Laboratory, tmp_path: Path) -> None:
+    out = tmp_path / "two"
+    shutil.copytree(laboratory.folder / "out", out, ignore=shutil.ignore_patterns("runs"))
+    model = load_tree(out / "model.npz")
+    model["shots"].append({**model["shots"][0], "name": "slow"})
+    model["conditions"].append(model["conditions"][0])
+    model["contacts"].append(model["contacts"][0] + 1e-4)
+    for one in model["posterior"]:
+        one["residuals"].append(one["residuals"][0])
+    save_tree(out / "model.npz", model)
+    table = pd.read_csv(out / "diagnosis.csv")
+    table["measured"] *= 0.5
+    table.to_csv(out / "diagnosis_slow.csv", index=False)
+    first, slow = read_diagnosis(out).shots
+    for name, error in first.errors.items():
+        assert slow.errors[name].peak == pytest.approx(0.5 * error.peak)
+        np.testing.assert_allclose(slow.errors[name].times, error.times - 1e-4, atol=1e-9)
 
 
 def test_a_diagnosis_is_carried_to_another_speed(laboratory: Laboratory) -> None:

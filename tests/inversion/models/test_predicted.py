@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from birdstrike.data.errors import UserError
@@ -51,6 +52,37 @@ def test_a_model_without_a_stored_sample_is_drawn_from_its_intervals(folder: Pat
     for name, (low, high) in answer["ranges"].items():
         assert low <= draws[name].min() < draws[name].max() <= high
     assert any("murnaghan: no posterior is stored" in line for line in learnt.warnings)
+
+
+def test_without_a_stored_sample_the_answer_speaks_of_none(folder: Path, tmp_path: Path) -> None:
+    assert any("up to 2000 draws of murnaghan" in line for line in read_models(folder).said)
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "murnaghan" / "posterior.csv").unlink()
+    said = read_models(tmp_path / "copy").said
+    assert not any("2000 draws" in line for line in said)
+    assert any("murnaghan: no posterior is stored" in line for line in said)
+
+
+def test_the_time_origin_of_a_record_is_taken_off_the_model_s_error(folder: Path, tmp_path: Path) -> None:
+    late_one = tmp_path / "late"
+    shutil.copytree(folder, late_one)
+    for path in (late_one / "records" / "shot_0.csv", late_one / "murnaghan" / "calibrated_shot_0.csv"):
+        table = pd.read_csv(path, comment="#")
+        table[table.columns[0]] += 5e-5 if table.columns[0] == "time_s" else 0.05  # ms
+        path.write_text(table.to_csv(index=False), encoding="utf-8")
+    (known, *_), (late, *_) = (read_models(place).shots for place in (folder, late_one))
+    for sensor, error in known.errors.items():
+        np.testing.assert_allclose(late.errors[sensor].times, error.times, atol=1e-9)
+        np.testing.assert_allclose(
+            late.errors[sensor].residual["murnaghan"], error.residual["murnaghan"], atol=1e-3 * error.peak
+        )
+
+
+def test_a_missing_run_of_a_model_is_named_with_the_remedy(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "murnaghan" / "calibrated_shot_1.csv").unlink()
+    with pytest.raises(UserError, match=r"murnaghan/calibrated_shot_1\.csv is missing.*repeat calibrate-models"):
+        read_models(tmp_path / "copy")
 
 
 def test_a_damaged_comparison_is_refused_with_the_remedy(tmp_path: Path) -> None:

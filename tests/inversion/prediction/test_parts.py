@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from birdstrike.inversion.prediction.carry_over import carried_effects, refuse_a
 from birdstrike.inversion.prediction.discrepancy import realisations
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
+from birdstrike.inversion.prediction.predict import tears
 from birdstrike.inversion.prediction.sample import draw, shares_of, tolerances_of
+from birdstrike.solver.case.case import Case, case_from_table, load_case
 from tests.inversion.diagnosis.rig import tiny
 
 TIME = np.linspace(0.0, 0.9e-3, 91)
@@ -48,7 +51,7 @@ def explanation(label: str, share: float, rows: int = 200) -> Explanation:
 def learnt(*shares: tuple[str, float]) -> Learnt:
     case = tiny()
     explanations = tuple(explanation(label, share) for label, share in shares)
-    residual = {one.label: LEFT for one in explanations}
+    residual = {one.label: LEFT[None] for one in explanations}
     flat = np.ones(2)
     error = SensorError(TIME, residual, np.full(len(TIME), 1e-6), 5e-3, 1.5e-4, TIME[[0, -1]], flat)
     errors = {"displacement_centre": error, "displacement_side": error}
@@ -108,13 +111,26 @@ def test_a_shot_s_effect_is_drawn_anew_about_zero() -> None:
     assert "effects.impact_speed" not in draw(known, carried_effects(known, case), stated, [100], 0).values
 
 
+def parts_at(known: Learnt, case: Case, finer: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    """Of 500 draws of the first explanation: the error that the records let expect, deviations of it, of the mesh."""
+    where, rng = distance(known, case), np.random.default_rng(0)
+    one, errors = known.explanations[0], [shot.errors["displacement_centre"] for shot in known.shots]
+    rows, none = np.arange(500) % len(one.parameters), np.zeros(len(TIME))
+    return realisations(one, rows, errors, "displacement", TIME, none if finer is None else finer, where, rng)
+
+
 def error_at(speed: float, **changes: dict[str, object]) -> tuple[np.ndarray, float]:
     """Draws of the model's error over the peak, and its growth."""
-    known = learnt(("none", 1.0))
-    where = distance(known, tiny().overlaid({"impact": {"speed": f"{speed} m/s"}, **changes}))
-    rng = np.random.default_rng(0)
-    one, error = known.explanations[0], known.shots[0].errors["displacement_centre"]
-    return realisations(one, np.zeros(500, dtype=int), error, "displacement", TIME, where, rng), where.growth
+    known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"speed": f"{speed} m/s"}, **changes})
+    mean, deviation, _ = parts_at(known, case)
+    return mean + deviation, distance(known, case).growth
+
+
+def with_error(known: Learnt, **changes: Any) -> Learnt:
+    """The first shot's centre with another error."""
+    shot = known.shots[0]
+    errors = {**shot.errors, "displacement_centre": replace(shot.errors["displacement_centre"], **changes)}
+    return replace(known, shots=(replace(shot, errors=errors),))
 
 
 def test_the_model_errs_again_as_it_did_where_the_new_shot_is_the_learnt_one() -> None:
@@ -133,6 +149,72 @@ def test_the_model_s_error_grows_and_is_forgotten_with_the_distance() -> None:
     assert growth == 2.0
     assert other.mean(axis=0) == pytest.approx(0.0, abs=5.0 * growth * amplitude / np.sqrt(500))
     assert other.std(axis=0)[50] == pytest.approx(growth * amplitude, rel=0.1)
+
+
+def test_growth_in_time_is_counted_once() -> None:
+    """A residual of 2 % of the peak at contact that triples until the end is an error of 2 % that triples."""
+    grown = np.linspace(1.0, 3.0, len(TIME))
+    residual = 0.02 * 5e-3 * np.sqrt(2.0) * np.sin(3e5 * TIME) * grown
+    known = with_error(learnt(("none", 1.0)), residual={"none": residual[None]}, growth_times=TIME, growth=grown)
+    stated = {"displacement": np.full(200, 1e-4)}
+    known = replace(known, explanations=(replace(known.explanations[0], amplitude=stated),))
+    assert known.shots[0].errors["displacement_centre"].excess("none") == pytest.approx(0.02**2, rel=0.05)
+    elsewhere = tiny().overlaid({"plate": {"width": "400 mm"}})  # nothing is known of the error but its size
+    _, deviation, _ = parts_at(known, elsewhere)
+    growth = distance(known, elsewhere).growth
+    for at in (45, 89):
+        assert deviation[:, at].std() == pytest.approx(0.02 * growth * grown[at], rel=0.15)
+
+
+def test_an_explanation_s_error_follows_its_own_residual_and_no_other_s() -> None:
+    both = learnt(("none", 0.5), ("clamp_rotation", 0.5))
+    known = with_error(both, residual={"none": LEFT[None], "clamp_rotation": -0.5 * LEFT[None]})
+    swapped = replace(known, explanations=known.explanations[::-1])
+    first, second = (parts_at(one, tiny())[0].mean(axis=0) for one in (known, swapped))
+    assert first[10:] == pytest.approx(LEFT[10:] / 5e-3, abs=2e-3)
+    assert second[10:] == pytest.approx(-0.5 * LEFT[10:] / 5e-3, abs=2e-3)
+    alone = with_error(both, residual={"clamp_rotation": LEFT[None]})  # nothing is known of what `none` leaves
+    expected, deviation, _ = parts_at(alone, tiny())
+    assert not expected.any()
+    assert deviation[:, 45].std() == pytest.approx(0.02, rel=0.15)
+
+
+def test_a_draw_whose_curve_lies_high_has_an_error_that_lies_low() -> None:
+    """What the parameters leave open where the record has settled it is no width of a prediction there."""
+    above = 2e-4 * np.random.default_rng(1).standard_normal((200, 1)) * np.sin(3e3 * TIME)  # m, of each draw's curve
+    known = with_error(learnt(("none", 1.0)), residual={"none": LEFT - above})
+    expected, _, _ = parts_at(known, tiny())
+    of_draw = above[np.arange(500) % 200] / 5e-3
+    whole = of_draw + expected
+    assert whole[:, 45].std() < 0.1 * of_draw[:, 45].std()
+    assert whole.mean(axis=0)[10:] == pytest.approx(LEFT[10:] / 5e-3, abs=2e-3)
+
+
+def test_two_learnt_speeds_leave_less_open_between_them_than_one() -> None:
+    known = learnt(("none", 1.0))
+    case = tiny().overlaid({"impact": {"speed": "90 m/s"}})
+    faster = conditions(tiny().overlaid({"impact": {"speed": "100 m/s"}}))
+    both = replace(known, shots=(*known.shots, LearntShot("fast", faster, known.shots[0].errors)))
+    one, two = (parts_at(several, case)[1][:, 45].std() for several in (known, both))
+    assert two < 0.6 * one
+
+
+def test_what_a_finer_mesh_would_add_is_in_the_record_of_the_same_rig_and_in_none_of_another() -> None:
+    size = 0.03 * np.sin(3e3 * TIME)  # of the peak
+    known = with_error(learnt(("none", 1.0)), finer=5e-3 * size)
+    here = parts_at(known, tiny(), size)[2][:, 45].std()
+    elsewhere = parts_at(known, tiny().overlaid({"plate": {"width": "400 mm"}}), size)[2][:, 45].std()
+    assert here < 0.2 * abs(size[45])
+    assert elsewhere == pytest.approx(abs(size[45]), rel=0.1)
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_tearing_of_an_assembly_is_modelled_where_a_part_s_material_fails(fails: bool) -> None:
+    table = dict(load_case("flat_plate_002", {"target.generator.element_size": "60 mm"}).table)
+    metal = {key: value for key, value in table["target"]["materials"]["LY12"].items() if key != "failure_strain"}
+    metal |= {"failure_strain": 0.3} if fails else {}
+    table["target"] = {**table["target"], "materials": {"LY12": metal}}
+    assert tears(case_from_table(table, "assembly")) is fails
 
 
 def test_distance_is_measured_from_the_range_of_all_shots() -> None:
