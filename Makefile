@@ -19,7 +19,7 @@ help:
 	@echo "make tour    run the notebook docs/tour.ipynb anew"
 	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
-	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 125)"
+	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 60)"
 	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (about 10 minutes on 2 cores)"
 	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
 

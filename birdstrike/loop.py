@@ -406,6 +406,7 @@ def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
     for state in ("before", "after"):
         found = diagnosed.get(state) or {}
         answer[state] = (found.get("solver") or found).get("rmse")
+        answer[f"{state}_less_baseline"] = (found.get("solver") or found).get("rmse_less_baseline")
     sensors = diagnosed.get("noise", {}).get("sensors", {})
     answer["units"] = {name: sensor["unit"] for name, sensor in sensors.items()}
     return answer

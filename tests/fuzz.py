@@ -1,4 +1,4 @@
-"""Settings of the tests that draw random input: 25 examples each in `make test`, BIRDSTRIKE_FUZZ=n draws n."""
+"""Settings of the tests that draw random input: 12 examples each in `make test`, BIRDSTRIKE_FUZZ=n draws n."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
-EXAMPLES = int(os.environ.get("BIRDSTRIKE_FUZZ", "25"))
+EXAMPLES = int(os.environ.get("BIRDSTRIKE_FUZZ", "12"))
 
 fuzzed: Callable[[Any], Any] = settings(
     max_examples=EXAMPLES,

@@ -137,10 +137,12 @@ def diagnosis_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     if one := answer.get("likeliest"):
         size = f", magnitude {one['magnitude_words']}" if one["magnitude_words"] else ""
         yield f"Likeliest: {one['name']} ({one['meaning']}), probability {one['probability']:.2f}{size}."
-    if answer["before"] and answer["after"]:
-        parts = [
-            f"{name.replace('_', ' ')} {quantity(before, unit)} -> {quantity(answer['after'][name], unit)}"
-            for name, before in answer["before"].items()
-            if (unit := answer["units"].get(name)) is not None
-        ]
-        yield f"RMS error, calibrated without it -> with it: {'; '.join(parts)}."
+    for which, words in (("_less_baseline", " less what the baseline shows of this rig"), ("", "")):
+        first, last = answer.get(f"before{which}"), answer.get(f"after{which}")
+        if first and last:
+            parts = [
+                f"{name.replace('_', ' ')} {quantity(before, unit)} -> {quantity(last[name], unit)}"
+                for name, before in first.items()
+                if (unit := answer["units"].get(name)) is not None
+            ]
+            yield f"RMS error{words}, calibrated without it -> with it: {'; '.join(parts)}."

@@ -149,11 +149,14 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     from birdstrike.inversion.formatting import quantity
 
     first, last = found.before.error, found.after.error if found.after else None
-    parts = []
-    for name, value in first["rmse"].items():
-        unit = found.noise["sensors"][name]["unit"]
-        parts.append(f"{name} {quantity(value, unit)}" + (f" -> {quantity(last['rmse'][name], unit)}" if last else ""))
-    yield f"error{' before -> after' if last else ''}: {', '.join(parts)}"
+    for key, words in (("rmse_less_baseline", " less what the baseline shows"), ("rmse", "")):
+        if not first[key]:
+            continue
+        parts = []
+        for name, value in first[key].items():
+            unit = found.noise["sensors"][name]["unit"]
+            parts.append(f"{name} {quantity(value, unit)}" + (f" -> {quantity(last[key][name], unit)}" if last else ""))
+        yield f"error{words}{' before -> after' if last else ''}: {', '.join(parts)}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
     if found.next_measurement:

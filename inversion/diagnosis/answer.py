@@ -89,7 +89,8 @@ class State:
 
     rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
     raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
-    interval_95, unit; solver: rmse of one run of the declared case, or None.
+    interval_95, unit; solver: rmse of one run of the declared case, or None; rmse_less_baseline: sensor -> SI, of the
+    residual less what the baselines' residuals tell of it, None without a baseline.
     """
 
     model: str
@@ -99,6 +100,7 @@ class State:
     heldout: Mapping[str, float | None]
     parameters: Mapping[str, Mapping[str, Any]]
     solver: Mapping[str, Any] | None = None
+    rmse_less_baseline: Mapping[str, float] | None = None
 
     @property
     def error(self) -> Mapping[str, Any]:
@@ -307,18 +309,20 @@ def _errors(found: Diagnosis) -> str:
     """Of the first sensor in its unit, and of all by what noise and model error explain.
 
     A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
-    record agrees better with what is expected of it.
+    record agrees better with what is expected of it; so the error is told less what the baseline shows.
     """
     if found.after is None:
         return ""
     first = next(iter(found.before.error["rmse"]))
+    beside = all(one.error["rmse_less_baseline"] for one in (found.before, found.after))
+    key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
     unit = found.noise["sensors"][first]["unit"]
-    (old, shown_unit), (new, _) = (display(one.error["rmse"][first], unit) for one in (found.before, found.after))
+    (old, shown_unit), (new, _) = (display(one.error[key][first], unit) for one in (found.before, found.after))
     changes = "falls" if new < old else "rises"
     ratios = (found.before.error["weighted"], found.after.error["weighted"])
     return (
-        f"the error at {first.replace('_', ' ')} {changes} from {rounded(old, 3)} to {rounded(new, 3)} {shown_unit}, "
-        f"the misfit of all sensors over noise and model error goes from {ratios[0]:.2g} to {ratios[1]:.2g}; "
+        f"the error at {first.replace('_', ' ')}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
+        f"{shown_unit}, the misfit of all sensors over noise and model error goes from {ratios[0]:.2g} to {ratios[1]:.2g}; "
     )
 
 
@@ -407,6 +411,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
     residual = shot.record.values - curve
     mean, sd = expected_residual(shot, ranking.problem, ranking.models[label], fit)
     noise = np.sqrt(np.diag(shot.record.covariance()))
+    beside = any(one.baseline for one in ranking.problem.shots)
     solver = None
     if run is not None:
         off = shot.record.values - run.curve
@@ -415,6 +420,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
             "weighted": whitened(off - mean, sd),
             "raw": whitened(off, noise),
             "off": whitened(run.curve - curve, sd),
+            "rmse_less_baseline": rms_by_channel(shot, off - mean) if beside else None,
         }
     return State(
         model=label,
@@ -424,6 +430,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
         heldout=in_short(held),
         parameters=parameters(fit, shot),
         solver=solver,
+        rmse_less_baseline=rms_by_channel(shot, residual - mean) if beside else None,
     )
 
 

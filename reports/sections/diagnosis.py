@@ -83,17 +83,19 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """RMS errors of one shot, of the fits and of the solver."""
     rows = []
     states = (shot["before"], shot["after"])
-    for name in shot["before"]["rmse"]:
-        fitted = [with_unit(s["rmse"][name], units[name]) if s else "–" for s in states]
-        solver = [with_unit(s["solver"]["rmse"][name], units[name]) if s and s["solver"] else "–" for s in states]
-        rows.append((name.replace("_", " "), *fitted, *solver))
+    runs = [one and one["solver"] for one in states]
+    for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
+        for name in shot["before"].get(key) or {}:
+            cells = (with_unit(one[key][name], units[name]) if one else "–" for one in (*states, *runs))
+            rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
         solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
         rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
     head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
     words = (
         f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh. Solver: one simulation of the "
-        "declared case at the fit; what it has more is the error of the declared mesh."
+        "declared case at the fit; what it has more is the error of the declared mesh. Less the baseline's: without "
+        "what the baselines' residuals tell of this shot's, which is the model's error on this rig, no missing effect."
     )
     return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
 

@@ -32,7 +32,7 @@ OF_AN_EFFECT = {
     "name", "magnitude", "unit", "interval_95", "p_consistent", "log_evidence", "twins", "at_bound", "absorbed", "bias",
     "plausible_size", "meaning", "confirmed", "probability",
 }  # fmt: skip
-OF_A_STATE = {"model", "rmse", "weighted", "raw", "heldout", "parameters", "solver"}
+OF_A_STATE = {"model", "rmse", "weighted", "raw", "heldout", "parameters", "solver", "rmse_less_baseline"}
 
 
 def record(end: float = 0.9e-3, sensors: tuple[str, ...] = ("displacement_centre", "displacement_side")) -> Measured:
@@ -45,6 +45,8 @@ def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(laborator
     found = laboratory.content()
     assert found["alarm"] < 0.05
     assert any("clamp_rotation" in name for name in found["confidence_set"])
+    before, after = ((found[state] or {}).get("rmse_less_baseline") for state in ("before", "after"))
+    assert all(after[name] < before[name] for name in before)
     # On so coarse a mesh none of four effects describes free edges well; the likeliest first.
     clamp = next(one for one in found["effects"] if one["name"] not in ("none", "something_else"))
     assert clamp["name"] == "clamp_rotation"
