@@ -322,7 +322,8 @@ def _errors(found: Diagnosis) -> str:
     ratios = (found.before.error["weighted"], found.after.error["weighted"])
     return (
         f"the error at {first.replace('_', ' ')}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
-        f"{shown_unit}, the misfit of all sensors over noise and model error goes from {ratios[0]:.2g} to {ratios[1]:.2g}; "
+        f"{shown_unit}, the misfit of all sensors over noise and model error goes from {ratios[0]:.2g} to "
+        f"{ratios[1]:.2g}; "
     )
 
 
