@@ -73,7 +73,7 @@ def test_the_accepted_units_that_errors_name_are_accepted() -> None:
 
 
 def test_the_accepted_units_have_the_size_that_pint_gives_them() -> None:
-    every = UnitRegistry(non_int_type=Decimal)
+    every = UnitRegistry(non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
     for unit, listed in ACCEPTED.items():
         for name in [unit, *listed.split(", ")] if unit else []:
             text = name.replace("Msi", "Mpsi")

@@ -45,7 +45,7 @@ def test_edges_that_let_go_raise_the_alarm_and_are_in_the_credible_set(laborator
     found = laboratory.content()
     assert found["alarm"] < 0.05
     assert any("clamp_rotation" in name for name in found["confidence_set"])
-    before, after = ((found[state] or {}).get("rmse_less_baseline") for state in ("before", "after"))
+    before, after = (found[state]["rmse_less_baseline"] for state in ("before", "after"))
     assert all(after[name] < before[name] for name in before)
     # On so coarse a mesh none of four effects describes free edges well; the likeliest first.
     clamp = next(one for one in found["effects"] if one["name"] not in ("none", "something_else"))
