@@ -91,11 +91,12 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
     hypothesis, shot = ranking.models[label], shots[0]
     setup = shot.setup
-    tester = ranking.fits.get(label, ranking.fits[NONE]).tester
+    fit = ranking.stands_at(label)
+    tester = fit.tester
     sizes, rng = [float(h) for h in ranking.evidence[label].h], np.random.default_rng(0)
     parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
     k = len(setup.lows)
-    begin = ranking.fits[NONE].system.groups.index(shot.group) * k
+    begin = fit.system.groups.index(shot.group) * k
     z = np.clip(0.5 + PRIOR_SD * parameters[:, begin : begin + k], setup.lows, setup.highs)
     h = np.array([np.clip(column, *one.limits) for one, column in zip(hypothesis.members, found.T, strict=True)])
     magnitudes = [

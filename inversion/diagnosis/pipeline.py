@@ -258,7 +258,7 @@ class Pipeline:
             "shots": [shot.name.removeprefix("baseline ") for shot in self.baselines.shots],
             "residual_rms": rms,
             "gain": gain(detectable, minimum_detectable(without)),
-            "same_bird": ranking.same_bird,
+            "same_bird": self._same_bird(ranking),
             "bird": {
                 "stated": self.options.baseline_bird,
                 "records": ranking.birds,

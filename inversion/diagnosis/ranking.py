@@ -115,13 +115,21 @@ NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are eval
 
 @dataclass(frozen=True)
 class Ranking:
-    """fits: refitted models by label; evidence: every model's; shares: posterior probabilities."""
+    """fits: refitted models by label; evidence: every model's; shares: posterior probabilities.
+
+    about: fit of each other model at which its evidence stands, by label.
+    """
 
     problem: Problem
     models: Mapping[str, Hypothesis]
     fits: Mapping[str, Fit]
     evidence: Mapping[str, Evidence]
     shares: Mapping[str, float]
+    about: Mapping[str, Fit] = field(default_factory=dict)
+
+    def stands_at(self, label: str) -> Fit:
+        """The fit at which a model's evidence was computed: its own, or for most pairs that of a member."""
+        return self.fits.get(label) or self.about.get(label, self.fits[NONE])
 
     @property
     def confidence_set(self) -> tuple[str, ...]:
@@ -192,10 +200,11 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     _refit_best(problem, models, singles, evidence, fits, begins, refits)
     progress(0.8)
     best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    evidence |= _pairs(fits, best, models, evidence)
-    refit_pairs(problem, models, evidence, fits)
+    about = begins | fits
+    evidence |= _pairs(fits, best, models, evidence, about)
+    refit_pairs(problem, models, evidence, fits, about)
     progress(1.0)
-    return Ranking(problem, models, fits, evidence, probabilities(evidence))
+    return Ranking(problem, models, fits, evidence, probabilities(evidence), about)
 
 
 def _astray(evidence: Evidence, fit: Fit) -> float:
@@ -254,12 +263,17 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
 
 
 def _pairs(
-    fits: Mapping[str, Fit], best: str, models: Mapping[str, Hypothesis], evidence: Mapping[str, Evidence]
+    fits: Mapping[str, Fit],
+    best: str,
+    models: Mapping[str, Hypothesis],
+    evidence: Mapping[str, Evidence],
+    fit_about: dict[str, Fit],
 ) -> dict[str, Evidence]:
     """The pairs, each about the fit of its likelier member; those that could matter with the doubt of their signatures.
 
     The likeliest node of the best single alone tells which; the others stay at the better of their singles, which a
     pair's extra magnitude can only lower by its Occam factor. Nodes: those that the best single or a member keeps.
+    fit_about: receives the fit at which each pair's evidence stands.
     """
     pairs = [one for one in models.values() if len(one.members) == 2]
     if not pairs:
@@ -282,7 +296,9 @@ def _pairs(
             full = about.tester.model(one, only=kept)
             found[one.label] = replace(full, log_evidence=full.log_evidence + offsets[label])
         else:
-            found[one.label] = _as_single(one, evidence[_better(one, evidence)])
+            label = _better(one, evidence)
+            about, found[one.label] = fit_about[label], _as_single(one, evidence[label])
+        fit_about[one.label] = about
     return found
 
 
@@ -292,7 +308,11 @@ def _kept(models: Iterable[Evidence]) -> Indices:
 
 
 def refit_pairs(
-    problem: Problem, models: Mapping[str, Hypothesis], evidence: dict[str, Evidence], fits: Mapping[str, Fit]
+    problem: Problem,
+    models: Mapping[str, Hypothesis],
+    evidence: dict[str, Evidence],
+    fits: Mapping[str, Fit],
+    fit_about: dict[str, Fit],
 ) -> None:
     """Refit the likeliest pair until it stays the likeliest, where it is within reach of the best model.
 
@@ -308,7 +328,7 @@ def refit_pairs(
         members = [m.label for m in models[label].members if m.label in fits]
         about = fits[max(members, key=lambda name: evidence[name].log_evidence, default=NONE)]
         refitted = problem.refit(models[label], _start(about, models[label], evidence[label]), steps=2)
-        evidence[label] = refitted.evidence
+        evidence[label], fit_about[label] = refitted.evidence, refitted
         score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
         done.add(label)
 

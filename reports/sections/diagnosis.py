@@ -224,7 +224,7 @@ def _bird(base: Mapping[str, Any]) -> str:
     )
     shares = ", ".join(f"{BIRDS[name]} {share:.2f}" for name, share in bird["records"].items())
     verdict = "; they contradict what was stated" if bird["contradicted"] else ""
-    return f" {assumed}. By the records alone, with every model averaged: {shares}{verdict}."
+    return f" {assumed}. By the records alone, with the models averaged: {shares}{verdict}."
 
 
 def _late(content: Mapping[str, Any], name: str) -> str:

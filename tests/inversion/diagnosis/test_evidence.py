@@ -213,7 +213,9 @@ def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
     evidence = {"a": blank} | {n: replace(blank, hypothesis=tried[n], log_evidence=pairs[n]) for n in pairs}
     fits = {"a": Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)}  # pyright: ignore[reportArgumentType]
     problem = Refits({"a+b": -6.0, "a+c": 1.0, "a+d": 50.0}, dict(evidence))
-    refit_pairs(problem, {"a": single, **tried}, evidence, fits)  # pyright: ignore[reportArgumentType]
+    about: dict[str, Fit] = {}
+    refit_pairs(problem, {"a": single, **tried}, evidence, fits, about)  # pyright: ignore[reportArgumentType]
+    assert {label: fit.evidence for label, fit in about.items()} == {n: evidence[n] for n in ("a+b", "a+c")}
     assert problem.asked == ["a+b", "a+c"]
     assert {name: evidence[name].log_evidence for name in pairs} == {"a+b": 4.0, "a+c": 10.0, "a+d": 1.0}
 
@@ -313,6 +315,7 @@ def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, e
     pipeline: Any = Pipeline((), Baselines((shot,)), DiagnosisOptions(baseline_bird=stated), None)  # pyright: ignore[reportArgumentType]
     ranking: Any = SimpleNamespace(birds={"same": 0.001, "recipe": 0.049, "other": 0.95}, same_bird=1.0)
     assert pipeline.contradicted(ranking) is expected
+    assert pipeline._same_bird(ranking) == (0.0 if expected else 1.0)  # 0: nothing is attributed
 
 
 def test_an_unknown_bird_is_refused() -> None:
