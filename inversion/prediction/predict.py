@@ -39,7 +39,7 @@ from birdstrike.inversion.prediction.reading import read_learnt
 from birdstrike.inversion.prediction.sample import EFFECT, FEWEST, affordable, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.target.section import can_fail
 
 BUDGET = 40
 LEAST_BUDGET = 8
@@ -230,7 +230,7 @@ def tears(case: Case) -> bool:
     if case.target is not None:
         used = {part.material for part in case.target.parts.values()}
         rows = [law.row() for name, law in case.target.materials.items() if name in used and law.moves]
-        return any(np.isfinite(row[metal.FAILURE]) or row[metal.DAMAGE] for row in rows)
+        return any(can_fail(row) for row in rows)
     return not case.plate.rigid and case.plate.material.failure_strain < NEVER_TEARS
 
 

@@ -18,8 +18,7 @@ from numba.extending import intrinsic
 ROW = 16  # doubles in a packed row: two cache lines
 WIDTH = 8  # doubles in the widest vector, and rows that are turned at once
 COUNT, INDEX = ir.IntType(32), ir.IntType(64)
-QUARTER, VECTOR = ir.VectorType(ir.DoubleType(), 4), ir.VectorType(ir.DoubleType(), WIDTH)
-HALF = ir.VectorType(ir.DoubleType(), 2)
+QUARTER, HALF = ir.VectorType(ir.DoubleType(), 4), ir.VectorType(ir.DoubleType(), 2)
 EVEN, ODD = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
 LOWER, UPPER = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
 SIDE_BY_SIDE, FIRSTS, SECONDS = (0, 1, 2, 3), (0, 4, 2, 6), (1, 5, 3, 7)

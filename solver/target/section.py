@@ -82,11 +82,16 @@ class Section:
     @property
     def can_fail(self) -> bool:
         """Whether any strain ends it."""
-        return bool(np.isfinite(self.row[metal.FAILURE]) or self.row[metal.DAMAGE] != metal.STRAIN_LIMIT)
+        return can_fail(self.row)
 
     def elastic(self) -> Section:
         """The same without yielding."""
         return Section(self.thickness, self.density, elastic_row(self.young, self.poisson), self.layers)
+
+
+def can_fail(row: Array) -> bool:
+    """Whether any strain ends a metal of this row (`kernels.metal`)."""
+    return bool(np.isfinite(row[metal.FAILURE]) or row[metal.DAMAGE] != metal.STRAIN_LIMIT)
 
 
 def through_thickness(thickness: float, layers: int = LAYERS) -> Array:
