@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from birdstrike.data.units import display
@@ -24,6 +26,16 @@ def rounded(number: float, digits: int) -> str:
     if "e" not in text or not 1e-6 <= abs(number) < 1e7:
         return text
     return np.format_float_positional(float(text), trim="-")
+
+
+def changes(before: Mapping[str, float], after: Mapping[str, float] | None, units: Mapping[str, str]) -> str:
+    """SI values by sensor before and, if any, after: "displacement centre 0.4 mm -> 0.16 mm; ..."; others are left out."""
+    return "; ".join(
+        f"{name.replace('_', ' ')} {quantity(old, units[name])}"
+        + (f" -> {quantity(after[name], units[name])}" if after else "")
+        for name, old in before.items()
+        if name in units
+    )
 
 
 def plain(name: str) -> str:

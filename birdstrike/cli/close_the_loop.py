@@ -131,7 +131,7 @@ def _last_lines(closed: Mapping[str, Any], out: Path) -> None:
 
 def diagnosis_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     """The diagnosis in one sentence; the likeliest model, its probability and magnitude; the error before and after."""
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.inversion.formatting import changes
 
     yield f"Diagnosis: {answer['sentence'].rstrip('.')}."
     if one := answer.get("likeliest"):
@@ -140,9 +140,5 @@ def diagnosis_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     for which, words in (("_less_baseline", " less what the baseline shows of this rig"), ("", "")):
         first, last = answer.get(f"before{which}"), answer.get(f"after{which}")
         if first and last:
-            parts = [
-                f"{name.replace('_', ' ')} {quantity(before, unit)} -> {quantity(last[name], unit)}"
-                for name, before in first.items()
-                if (unit := answer["units"].get(name)) is not None
-            ]
-            yield f"RMS error{words}, calibrated without it -> with it: {'; '.join(parts)}."
+            told = changes(first, last, answer["units"])
+            yield f"RMS error{words}, calibrated without it -> with it: {told}."

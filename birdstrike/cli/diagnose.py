@@ -146,17 +146,14 @@ def table(found: Diagnosis) -> Table:
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, the next measurement, files."""
-    from birdstrike.inversion.formatting import quantity
+    from birdstrike.inversion.formatting import changes
 
     first, last = found.before.error, found.after.error if found.after else None
+    units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
     for key, words in (("rmse_less_baseline", " less what the baseline shows"), ("rmse", "")):
-        if not first[key]:
-            continue
-        parts = []
-        for name, value in first[key].items():
-            unit = found.noise["sensors"][name]["unit"]
-            parts.append(f"{name} {quantity(value, unit)}" + (f" -> {quantity(last[key][name], unit)}" if last else ""))
-        yield f"error{words}{' before -> after' if last else ''}: {', '.join(parts)}"
+        if first[key]:
+            after = last[key] if last else None
+            yield f"RMS error{words}{', before -> after' if last else ''}: {changes(first[key], after, units)}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
     if found.next_measurement:

@@ -226,7 +226,7 @@ def verdict_of(
     credible: tuple[str, ...],
     same_bird: float | None = None,
 ) -> str:
-    """attributed: the alarm was raised, one effect is there with 95 %, no other is likelier there than not.
+    """attributed: the alarm was raised, one effect is there with 95 %, no other is.
 
     presence: none, something else, and each effect -> probability that it is there. unexplained: something else holds
     most. same_bird: probability that the baselines' birds are the shot's, None without baselines: beside those of
@@ -237,8 +237,7 @@ def verdict_of(
     if presence.get(SOMETHING_ELSE, 0.0) >= 0.5:
         return UNEXPLAINED
     first, second = ([*sorted((p for name, p in presence.items() if name != NONE), reverse=True), 0.0, 0.0])[:2]
-    alone = first >= LEVEL and second < 0.5
-    return ATTRIBUTED if alone and not of_another_bird(same_bird) else AMBIGUOUS
+    return ATTRIBUTED if first >= LEVEL > second and not of_another_bird(same_bird) else AMBIGUOUS
 
 
 def of_another_bird(same_bird: float | None) -> bool:
@@ -279,7 +278,7 @@ def sentence_of(found: Diagnosis) -> str:
         one = found.effects[0]
         return (
             f"The model lacks {one.meaning} ({one.name}), {magnitude_words(one)}, with probability "
-            f"{one.probability:.2f}; {_errors(found)}without it the record needs {alone}"
+            f"{one.probability:.2f}{_beside(found)}; {_errors(found)}without it the record needs {alone}"
         )
     if found.verdict == UNEXPLAINED:
         return (
@@ -293,6 +292,14 @@ def sentence_of(found: Diagnosis) -> str:
         return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
+
+
+def _beside(found: Diagnosis) -> str:
+    """The other effect that the records hold for likelier than not, if there is one."""
+    other = found.effects[1]
+    if other.name in NOT_EFFECTS or other.probability < 0.5:
+        return ""
+    return f", with a second effect that is likelier than not beside it: {other.name} ({other.probability:.2f})"
 
 
 def _named(found: Diagnosis, name: str) -> str:

@@ -327,3 +327,11 @@ def test_an_unknown_bird_is_refused() -> None:
 def test_beside_a_baseline_of_another_bird_nothing_is_attributed(same_bird: float | None, verdict: str) -> None:
     presence = {NONE: 0.01, "e0": 0.97, "e1": 0.02}
     assert verdict_of(presence, 0.001, 0.05, ("e0",), same_bird) == verdict
+
+
+@pytest.mark.parametrize(("other", "verdict"), [(0.66, "attributed"), (0.97, "ambiguous")])
+def test_an_effect_that_every_likely_model_holds_is_attributed_whatever_may_be_beside_it(
+    other: float, verdict: str
+) -> None:
+    presence = {NONE: 0.0, "e0": 1.0, "e1": other}
+    assert verdict_of(presence, 0.001, 0.05, ("e0+e1", "e0")) == verdict
