@@ -29,7 +29,7 @@ def rounded(number: float, digits: int) -> str:
 
 
 def changes(before: Mapping[str, float], after: Mapping[str, float] | None, units: Mapping[str, str]) -> str:
-    """SI values by sensor before and, if any, after: "displacement centre 0.4 mm -> 0.16 mm; ..."; others are left out."""
+    """SI values by sensor before and, if any, after: "displacement centre 0.4 mm -> 0.16 mm; ..."."""
     return "; ".join(
         f"{name.replace('_', ' ')} {quantity(old, units[name])}"
         + (f" -> {quantity(after[name], units[name])}" if after else "")
