@@ -104,11 +104,13 @@ def _at(
     def whitened(columns: Array) -> Array:
         return columns - u @ (shrink[:, None] * (u.T @ columns))
 
-    out = whitened(np.column_stack([x[:, 0], tester.scale * x[:, 1 + r :]]))
+    deviations = tester.deviations
+    out = whitened(np.column_stack([x[:, 0], *(size * x[:, 1 + r :] for size in deviations)]))
     S = whitened(whitened(np.asarray(block_diag(*smooth))).T)
     values, vectors = np.linalg.eigh(0.5 * (S + S.T))
     samples = rng.standard_normal((draws, len(x)))
-    score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], priors, values, vectors, other_prior)
+    shares = np.tile(priors / len(deviations), len(deviations))
+    score = odds(np.vstack([out[:, 0], samples]), out[:, 1:], shares, values, vectors, other_prior)
     return float((1 + (score[1:] >= score[0]).sum()) / (draws + 1))
 
 

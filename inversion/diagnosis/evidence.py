@@ -1,9 +1,9 @@
 """Exact marginal likelihoods of the linear-Gaussian models, the amplitude of the discrepancy marginalised on nodes.
 
-log p(y | M, a) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
+log p(y | M, a, S) = -1/2 (r^T C^-1 r + log det C + p log 2 pi), C = error + J J^T + sum_j (S^2 g_j g_j^T + h_j^2 R_j),
 with r the residual less what the places' own prior moves (MacKay, Neural Comput. 4 (1992) 415; O'Hagan & Forster,
-Bayesian Inference, 2004, ch. 11). One-sided magnitudes have a half-normal prior: times 2 Phi(mean / sd) of the
-posterior.
+Bayesian Inference, 2004, ch. 11), summed over the standard deviations S of the magnitudes. One-sided magnitudes have a
+half-normal prior: times 2 Phi(mean / sd) of the posterior.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import helmert
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, softmax
+from scipy.stats import chi2
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -23,10 +24,15 @@ from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import SOMETHING_ELSE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.system import Block, System
 
-MAGNITUDE_SD = 1.0
-"""In plausible sizes: standard deviation of a magnitude's Gaussian prior. The library states a size as what a
-laboratory meets; a half-Cauchy of the same scale differs by a tenth of a nat at one size (Gelman, Bayesian Anal. 1
-(2006) 515)."""
+MAGNITUDE_SCALE = 1.0
+"""In plausible sizes: scale of a magnitude's prior. The library states a size as what a laboratory meets, and half of
+the Cauchy distribution lies below its scale."""
+PRIOR_NODES = 4
+SIZES = 1.0 / np.sqrt(chi2.ppf(1.0 - (np.arange(PRIOR_NODES) + 0.5) / PRIOR_NODES, 1))
+"""Standard deviations, each as likely, of the normal distributions that make a Cauchy of scale 1 (the variance is the
+inverse of a chi-square of one degree of freedom: Zellner & Siow, Trabajos de Estadistica 31 (1980) 585), up to 6.4 of
+it. Under a single normal prior a large magnitude would be shared out among two effects, because the square of
+its size counts against it (Liang, Paulo, Molina, Clyde & Berger, J. Am. Stat. Assoc. 103 (2008) 410)."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,8 @@ class Reduced:
 class ModelTester:
     """Evaluates models on one system.
 
-    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior. A node
+    places: h where the system stands, by label (its residual is without them); scale: of the magnitudes' prior, whose
+    standard deviations `deviations` has, one for all magnitudes of a model. A node
     is one amplitude of the discrepancy for each kind of sensor, one size of the unnamed errors, and one distance of the
     baselines' birds from the shots'. The groups' parameters stand in `columns` as their mean and their differences
     (orthonormal: Helmert), which are independent at every such distance; what `Evidence` has is turned back.
@@ -136,12 +143,13 @@ class ModelTester:
         system: System,
         known: Amplitudes,
         places: Mapping[str, float] | None = None,
-        scale: float = MAGNITUDE_SD,
+        scale: float = MAGNITUDE_SCALE,
         combinations: Array | None = None,
         unnamed: Sequence[float] = UNNAMED,
         apart: Sequence[float] = BIRDS_APART,
     ) -> None:
         self.system, self.known, self.places, self.scale = system, known, dict(places or {}), scale
+        self.deviations = scale * SIZES
         apart = apart if len(system.groups) > 1 else apart[-1:]
         amplitudes = known.combinations() if combinations is None else combinations
         weights = known.log_weights() if combinations is None else np.full(len(amplitudes), -np.log(len(amplitudes)))
@@ -235,11 +243,11 @@ class ModelTester:
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
         if hypothesis.label == SOMETHING_ELSE:
             reduced = self.reduced(self.other_grams, nodes, [0])
-            return self._evaluated(hypothesis, nodes, reduced, np.zeros(0), self.other_grams)
+            return self._evaluated(hypothesis, nodes, reduced, np.zeros((1, 0)), self.other_grams)
         index, quick = self.singles
         at = [0, *(index[label] for label in members)]
         reduced = Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
-        first = self._evaluated(hypothesis, nodes, reduced, np.full(len(members), self.scale), self.grams)
+        first = self._evaluated(hypothesis, nodes, reduced, self._factors(len(members), []), self.grams)
         if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
@@ -247,36 +255,50 @@ class ModelTester:
         return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
 
     def _doubted(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
-        """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations."""
-        at = self.system.at
-        columns, factor = [0, *(at[label].start for label in members)], [self.scale] * len(members)
+        """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations.
+
+        (sizes of the prior, columns without the residual).
+        """
+        at, factor = self.system.at, list[float]()
+        columns = [0, *(at[label].start for label in members)]
         for label, size in zip(members, sizes, strict=True):
             for name, sd in ((f"doubt of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
                 if size and sd and name in at:
                     columns += list(range(at[name].start, at[name].stop))
                     factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
-        return columns, np.array(factor)
+        return columns, self._factors(len(members), factor)
+
+    def _factors(self, members: int, doubts: Sequence[float]) -> Array:
+        """(sizes of the prior, columns) prior deviations of magnitudes and of what is not known of their signatures."""
+        if not members:
+            return np.zeros((1, 0))
+        own = np.repeat(self.deviations[:, None], members, axis=1)
+        return np.hstack([own, np.tile(np.asarray(doubts, dtype=float), (len(own), 1))])
 
     def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> Array:
         """(nodes,) log marginal likelihood at each node; sizes: h at which its effects' signatures are doubted."""
         columns, factor = self._doubted([one.label for one in hypothesis.members], np.asarray(sizes))
         nodes = np.arange(len(self.combinations))
-        return self._weighed(hypothesis, nodes, self.reduced(self.grams, nodes, columns), factor, self.grams)[0]
+        logs, _, _ = self._weighed(hypothesis, nodes, self.reduced(self.grams, nodes, columns), factor, self.grams)
+        return np.logaddexp.reduce(logs, axis=0)
 
     def _weighed(
         self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
     ) -> tuple[Array, Array, Array]:
-        """Log marginal likelihood, magnitudes and their covariance at each node, in prior standard deviations."""
+        """Log marginal likelihood, magnitudes and their covariance, in prior standard deviations.
+
+        At each of the prior's deviations (first axis) and each node; factor: (deviations, columns).
+        """
         q = len(hypothesis.members)
-        S = reduced.S[:, 1:, 1:] * factor[:, None] * factor
-        b = reduced.S[:, 1:, 0] * factor
-        A = S + np.eye(len(factor))
+        S = reduced.S[None, :, 1:, 1:] * factor[:, None, :, None] * factor[:, None, None, :]
+        b = reduced.S[None, :, 1:, 0] * factor[:, None]
+        A = S + np.eye(factor.shape[1])
         covariance = np.linalg.inv(A)
-        best = np.einsum("nij,nj->ni", covariance, b)
-        quadratic = reduced.S[:, 0, 0] - np.einsum("ni,ni->n", b, best)
+        best = np.einsum("snij,snj->sni", covariance, b)
+        quadratic = reduced.S[:, 0, 0] - np.einsum("sni,sni->sn", b, best)
         logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
-        logs = logs + _one_sided(hypothesis.members, best[:, :q], covariance[:, :q, :q]) + self.log_weights[nodes]
-        return logs, best, covariance
+        logs = logs + _one_sided(hypothesis.members, best[..., :q], covariance[..., :q, :q])
+        return logs + self.log_weights[nodes] - np.log(len(factor)), best, covariance
 
     def _evaluated(
         self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
@@ -284,15 +306,18 @@ class ModelTester:
         """Marginal likelihood of all nodes together."""
         q, members = len(hypothesis.members), hypothesis.members
         logs, best, covariance = self._weighed(hypothesis, nodes, reduced, factor, grams)
-        evidence = float(np.logaddexp.reduce(logs))
+        evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
-        h, h_cov = _mixture(w, *self._magnitudes(members, nodes, best[:, :q], covariance[:, :q, :q]))
+        means, covariances = self._magnitudes(members, nodes, best[..., :q], covariance[..., :q, :q])
+        h, h_cov = _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
         d = self.sizes(nodes)
-        z = w @ (d * (reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:] * factor, best)))
+        moved = np.einsum("sn,sc,snc->nc", w, factor, best)
+        z = w.sum(axis=0)[:, None] * reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:], moved)
+        z = (d * z).sum(axis=0)
         count = len(self.rotation)
         z[:count] = self.rotation.T @ z[:count]
         weights = np.zeros(len(self.combinations))
-        weights[nodes] = w
+        weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
         z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
@@ -312,21 +337,22 @@ class ModelTester:
     def _magnitudes(
         self, members: Sequence[Suspect], nodes: Indices, best: Array, covariance: Array
     ) -> tuple[Array, Array]:
-        """(nodes, q) means and (nodes, q, q) covariances of h, with what a shared signature has under unnamed errors.
+        """Means (s, nodes, q), covariances (s, nodes, q, q) of h, with what a shared signature has of unnamed errors.
 
-        Of a sum t = h + u with prior variances s^2 and tau^2, h given t is normal with mean t s^2/(s^2 + tau^2) and
-        variance s^2 tau^2/(s^2 + tau^2).
+        s: deviations of the prior. Of a sum t = h + u with prior variances s^2 and tau^2, h given t is normal with mean
+        t s^2/(s^2 + tau^2) and variance s^2 tau^2/(s^2 + tau^2).
         """
-        mean, cov = self.scale * best, self.scale**2 * covariance.copy()
-        tau, own = self.unnamed[nodes] ** 2, self.scale**2
+        own = (self.deviations if members else np.ones(1))[:, None]
+        mean, cov = own[..., None] * best, own[..., None, None] ** 2 * covariance
+        tau = self.unnamed[nodes] ** 2
         for i, one in enumerate(members):
             if one.label in self.shared:
-                ratio = 1.0 + tau / own
-                rest = (cov[:, i, i] - tau / ratio) * ratio**2
-                mean[:, i] *= ratio
-                cov[:, i, :] *= ratio[:, None]
-                cov[:, :, i] *= ratio[:, None]
-                cov[:, i, i] = np.maximum(rest, 0.0)
+                ratio = 1.0 + tau / own**2
+                rest = (cov[..., i, i] - tau / ratio) * ratio**2
+                mean[..., i] *= ratio
+                cov[..., i, :] *= ratio[..., None]
+                cov[..., :, i] *= ratio[..., None]
+                cov[..., i, i] = np.maximum(rest, 0.0)
         return mean, cov
 
     def draws(
@@ -341,28 +367,33 @@ class ModelTester:
         weights, members = self.model(hypothesis, sizes).weights, [one.label for one in hypothesis.members]
         top = np.argsort(-weights)[:FEW]
         nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
-        columns, factor = self._doubted(members, np.asarray(sizes)) if members else ([0], np.zeros(0))
+        columns, factors = self._doubted(members, np.asarray(sizes))
         chosen = [*self.free, *columns[1:]]
         at = self.system.at["J"]
         r, free, q = at.stop - at.start, len(self.free), len(members)
         parameters, found = np.zeros((count, r)), np.zeros((count, q))
+        all_grams = self.other_grams if other else self.grams
         for node in np.unique(nodes):
-            own = np.flatnonzero(nodes == node)
-            grams = (self.other_grams if other else self.grams).at(np.array([node]), [0, *chosen])[0]
-            d = np.concatenate([self.sizes(np.array([node]))[0], factor])
-            inverse = np.linalg.inv(d[:, None] * grams[1:, 1:] * d + np.eye(len(d)))
-            mean, chol = inverse @ (d * grams[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-            x = np.zeros((len(own), len(d)))
-            due = np.arange(len(own))
-            for _ in range(REDRAWN):
-                x[due] = d * (mean + rng.standard_normal((len(due), len(d))) @ chol.T)
-                due = due[self._impossible(hypothesis.members, x[due, free : free + q])]
-                if not len(due):
-                    break
-            parameters[own], found[own] = x[:, :r] @ self.rotation, x[:, free : free + q]
-            for j, label in enumerate(members):
-                if label in self.shared:
-                    found[own, j] += x[:, self._unnamed_of(label) - at.start]
+            number = np.array([node])
+            grams = all_grams.at(number, [0, *chosen])[0]
+            logs, _, _ = self._weighed(hypothesis, number, self.reduced(all_grams, number, columns), factors, all_grams)
+            of = rng.choice(len(factors), (nodes == node).sum(), p=softmax(logs[:, 0]))
+            for i in np.unique(of):
+                own = np.flatnonzero(nodes == node)[of == i]
+                d = np.concatenate([self.sizes(number)[0], factors[i]])
+                inverse = np.linalg.inv(d[:, None] * grams[1:, 1:] * d + np.eye(len(d)))
+                mean, chol = inverse @ (d * grams[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
+                x = np.zeros((len(own), len(d)))
+                due = np.arange(len(own))
+                for _ in range(REDRAWN):
+                    x[due] = d * (mean + rng.standard_normal((len(due), len(d))) @ chol.T)
+                    due = due[self._impossible(hypothesis.members, x[due, free : free + q])]
+                    if not len(due):
+                        break
+                parameters[own], found[own] = x[:, :r] @ self.rotation, x[:, free : free + q]
+                for j, label in enumerate(members):
+                    if label in self.shared:
+                        found[own, j] += x[:, self._unnamed_of(label) - at.start]
         return parameters, found, nodes
 
     @staticmethod
@@ -382,15 +413,16 @@ class ModelTester:
     ) -> Array:
         """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
         count = self.system.at["J"].stop - self.system.at["J"].start
-        top = np.argsort(-w)[:FEW]
-        found = np.zeros((count, count))
-        for i in top:
+        top = [np.unravel_index(i, w.shape) for i in np.argsort(-w, axis=None)[:FEW]]
+        found, held = np.zeros((count, count)), 0.0
+        for s, i in top:
             d = self.sizes(nodes[i : i + 1])[0]
             own = grams.at(nodes[i : i + 1], list(self.free))[0] * d[:, None] * d + np.eye(len(d))
-            taken = reduced.W[i, :count, 1:] * factor
-            left = np.linalg.inv(own)[:count, :count] + taken @ covariance[i] @ taken.T
-            found += w[i] * d[:count, None] * left * d[:count]
-        return self.rotation.T @ (found / w[top].sum()) @ self.rotation
+            taken = reduced.W[i, :count, 1:] * factor[s]
+            left = np.linalg.inv(own)[:count, :count] + taken @ covariance[s, i] @ taken.T
+            found += w[s, i] * d[:count, None] * left * d[:count]
+            held += w[s, i]
+        return self.rotation.T @ (found / held) @ self.rotation
 
 
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
@@ -398,11 +430,11 @@ REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 
 
 def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Array:
-    """(nodes,) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (nodes, q)."""
-    total = np.zeros(len(best))
+    """(...) log of 2 Phi(mean/sd) for each magnitude that cannot be negative; best (..., q)."""
+    total = np.zeros(best.shape[:-1])
     for i, one in enumerate(members):
         if one.one_sided:
-            total += np.log(2.0) + log_ndtr(best[:, i] / np.sqrt(covariance[:, i, i]))
+            total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
     return total
 
 

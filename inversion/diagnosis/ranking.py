@@ -16,7 +16,7 @@ from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
     BIRDS_APART,
-    MAGNITUDE_SD,
+    MAGNITUDE_SCALE,
     Evidence,
     Indices,
     ModelTester,
@@ -63,7 +63,7 @@ class Problem:
     known: Amplitudes
     shapes: Mapping[str, Shape]
     options: Options = field(default_factory=Options)
-    scale: float = MAGNITUDE_SD
+    scale: float = MAGNITUDE_SCALE
     apart: tuple[float, ...] = BIRDS_APART
 
     def start(self) -> Places:
@@ -336,13 +336,14 @@ def refit_pairs(
 def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:
     """(pairs,) log evidence at one node, without the doubt of signatures."""
     index, quick = tester.singles
-    gram, pull = tester.scale**2 * quick.S[node], tester.scale * quick.S[node][:, 0]
+    gram, pull = quick.S[node], quick.S[node][:, 0]
+    variances = tester.deviations[:, None, None] ** 2
     found = np.empty(len(pairs))
     for j, pair in enumerate(pairs):
         at = [index[m.label] for m in pair.members]
-        inner = np.eye(2) + gram[np.ix_(at, at)]
-        found[j] = 0.5 * pull[at] @ np.linalg.solve(inner, pull[at]) - 0.5 * np.linalg.slogdet(inner)[1]
-        found[j] += np.log(pair.prior)
+        inner = np.eye(2) + variances * gram[np.ix_(at, at)]
+        gained = variances[:, 0, 0] * (np.linalg.solve(inner, pull[at][None, :, None])[..., 0] @ pull[at])
+        found[j] = np.log(pair.prior) + np.logaddexp.reduce(0.5 * (gained - np.linalg.slogdet(inner)[1]))
     return found
 
 

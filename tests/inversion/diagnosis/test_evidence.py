@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from scipy.stats import multivariate_normal
 
 from birdstrike.data.errors import UserError
@@ -17,6 +17,7 @@ from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
+    SIZES,
     UNNAMED,
     Evidence,
     ModelTester,
@@ -77,11 +78,11 @@ def models(one_sided: bool = False) -> dict[str, Hypothesis]:
     return found
 
 
-def covariance(s: System, a: float, unnamed: float, label: str | None = None) -> np.ndarray:
+def covariance(s: System, a: float, unnamed: float, label: str | None = None, size: float = 1.0) -> np.ndarray:
     J, P = s.columns[:, s.at["J"]], unnamed * s.columns[:, s.at["unnamed"]]
     N = s.columns[:, s.at["nuisance"]]
     C = s.blocks[0].F + a**2 * s.blocks[0].U + J @ J.T + P @ P.T + N @ N.T
-    return C if label is None else C + s.columns[:, s.at[label]] @ s.columns[:, s.at[label]].T
+    return C if label is None else C + size**2 * s.columns[:, s.at[label]] @ s.columns[:, s.at[label]].T
 
 
 @pytest.mark.parametrize("label", [NONE, "e1"])
@@ -91,7 +92,7 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     nodes = np.array([0.01, 0.05])
     found = ModelTester(s, known(nodes)).model(models()[label]).log_evidence
     name = None if label == NONE else label
-    every = [covariance(s, a, unnamed, name) for a in nodes for unnamed in UNNAMED]
+    every = [covariance(s, a, unnamed, name, size) for a in nodes for unnamed in UNNAMED for size in SIZES]
     exact = [np.asarray(log_density(y, C)) for C in every]
     expected = logsumexp(exact) - np.log(len(every)) + 0.5 * POINTS * np.log(2.0 * np.pi)
     assert found == pytest.approx(
@@ -109,9 +110,13 @@ def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> 
     tester = ModelTester(s, known(np.array([0.001])), unnamed=(1.0,))
     found = tester.model(models()["e1"])
     C, g = covariance(s, 0.001, 0.0), columns[:, first.at["e1"].start]
-    precision = g @ np.linalg.solve(C, g) + 1.0 / 2.0  # prior variance 1 + 1
-    assert found.h[0] == pytest.approx(g @ np.linalg.solve(C, columns[:, 0]) / precision, rel=1e-6)
-    assert found.h_cov[0, 0] == pytest.approx(1.0 / precision, rel=1e-6)
+    information, score = g @ np.linalg.solve(C, g), g @ np.linalg.solve(C, columns[:, 0])
+    variance = 1.0 + SIZES**2  # of unnamed error and magnitude together
+    precision = information + 1.0 / variance
+    weights = softmax(0.5 * (score**2 / precision - np.log1p(variance * information)))
+    mean = weights @ (score / precision)
+    assert found.h[0] == pytest.approx(mean, rel=1e-6)
+    assert found.h_cov[0, 0] == pytest.approx(weights @ (1.0 / precision + (score / precision - mean) ** 2), rel=1e-5)
 
 
 def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:
@@ -120,6 +125,18 @@ def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive(
     s = system(0, y)
     two, one = (ModelTester(s, known(np.array([0.01]))).model(models(sided)["e1"]) for sided in (False, True))
     assert one.log_evidence - two.log_evidence == pytest.approx(np.log(2.0), abs=1e-3)
+
+
+def test_a_large_magnitude_is_not_shrunk_nor_shared_out() -> None:
+    """Of four plausible sizes seen with an error of half a size; a normal prior of one size would say 3.2."""
+    s = system(0, size=1.0)
+    g = s.columns[:, s.at["e1"]][:, 0]
+    free = np.linalg.inv(covariance(s, 0.01, 0.0))
+    scaled = g * 2.0 / np.sqrt(g @ free @ g)  # an information of 4 on h
+    columns = s.columns.copy()
+    columns[:, s.at["e1"].start], columns[:, 0] = scaled, 4.0 * scaled
+    found = ModelTester(replace(s, columns=columns), known(np.array([0.01])), unnamed=(1e-6,)).model(models()["e1"])
+    assert 3.6 < found.h[0] < 4.0
 
 
 def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> None:
@@ -133,7 +150,7 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
         base = system(7)
         truth = labels[rng.choice(len(labels), p=weights)]
         a = rng.choice(nodes)
-        spread = covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else truth)
+        spread = covariance(base, a, rng.choice(UNNAMED), None if truth == NONE else truth, rng.choice(SIZES))
         y = rng.multivariate_normal(np.zeros(POINTS), spread)
         tester = ModelTester(system(7, y), known(nodes))
         shares = probabilities({label: tester.model(m) for label, m in priors.items()})
