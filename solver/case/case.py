@@ -72,6 +72,7 @@ class Case(Section):
 
     _raw: Raw = PrivateAttr(default_factory=dict)
     _name: str = PrivateAttr(default="case")
+    _acted: Case | None = PrivateAttr(default=None)
 
     @field_validator("sensors", mode="after")
     @classmethod
@@ -132,10 +133,7 @@ class Case(Section):
 
     def resolved(self) -> Case:
         """The case with its effects written into the keys that they change, and no section `effects`."""
-        if not self.effects:
-            return self
-        bare = case_from_table({key: value for key, value in self._raw.items() if key != "effects"}, self._name)
-        return _in_place(bare.model_copy(update={"effects": self.effects}), bare._raw, self._name)
+        return self if self._acted is None else self._acted
 
     def with_mesh(self, particles: int, elements: tuple[int, int]) -> Case:
         """The case with another bird and plate mesh, validated anew; raises CaseError.
@@ -231,19 +229,18 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
 
 
 def _acted_upon(case: Case, table: Raw, name: str) -> Case:
-    """The case with the sections that its effects change; what an inversion seeks stays as the file says."""
-    acted = _in_place(case, table, name)
-    sections = {section: getattr(acted, section) for section in SECTIONS}
-    return case.model_copy(update=sections)
+    """The case with the sections that its effects change; what an inversion seeks stays as the file says.
 
-
-def _in_place(case: Case, table: Raw, name: str) -> Case:
-    """The case with its effects in the keys that they change; raises CaseError that names the case and the effect."""
+    Raises CaseError that names the case and the effect.
+    """
     try:
-        return with_effects(case, table, lambda changed: case_from_table(changed, name))
+        acted = with_effects(case, table, lambda changed: case_from_table(changed, name))
     except CaseError as error:
         count = len(error.errors)
         raise CaseError(error.errors, f"case {name}: {count} error{'s' if count > 1 else ''}") from error
+    changed = case.model_copy(update={section: getattr(acted, section) for section in SECTIONS})
+    changed._acted = acted
+    return changed
 
 
 def case_hash(case: Case) -> str:
