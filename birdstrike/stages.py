@@ -15,6 +15,7 @@ from birdstrike.data.files import plain, write_json
 
 PACKAGE = Path(__file__).parent
 SOURCES = (".py", ".j2")
+STILL_VALID = "still valid"  # ends the heading of a stage that is not done again
 
 Progress = Callable[[float], None]
 Display = Callable[[str], AbstractContextManager[Progress]]
@@ -76,7 +77,7 @@ def run_stages(stages: Iterable[Stage], ledger: Ledger, display: Display = quiet
         before = done.get(stage.name, {})
         valid = before.get("fingerprint") == fingerprint and all(path.exists() for path in stage.outputs)
         if valid and not stage.retries():
-            with display(f"{stage.heading}: still valid"):
+            with display(f"{stage.heading}: {STILL_VALID}"):
                 ledger.write(stages={**done, stage.name: {**before, "reused": True}})
             continue
         started = time.perf_counter()

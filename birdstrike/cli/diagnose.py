@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from enum import StrEnum
 from pathlib import Path
@@ -28,9 +28,11 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
+from birdstrike.stages import STILL_VALID, Ledger, Stage, digest, effects_digest, quiet, run_stages, source_digest
 
 if TYPE_CHECKING:
     from birdstrike.inversion.diagnosis.answer import Diagnosis
+    from birdstrike.solver.case.case import Case
 
 MOST_ROWS = 12
 
@@ -82,6 +84,7 @@ def command(
 
     Birds of one batch: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --baseline-bird same --out d
     """
+    from birdstrike.inversion.diagnosis.answer import Diagnosis
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
     from birdstrike.reports.page.diagnosis import write_diagnosis_page
     from birdstrike.solver.case.case import load_case
@@ -90,19 +93,20 @@ def command(
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
-    found = diagnose(
-        cases,
-        measured,
-        out,
-        doe,
-        heldout,
-        options,
-        retry_failed,
-        baseline,
-        clean,
-        names_of(channels),
-        baseline_bird,
-    )
+    named, bird = names_of(channels), baseline_bird
+
+    def inputs() -> dict[str, Any]:
+        records = [*measured, *(baseline or first.diagnosis.baselines), *([heldout] if heldout else [])]
+        told = (len(measured), len(baseline), alpha, seed, named, bird)
+        return {"told": told, **_made_from([*cases, *clean], records)}
+
+    def run(_: Callable[[float], None]) -> None:
+        diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, named, bird)
+
+    outputs = tuple(out / name for name in ("diagnosis.json", "diagnosis.csv", "model.npz"))
+    stage = Stage("diagnosis", "The diagnosis of this call", inputs, outputs, run, lambda: retry_failed)
+    run_stages((stage,), Ledger(out / "stages.json"), _if_still_valid)
+    found = Diagnosis.read(out / "diagnosis.json")
     page = write_diagnosis_page(out)
     warn(found.warnings, f"{out / 'diagnosis.json'}")
     for line in lines(found):
@@ -111,6 +115,28 @@ def command(
     for line in closing(found, out, page):
         say(line)
     return {"out": str(out), "diagnosis": str(out / "diagnosis.json"), "page": str(page), **summary(found)}
+
+
+def _made_from(cases: Sequence[Case], records: Sequence[str | Path]) -> dict[str, Any]:
+    """All that changes a diagnosis beside its options: cases, solver, effects, records by content and name, code."""
+    from birdstrike.data.paths import resolve_measured
+    from birdstrike.doe.solvers import solver_for
+
+    paths = [resolve_measured(one) for one in records]
+    return {
+        "cases": [{**one.model_dump(mode="json"), "canonical": one.canonical()} for one in cases],
+        "solvers": [solver_for(one).version for one in cases],
+        "records": [(path.name, digest(path)) for path in paths if path.is_file()],
+        "effects": effects_digest(),
+        "code": source_digest("surrogate", "inversion", "doe"),
+    }
+
+
+def _if_still_valid(heading: str) -> AbstractContextManager[Callable[[float], None]]:
+    """Says that the same call was answered before; one that is computed has bars of its own."""
+    if heading.endswith(STILL_VALID):
+        say(heading)
+    return quiet(heading)
 
 
 def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:

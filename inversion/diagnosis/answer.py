@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -166,6 +167,16 @@ class Diagnosis(Displayed):
     def save(self, path: Path) -> None:
         """Write diagnosis.json, whole or not at all."""
         write_json(path, self.figures())
+
+    @classmethod
+    def read(cls, path: Path) -> Diagnosis:
+        """From diagnosis.json, without what has files of its own: curves, case and model.npz."""
+        content = json.loads(path.read_text(encoding="utf-8"))
+        own = {one.name: content[one.name] for one in fields(cls) if one.name in content}
+        own["effects"] = tuple(EffectFigures(**one) for one in content["effects"])
+        own["before"] = State(**content["before"])
+        own["after"] = State(**content["after"]) if content["after"] else None
+        return cls(**own)
 
     @property
     def headline(self) -> str:

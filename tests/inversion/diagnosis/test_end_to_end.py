@@ -87,7 +87,11 @@ def test_the_page_shows_the_answer_and_points_nowhere(laboratory: Laboratory) ->
 def test_the_second_call_simulates_nothing_and_says_the_same(laboratory: Laboratory) -> None:
     folder, before = laboratory.folder, laboratory.content()
     words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
-    assert laboratory.diagnose("out", *words).exit_code == 0
+    again = laboratory.diagnose("out", *words)
+    assert "still valid" in again.output
+    assert laboratory.content() == before
+    (folder / "out" / "stages.json").unlink()
+    assert "still valid" not in laboratory.diagnose("out", *words).output
     after = laboratory.content()
     assert after["strikes"]["paid"] == 0
     assert after["confidence_set"] == before["confidence_set"]
