@@ -86,7 +86,9 @@ class VerletList:
         edge = max(self.cutoff / REACH, float(np.max(span)) / 256.0)
         shape = (np.floor(span / edge) + 1).astype(np.int64)
         cell_start = np.zeros(int(np.prod(shape)) + 1, np.int64)
-        members, sorted_x = np.empty(len(x), np.uint32), np.empty((3, len(x)))
+        members = np.empty(len(x), np.uint32)
+        # `sort` fills `sorted_at` anew at the end: until then its memory holds the positions in order of the cells
+        sorted_x = self.sorted_at.reshape(3, -1) if len(x) == self.n else np.empty((3, len(x)))
         sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x)
         cells = (self.n, x, active, self.cutoff, edge, lower, shape, cell_start, sorted_x)
         count_neighbours(*cells, self.start)

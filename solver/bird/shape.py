@@ -111,13 +111,22 @@ def inside(points: Array, shape: str, diameter: float, length: float) -> NDArray
 
 def lattice(spacing: float, kind: str, half: Array) -> Array:
     """Points of a lattice centred on a point of it, within the box -half .. half [m]; one point per spacing^3."""
+    return in_order(unsorted_lattice(spacing, kind, half), spacing, kind)
+
+
+def in_order(points: Array, spacing: float, kind: str) -> Array:
+    """Points of a lattice layer by layer, along z, then y, then x."""
+    return points[np.lexsort(np.round(points / (LATTICES[kind][1] * spacing), 6).T)]
+
+
+def unsorted_lattice(spacing: float, kind: str, half: Array) -> Array:
+    """The same as `lattice`, in order of its cells."""
     cell, ratio = LATTICES[kind]
     edge = ratio * spacing
     reach = [np.arange(-math.ceil(h / edge) - 1, math.ceil(h / edge) + 2) for h in half]
     corners = np.stack(np.meshgrid(*reach, indexing="ij"), axis=-1).reshape(-1, 1, 3)
     points = ((corners + cell) * edge).reshape(-1, 3)
-    points = points[np.all(np.abs(points) <= half + 0.5 * edge, axis=1)]
-    return points[np.lexsort(np.round(points / edge, 6).T)]
+    return points[np.all(np.abs(points) <= half + 0.5 * edge, axis=1)]
 
 
 def slope_gain(kind: str, smoothing: float) -> float:
@@ -147,7 +156,7 @@ def fill_bird(
     nominal = (volume / particles) ** (1.0 / 3.0)
     best, cut_at = np.empty((0, 3)), nominal
     for factor in np.linspace(0.98, 1.02, 81):
-        points = lattice(factor * nominal, kind, half)
+        points = unsorted_lattice(factor * nominal, kind, half)
         points = points[inside(points, shape, diameter, length)]
         if abs(len(points) - particles) < abs(len(best) - particles):
             best, cut_at = points, factor * nominal
@@ -155,6 +164,7 @@ def fill_bird(
         raise UserError(
             f"bird.particles = {particles} leaves {len(best)} particles in the bird; at least 100 are needed"
         )
+    best = in_order(best, cut_at, kind)
     own = (volume / len(best)) ** (2.0 / 3.0) / 12.0
     along, across = (moment - own for moment in second_moments(shape, diameter, length))
     found = np.mean(best**2, axis=0)
