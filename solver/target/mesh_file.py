@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.target.lsdyna_mesh import ENDINGS, read_keywords
-from birdstrike.solver.target.mesh import sides_of
+from birdstrike.solver.target.mesh import border_sides, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
@@ -183,8 +183,7 @@ def _pieces(quads: NDArray[np.int64], nodes: int) -> int:
 
 def free_edges(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     """Nodes of sides that belong to one shell alone."""
-    ends, count = np.unique(np.sort(sides_of(quads), axis=1), axis=0, return_counts=True)
-    return np.unique(ends[count == 1])
+    return np.unique(border_sides(quads))
 
 
 def digest(mesh: PartMesh) -> str:

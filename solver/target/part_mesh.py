@@ -24,7 +24,7 @@ class Row:
 class PartMesh:
     """Shells of named parts.
 
-    nodes (m, 3) [m]; quads (e, 4), a triangle's last node twice; part (e,): place of each in `parts`; sets: nodes by
+    nodes (m, 3) [m]; quads (e, 4), triangles last and the last node of each twice; part (e,): place of each in `parts`; sets: nodes by
     the name of their set; rows: the rivets that the mesh is made for.
     """
 
