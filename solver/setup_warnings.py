@@ -16,6 +16,7 @@ from birdstrike.solver.build import aimed_at
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
+from birdstrike.solver.target.files.mesh_quality import WARNING
 
 BESIDE = 0.01
 """Share of the bird's cross-section that may fly past the plate unsaid."""
@@ -26,7 +27,15 @@ RINGS = 100
 def setup_warnings(case: Case) -> list[str]:
     """Sentences about what is allowed and spoils the answer: what was found, what it means, what to do."""
     late = unrecorded(case.instrument, case.first_contact, case.time.end)
-    return [*coarse_mesh(case), *bird_beside_plate(case), *remarks(case), *late]
+    return [*coarse_mesh(case), *doubtful_shells(case), *bird_beside_plate(case), *remarks(case), *late]
+
+
+def doubtful_shells(case: Case) -> list[str]:
+    """What a mesh from a file has against it that does not refuse it."""
+    if case.target is None:
+        return []
+    found = [one.text for one in case.target.findings() if one.severity == WARNING]
+    return [f"target.mesh = {case.target.mesh}: {text}" for text in found]
 
 
 def bird_beside_plate(case: Case) -> list[str]:

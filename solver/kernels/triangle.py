@@ -1,16 +1,16 @@
 """Three-node co-rotational shell: geometry, kinematics, stabilisation and nodal forces.
 
 Membrane: constant strain. Plate: the assumed transverse shear of MITC3 (P. S. Lee & K. J. Bathe, Comput. Struct. 82
-(2004) 945), the lowest-order edge element of F. Brezzi, M. Fortin & R. Stenberg, Math. Models Methods Appl. Sci. 1 (1991)
-125, with the shear stiffness scaled by
+(2004) 945), the lowest-order edge element of F. Brezzi, M. Fortin & R. Stenberg, Math. Models Methods Appl. Sci. 1
+(1991) 125, with the shear stiffness scaled by
 
     t^2/(t^2 + 0.1 h^2),   h the longest side                 (M. Lyly, R. Stenberg & T. Vihinen, CMAME 110 (1993) 343),
 
 without which linear triangles lock when the plate is thin. Only the tangential shear along each side enters:
 e_ij = w_j - w_i + (beta_i + beta_j)/2 . (x_j - x_i). At the centroid this is grad w + mean beta + G kappa with
 G = sum_i grad(lambda_i) (x^2, y^2, x y)_i/2 about the centroid: in pure bending it vanishes exactly. The rest of the
-edge field turns about the centroid with the curl of the rotations, the one deformation that one point does not see; it is
-kept as an elastic stabilisation, integrated exactly. Strains are those of the middle of the step, as in `shell`.
+edge field turns about the centroid with the curl of the rotations, the one deformation that one point does not see; it
+is kept as an elastic stabilisation, integrated exactly. Strains are those of the middle of the step, as in `shell`.
 
 Per element, in its frame:
     frame (9,): e1, e2, e3 in global axes; e1 turns with the best fit of the corners to those at rest
@@ -48,8 +48,8 @@ def corners_in_plane(frame, x, i, j, k):
 def triangle_geometry(x, triangles, alive, rest, frame, shape):
     """Frames and gradient operators of the present configuration. x: (m, 3) [m]; triangles: (e, 3).
 
-    rest (e, 4): of the first two corners at rest, in their own frame about their mean [m]; all 0 before it is known, and
-    then e1 runs along the first side.
+    rest (e, 4): of the first two corners at rest, in their own frame about their mean [m]; all 0 before it is known,
+    and then e1 runs along the first side.
     """
     for e in prange(triangles.shape[0]):
         if not alive[e]:

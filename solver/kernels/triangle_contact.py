@@ -1,7 +1,7 @@
-"""Feet of perpendiculars on triangular facets, given in the coordinates of quadrilaterals whose last node is there twice.
+"""Feet of perpendiculars on triangular facets, in the coordinates of quadrilaterals whose last node is there twice.
 
-With the corners' areas l1, l2, l3 these are xi = (l2 - l1)/(l2 + l1) and eta = 2 l3 - 1, so that the shape functions of a
-quadrilateral give its corners their areas. Beyond a side the coordinate belonging to it grows with the distance from it:
+With the corners' areas l1, l2, l3 these are xi = (l2 - l1)/(l2 + l1) and eta = 2 l3 - 1, so that the shape functions of
+a quadrilateral give its corners their areas. Beyond a side the coordinate belonging to it grows with the distance:
 xi < -1 beyond the side from the third corner to the first, xi > 1 beyond that from the second to the third, eta < -1
 beyond that from the first to the second. Beyond the first two at once eta is above 1, by less than xi.
 """
@@ -66,7 +66,7 @@ def share_along(point, nodes, one, other):
 
 @njit(cache=True)
 def clamp_to_triangle(point, nodes, quad, foot):
-    """As `contact.clamp_to_facet`: nearest point of the triangle; the normal becomes the line from there to the point."""
+    """As `contact.clamp_to_facet`: nearest point of the triangle, the normal along the line from there to the point."""
     i, j, k = quad[0], quad[1], quad[2]
     if not foot_on_triangle(point, nodes, quad, foot):
         return

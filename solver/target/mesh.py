@@ -15,7 +15,8 @@ from birdstrike.data.histories import Array
 class ShellMesh:
     """Nodes and quadrilaterals of shells.
 
-    nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side, a triangle's last node twice; across (e, 4): facet beyond each side,
+    nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side, the last node of a triangle twice;
+    across (e, 4): facet beyond each side,
     -1 at the rim, see `contact`; rim (r,): nodes of the free border; surface (m, 2): the nodes' coordinates [m] along
     length and width on the surface itself (arc length on a curved panel), in which sensors are placed; parts: facets of
     each named part.
@@ -114,5 +115,5 @@ def border_sides(quads: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def sides_of(quads: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Node pairs of the sides xi < -1, xi > 1, eta < -1, eta > 1 of every facet, (4 e, 2); a triangle's last is none."""
+    """Node pairs of the sides xi < -1, xi > 1, eta < -1, eta > 1 of every facet, (4 e, 2); a triangle has no last."""
     return np.stack([quads[:, [3, 0]], quads[:, [1, 2]], quads[:, [0, 1]], quads[:, [2, 3]]], axis=1).reshape(-1, 2)
