@@ -67,9 +67,9 @@ def aimed_off(case: Case) -> list[str]:
     in_file = ", ".join(f"{1e3 * c:.4g} mm" for c in nearest + np.array(target.origin))
     return [
         f"the struck part {target.struck_name} of target.mesh = {target.mesh} lies {1e3 * off:.4g} mm away from the "
-        "point that the bird is aimed at: stand-off and first contact count to the plane through target.origin, so the bird "
-        f"meets the part at another time, or never; set target.origin to a point of the part, nearest ({in_file}) in "
-        "the file's axes, or correct impact.offset"
+        "point that the bird is aimed at: stand-off and first contact count to the plane through target.origin, so the "
+        f"bird meets the part at another time, or never; set target.origin to a point of the part, nearest "
+        f"({in_file}) in the file's axes, or correct impact.offset"
     ]
 
 

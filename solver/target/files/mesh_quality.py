@@ -23,9 +23,9 @@ SLENDER = (10.0, 20.0)
 """Longest side over width, likewise."""
 APART = 1e-3
 """Of a shell's size, up to which two nodes lie at one place."""
-FEW = 0.02
+FEW = 0.1
 """Share of the shells that may rule the time step unsaid."""
-SLOWED = 1.5
+SLOWED = 2.5
 """Times as many steps that these few may cost."""
 NUMBERS_SHOWN = 5
 FAULT, WARNING, REMARK = "fault", "warning", "remark"

@@ -236,7 +236,7 @@ def test_triangles_of_every_format_are_read(tmp_path, ending):
         else:
             named = ("part_1", "part_2")
         kind = {"file_format": "gmsh22", "binary": False} if ending == ".msh" else {}
-        meshio.Mesh(MESH.nodes, [("triangle", halves), ("quad", webs)], **more).write(path, **kind)
+        meshio.Mesh(np.round(MESH.nodes, 6), [("triangle", halves), ("quad", webs)], **more).write(path, **kind)
     parts = {name: {"thickness": "3 mm", "material": "aluminium"} for name in named}
     plate = build_plate(load_case(table_with(path, parts=parts, supports={"free_edges": "clamped"})))
     assert [len(block.alive) for block in plate.blocks] == [len(webs), len(halves)]

@@ -1,19 +1,23 @@
-"""What `check` says of a mesh from a file that can be used: doubtful shells by part, number, value, range and remedy."""
+"""What `check` says of a mesh from a file that can be used: doubtful shells by part, number, value and remedy."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
+from typer.testing import CliRunner
 
+from birdstrike.cli.app import app
 from birdstrike.cli.check import check
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.reports.figures.target import MARK
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.setup_warnings import aimed_off, doubtful_shells, free_target
 from birdstrike.solver.simulate import simulate
-from tests.script import birdstrike
 from tests.solver.target.test_mesh_file import MESH, table_with
 from tests.solver.target.triangles import abaqus_file
 
@@ -36,11 +40,11 @@ def test_a_sound_mesh_has_nothing_against_it(tmp_path):
 
 def test_a_warped_shell_is_named_with_its_number_and_value(tmp_path):
     nodes = MESH.nodes.copy()
-    nodes[MESH.quads[55, 0], 2] += 0.015
+    nodes[MESH.quads[55, 0], 2] += 0.022
     (said,) = doubts(panel(tmp_path, nodes))
     assert "of skin are warped by more than 10 degrees: their bending is that of a flat shell; refine the mesh" in said
     assert "(number 1045" in said
-    assert "(worst: 16" in said
+    assert re.search(r"\(worst: 1[0-9.]+ degrees, number 10\d\d of skin\)", said)
 
 
 def test_few_slender_shells_are_named_with_what_they_cost(tmp_path):
@@ -52,8 +56,8 @@ def test_few_slender_shells_are_named_with_what_they_cost(tmp_path):
     assert "10 shells (number 1001, 1002, 1003, 1004, 1005, ...) of skin are more than 10 times as long as" in slender
     assert "stresses along them are coarse, and they rule the time step; mesh them anew (worst: 13.2 times" in slender
     assert "have a stable time step far below the others'" in slow
-    assert "they cost 13" in slow
-    assert "of skin)" in slow
+    assert "they cost 10.5 times as many steps; merge or enlarge them (worst: " in slow
+    assert slow.endswith("of skin)")
 
 
 def test_nodes_that_are_not_merged_are_named(tmp_path):
@@ -87,34 +91,21 @@ def test_nodes_of_a_set_that_are_on_no_shell_are_counted(tmp_path):
 
 def toml_case(folder: Path) -> Path:
     """A case file beside the mesh."""
-    text = """extends = "openradioss_panel"
-[target]
-mesh = "panel.inp"
-mesh_unit = "m"
-"""
-    whole = load_case("openradioss_panel").table["target"]
-    for name in ("skin", "stiffeners"):
-        text += f'[target.parts.{name}]\nthickness = "3 mm"\nmaterial = "aluminium"\n'
-    text += "[target.materials.aluminium]\n"
-    text += "".join(
-        f'{key} = "{value}"\n' if isinstance(value, str) else f"{key} = {value}\n"
-        for key, value in whole["materials"]["aluminium"].items()
-    )
     path = folder / "case.toml"
-    path.write_text(text + '[target.supports]\nedges = "clamped"\n')
+    path.write_text(tomli_w.dumps(table_with(folder / "panel.inp")))
     return path
 
 
-@pytest.mark.parametrize("height", [0.015, 0.06])
+@pytest.mark.parametrize("height", [0.022, 0.06])
 def test_the_picture_marks_doubtful_shells_and_those_that_refuse_the_mesh(tmp_path, height):
     nodes = MESH.nodes.copy()
-    nodes[MESH.quads[55, 0], 2] += height
+    nodes[MESH.quads[55, 0], 2] -= height
     panel(tmp_path, nodes)
     case, picture = toml_case(tmp_path), tmp_path / "target.svg"
-    result = birdstrike("check", str(case), "--picture", str(picture))
-    assert (result.returncode == 0) == (height < 0.02)
-    assert "doubtful shells (4)" in picture.read_text() or "doubtful shells (" in result.stdout + picture.read_text()
-    assert "warped by more than" in " ".join((result.stdout + result.stderr).split())
+    result = CliRunner().invoke(app, ["check", str(case), "--picture", str(picture)])
+    assert (result.exit_code == 0) == (height < 0.03), result.output
+    assert MARK.lower() in picture.read_text().lower()
+    assert "warped by more than" in " ".join(result.output.split())
 
 
 def test_a_part_without_thickness_is_named(tmp_path):
@@ -125,13 +116,13 @@ def test_a_part_without_thickness_is_named(tmp_path):
 
 
 def test_a_bird_that_starts_inside_the_target_is_told_with_the_part(tmp_path):
-    path = panel(tmp_path, MESH.nodes + [0.0, 0.0, 0.03])
+    path = panel(tmp_path, MESH.nodes + np.array([0.0, 0.0, 0.03]))
     with pytest.raises(UserError, match=r"the bird starts inside the target's part skin: .* raise impact\.standoff"):
         simulate(load_case(table_with(path), {"bird.particles": "200"}))
 
 
 def test_a_struck_part_away_from_the_aim_is_told_with_the_origin_that_meets_it(tmp_path):
-    path = panel(tmp_path, MESH.nodes + [0.0, 0.0, -0.06])
+    path = panel(tmp_path, MESH.nodes + np.array([0.0, 0.0, -0.06]))
     (said,) = aimed_off(load_case(table_with(path)))
     assert "lies 60 mm away from the point that the bird is aimed at" in said
     assert "set target.origin to a point of the part, nearest (0 mm, 0 mm, -60 mm)" in said
