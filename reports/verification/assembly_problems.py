@@ -93,12 +93,15 @@ FLAT = {"kind": "stiffened_panel", "length": "420 mm", "width": "420 mm", "stiff
 PERFECT = {"law": "bilinear", "young": "73 GPa", "poisson": 0.3, "density": "2780 kg/m^3", "yield_stress": "345 MPa"}
 
 
+FREE_OF_LINKS = LinkData()
+
+
 def impulse_mesh(size: str = "10 mm") -> PartMesh:
     """The clamped plate's mesh, 42 x 42 shells or others."""
     return GENERATORS.validate(FLAT | {"element_size": size}).mesh()
 
 
-def impulse_target(mesh: PartMesh | None = None, links: LinkData = LinkData()) -> Target:
+def impulse_target(mesh: PartMesh | None = None, links: LinkData = FREE_OF_LINKS) -> Target:
     """The clamped plate as a target of one part or several of one metal."""
     mesh = impulse_mesh() if mesh is None else mesh
     data = dict.fromkeys(mesh.parts, PartData(0.006, TARGET_LAWS.validate(PERFECT)))
