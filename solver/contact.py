@@ -137,10 +137,20 @@ class Contact:
         overlap = float(depth.max())
         if overlap > OVERLAP_AT_START * self.gap:
             inside = int(np.count_nonzero(depth > OVERLAP_AT_START * self.gap))
+            where = "the plate" if not plate.mesh.parts else f"the target's part {self._deepest_part(plate)}"
+            origin = ", or put target.origin on the struck part" if plate.mesh.parts else ""
             raise UserError(
-                f"the bird starts inside the plate: {inside} particles, up to {1e3 * overlap:.3g} mm deep; raise "
-                "impact.standoff, or make bird.diameter smaller against the plate's curvature"
+                f"the bird starts inside {where}: {inside} particles, up to {1e3 * overlap:.3g} mm deep; raise "
+                f"impact.standoff, or make bird.diameter smaller against the plate's curvature{origin}"
             )
+
+    def _deepest_part(self, plate: Target) -> str:
+        """The part that a particle is deepest in."""
+        depth = [(sheet.gap[sheet.facet] - sheet.foot[:, 2]).max() for sheet in self.sheets]
+        sheet = self.sheets[int(np.argmax(depth))]
+        particle = int(np.argmax(sheet.gap[sheet.facet] - sheet.foot[:, 2]))
+        facet = sheet.sheet.facets[sheet.facet[particle]]
+        return next(name for name, facets in plate.mesh.parts.items() if facet in facets)
 
     def search(self, bird: BirdBody, plate: Target) -> None:
         """Nearest facets anew."""

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.solver.build import aimed_at
+from birdstrike.solver.build import aimed_at, rest_mesh
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
+from birdstrike.solver.target.files.mesh_quality import WARNING
 
 BESIDE = 0.01
 """Share of the bird's cross-section that may fly past the plate unsaid."""
@@ -26,7 +27,62 @@ RINGS = 100
 def setup_warnings(case: Case) -> list[str]:
     """Sentences about what is allowed and spoils the answer: what was found, what it means, what to do."""
     late = unrecorded(case.instrument, case.first_contact, case.time.end)
-    return [*coarse_mesh(case), *bird_beside_plate(case), *remarks(case), *late]
+    return [
+        *coarse_mesh(case),
+        *doubtful_shells(case),
+        *free_target(case),
+        *aimed_off(case),
+        *bird_beside_plate(case),
+        *remarks(case),
+        *late,
+    ]
+
+
+def free_target(case: Case) -> list[str]:
+    """A warning about a target of several parts that nothing holds."""
+    target = case.target
+    if target is None or any(edges != "free" for edges in target.supports.values()):
+        return []
+    if any(not target.materials[part.material].moves for part in target.parts.values()):
+        return []
+    sets = ", ".join(target.source.sets)
+    return [
+        "target.supports holds nothing: the whole target is a free rigid body that the bird pushes away, and there is "
+        f"no reaction; hold one of its sets in target.supports (sets: {sets}), unless free flight is meant"
+    ]
+
+
+def aimed_off(case: Case) -> list[str]:
+    """A warning where the struck part of a mesh from a file lies away from the point that the bird is aimed at."""
+    target = case.target
+    if target is None or target.mesh is None:
+        return []
+    from birdstrike.solver.sensors.places import place_in_space, point_at  # late: it brings in compiled kernels
+
+    mesh, aim = rest_mesh(case), np.array(aimed_at(case))
+    nearest = point_at(mesh, *place_in_space(mesh, aim, target.struck_name))
+    off = float(np.linalg.norm(nearest - aim))
+    if off <= AIMED_OFF * case.bird.diameter:
+        return []
+    in_file = ", ".join(f"{1e3 * c:.4g} mm" for c in nearest + np.array(target.origin))
+    return [
+        f"the struck part {target.struck_name} of target.mesh = {target.mesh} lies {1e3 * off:.4g} mm away from the "
+        "point that the bird is aimed at: stand-off and first contact count to the plane through target.origin, so the "
+        f"bird meets the part at another time, or never; set target.origin to a point of the part, nearest "
+        f"({in_file}) in the file's axes, or correct impact.offset"
+    ]
+
+
+AIMED_OFF = 0.25
+"""Of the bird's diameter, by which the struck part of a mesh from a file may lie off the aim unsaid."""
+
+
+def doubtful_shells(case: Case) -> list[str]:
+    """What a mesh from a file has against it that does not refuse it."""
+    if case.target is None:
+        return []
+    found = [one.text for one in case.target.findings() if one.severity == WARNING]
+    return [f"target.mesh = {case.target.mesh}: {text}" for text in found]
 
 
 def bird_beside_plate(case: Case) -> list[str]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 from rich.table import Table
 
 from birdstrike.cli.frame import HEARD, Json, Settings, console, framed, overrides, progress_bar, say, warn
 from birdstrike.cli.next_steps import following, set_again
+from birdstrike.data.errors import CaseError, UserError
 
 if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
@@ -76,7 +78,8 @@ def check(case: CaseSource) -> dict[str, Any]:
 
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
     inactive (erosion limits that erode nothing at their values), case_hash, and warnings (sentences about what spoils
-    the answer: a coarse mesh, a bird beside the plate, an instrument later than the run).
+    the answer: a coarse mesh, a bird beside the plate, an instrument later than the run). Of a target from a file with
+    doubtful shells also mesh: severity, text and number of shells of each finding.
     """
     from birdstrike.solver.case.case import as_case, case_hash
     from birdstrike.solver.estimate import estimate
@@ -84,7 +87,10 @@ def check(case: CaseSource) -> dict[str, Any]:
 
     loaded = as_case(case)
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
-    return {"density": loaded.bird.actual_density, **estimate(loaded), **named, "warnings": setup_warnings(loaded)}
+    found = [] if loaded.target is None else loaded.target.findings()
+    mesh = [{"severity": one.severity, "text": one.text, "shells": len(one.shells)} for one in found]
+    facts = {"density": loaded.bird.actual_density, **estimate(loaded), **named, "warnings": setup_warnings(loaded)}
+    return {**facts, "mesh": mesh} if mesh else facts
 
 
 @framed
@@ -107,7 +113,12 @@ def command(
     from birdstrike.solver.case.case import load_case
     from birdstrike.solver.case.effects import stated
 
-    loaded = load_case(case, overrides(settings))
+    try:
+        loaded = load_case(case, overrides(settings))
+    except CaseError:
+        if picture is not None:
+            _draw_refused(case, settings, picture)
+        raise
     for line in stated(loaded):
         say(line)
     if loaded.solver.name == "external":
@@ -125,6 +136,25 @@ def command(
     warn(facts["warnings"], CHECKED)
     say(f"No errors. {_simulation(case, settings)}")
     return facts
+
+
+def _draw_refused(case: str, settings: list[str], picture: Path) -> None:
+    """The mesh of a case that is refused, the shells marked that something is said about, where its file has any."""
+    from birdstrike.reports.figures.target import write_mesh_picture  # late: matplotlib
+    from birdstrike.solver.case.case import raw_case
+    from birdstrike.solver.target.files.mesh_file import METRES, inspect_mesh
+
+    target = raw_case(case, overrides(settings)).get("target")
+    if not isinstance(target, dict) or not isinstance(target.get("mesh"), str):
+        return
+    unit = target.get("mesh_unit")
+    try:
+        mesh, findings = inspect_mesh(target["mesh"], unit if unit in METRES else "m", (0.0, 0.0, 0.0))
+    except UserError:
+        return  # said with the case's other errors
+    shells = [one.shells for one in findings]
+    write_mesh_picture(mesh, np.unique(np.concatenate([np.empty(0, np.int64), *shells])), picture)
+    say(f"Picture of the mesh: {picture}")
 
 
 def _simulation(case: str, settings: list[str]) -> str:
@@ -191,6 +221,7 @@ def _remarks(case: Case, facts: dict[str, Any]) -> list[str]:
         f"bird.material.{name} = {getattr(case.bird.material, name)} is inactive: no particle erodes by this limit"
         for name in facts["inactive"]
     ]
+    remarks += [one["text"] for one in facts.get("mesh", ()) if one["severity"] == "remark"]
     if case.first_contact >= case.time.end:
         remarks.append(
             "The bird does not reach the plate before time.end: shorten impact.standoff or lengthen time.end."

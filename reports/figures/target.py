@@ -36,9 +36,12 @@ from birdstrike.solver.build import aimed_at, build_plate, direction_of, flight_
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.places import place_in_space, place_on, point_at
 from birdstrike.solver.sensors.sensor import Placed
+from birdstrike.solver.target.part_mesh import PartMesh
 
 PART_COLOURS = ("#B8C7D3", SKY, GREEN, ORANGE, PURPLE, "#F0E442", BLUE, VERMILION)
 SUPPORT_MARKS = ("s", "D", "^", "v", "<", ">", "p", "h")
+MARK = "#D00000"
+"""Of shells that something is said about."""
 ELEVATION, TURN = np.deg2rad(32.0), np.deg2rad(-58.0)
 """Of the eye: above the surface, and from the length axis."""
 LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
@@ -48,7 +51,10 @@ LABELLED = 12
 
 @dataclass(frozen=True)
 class DrawnTarget:
-    """What the picture shows, SI: nodes, facets, part of each, and where things are in space."""
+    """What the picture shows, SI: nodes, facets, part of each, and where things are in space.
+
+    bird: points of its outline, none where it is not drawn; marked (k,): facets that something is said about.
+    """
 
     nodes: Array
     quads: NDArray[np.int64]
@@ -61,6 +67,7 @@ class DrawnTarget:
     centre: Array
     velocity: Array
     speed: float
+    marked: NDArray[np.int64]
 
 
 def drawn_target(case: Case) -> DrawnTarget:
@@ -89,7 +96,9 @@ def drawn_target(case: Case) -> DrawnTarget:
     rivets = np.empty((0, 3)) if target.rivets is None else target.rivets.points
     names = tuple(parts)
     where = (target.mesh.nodes, target.quads, part, names, supports, rivets, sensors)
-    return DrawnTarget(*where, surface, surface.mean(axis=0), direction, case.impact.speed)
+    found = [] if case.target is None else case.target.findings()
+    marked = np.unique(np.concatenate([np.empty(0, np.int64), *(one.shells for one in found)]))
+    return DrawnTarget(*where, surface, surface.mean(axis=0), direction, case.impact.speed, marked)
 
 
 @styled
@@ -112,6 +121,9 @@ def target_figure(shown: DrawnTarget) -> Figure:
         handles.append(Line2D([], [], color=PURPLE, marker="o", markersize=3, linestyle="", label=label))
     if shown.sensors:
         handles.append(Line2D([], [], color=VERMILION, marker="P", markersize=6, linestyle="", label="sensors"))
+    if len(shown.marked):
+        label = f"doubtful shells ({len(shown.marked)})"
+        handles.append(Line2D([], [], color=MARK, marker="o", markerfacecolor="none", linestyle="", label=label))
     figure.legend(handles=handles, loc="outside upper left", ncols=4, handlelength=1.4)
     return figure
 
@@ -139,12 +151,16 @@ def _view(axes: Axes, shown: DrawnTarget, behind: bool) -> None:
         axes.plot(*held.T, mark, color=BLACK, markersize=2.2, alpha=0.8, zorder=3)
     if behind and len(shown.rivets):
         axes.plot(*(1e3 * shown.rivets @ look[:2].T).T, "o", color=PURPLE, markersize=1.8, zorder=4)
-    if not behind:
+    if len(shown.marked):
+        middles = 1e3 * shown.nodes[shown.quads[shown.marked]].mean(axis=1) @ look[:2].T
+        axes.plot(*middles.T, "o", color=MARK, markerfacecolor="none", markersize=6.0, markeredgewidth=1.2, zorder=4)
+    if not behind and len(shown.bird):
         _bird(axes, shown, look)
     _sensors(axes, shown, look)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    side = "From behind" if behind else f"From the impact side; velocity {quantity(shown.speed, 'm/s')}"
+    flying = f"; velocity {quantity(shown.speed, 'm/s')}" if len(shown.bird) else ""
+    side = "From behind" if behind else f"From the impact side{flying}"
     axes.set_title(side)
     _compass(axes, look)
 
@@ -163,6 +179,7 @@ def _facets(axes: Axes, shown: DrawnTarget, look: Array) -> None:
     faces = (colours[shown.part] * shade[:, None])[order]
     polygons = (1e3 * corners @ look[:2].T)[order]
     edges = np.clip(0.82 * faces, 0.0, 1.0)
+    edges[np.isin(order, shown.marked)] = to_rgb(MARK)
     axes.add_collection(
         PolyCollection(list(polygons), facecolors=faces, edgecolors=edges, linewidths=0.25, rasterized=True, zorder=1)
     )
@@ -222,11 +239,22 @@ ENDINGS = (".png", ".svg")
 
 def write_picture(case: Case, path: Path) -> None:
     """The case's target as a PNG or an SVG file, by the ending of its name; raises UserError for another ending."""
+    _write(target_figure(drawn_target(case)), path)
+
+
+def write_mesh_picture(mesh: PartMesh, shells: NDArray[np.int64], path: Path) -> None:
+    """A mesh alone, with some shells (k,) marked; raises UserError as `write_picture` does."""
+    nothing = np.empty((0, 3))
+    where = (mesh.nodes, mesh.quads, mesh.part, mesh.parts, {}, nothing, {})
+    _write(target_figure(DrawnTarget(*where, nothing, np.zeros(3), np.zeros(3), 0.0, shells)), path)
+
+
+def _write(figure: Figure, path: Path) -> None:
+    """A figure as a PNG or an SVG file; raises UserError for another ending, or a file that cannot be written."""
     if path.suffix.lower() not in ENDINGS:
         raise UserError(
             f"--picture {path}: a picture is a PNG or an SVG file; name it {path.stem}.png or {path.stem}.svg"
         )
-    figure = target_figure(drawn_target(case))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(png(figure) if path.suffix.lower() == ".png" else inline_svg(figure, "target").encode())

@@ -200,11 +200,16 @@ def load_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any]
 
     overrides: dotted key -> value, laid over it: texts as `--set` has them, numbers, lists.
     """
+    return case_from_table(raw_case(path, overrides), "case" if isinstance(path, Mapping) else Path(path).stem)
+
+
+def raw_case(path: str | Path | Mapping[str, Any], overrides: Mapping[str, Any] | None = None) -> Raw:
+    """The table that `load_case` validates; raises CaseError where there is none."""
     if not isinstance(path, str | Path | Mapping):
         raise CaseError(f"a case is a file, a shipped case's name, a table or a loaded case, not {path!r}")
-    raw, name = (given_table(path), "case") if isinstance(path, Mapping) else (read_case(path), Path(path).stem)
+    raw = given_table(path) if isinstance(path, Mapping) else read_case(path)
     table = with_table(overlay(raw, override_table(overrides or {})), Path.cwd())
-    return case_from_table(with_mesh_path(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path.cwd()), name)
+    return with_mesh_path(with_baselines(with_deck(table, Path.cwd()), Path.cwd()), Path.cwd())
 
 
 def as_case(case: CaseSource) -> Case:

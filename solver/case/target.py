@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
@@ -12,13 +13,15 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
+from birdstrike.solver.kernels import metal
+from birdstrike.solver.target.files.mesh_file import METRES, MeshFile, digest
+from birdstrike.solver.target.files.mesh_quality import Finding, slow_shells
 from birdstrike.solver.target.generators.interface import Generator, Length
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.interface import Metal, TargetMaterial
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 from birdstrike.solver.target.links.rivets import RivetData
 from birdstrike.solver.target.links.ties import TieData
-from birdstrike.solver.target.mesh_file import METRES, MeshFile, digest
 from birdstrike.solver.target.part_mesh import Row
 
 PLACE = Between("-100000 mm", "100000 mm")
@@ -168,6 +171,14 @@ class Target(Section):
             if name not in self.rivets:
                 raise complaint(f"has no rivets.{name}: give it a tension_strength and a shear_strength")
 
+    def findings(self) -> list[Finding]:
+        """What is doubtful about the shells of a mesh from a file, and which of them rule the time step."""
+        source = self.source
+        if not isinstance(source, MeshFile):
+            return []
+        metals = [self.materials[self.parts[name].material] for name in source.parts]
+        return [*source.findings, *slow_shells(source.mesh(), [_speed_of_sound(one) for one in metals])]
+
     def rivet_rows(self) -> Iterator[tuple[str, Row, RivetData]]:
         """Every row of rivets with its place."""
         placed = self.source.mesh().rows
@@ -236,6 +247,13 @@ class Target(Section):
             target["materials"] = {self.struck_part.material: own}
         kept = {key: value for key, value in changes.items() if key not in ("plate", "target")}
         return kept | {"target": {**changes.get("target", {}), **target}}
+
+
+def _speed_of_sound(material: TargetMaterial) -> float:
+    """Of waves in the plane of a sheet [m/s]; 0 in what does not move."""
+    row = material.row()
+    plane = row[metal.YOUNG] / (1.0 - row[metal.POISSON] ** 2)
+    return math.sqrt(plane / material.density) if material.moves else 0.0
 
 
 def with_envelope(table: Mapping[str, Any]) -> Mapping[str, Any]:

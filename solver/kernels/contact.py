@@ -11,6 +11,8 @@ import math
 
 from numba import njit, prange
 
+from birdstrike.solver.kernels.triangle_contact import clamp_to_triangle, foot_on_triangle
+
 OUTSIDE = 1.0 + 1e-9
 
 
@@ -32,6 +34,8 @@ def foot_on_facet(point, nodes, quad, foot):
     The distance is signed along the normal; xi and eta may lie outside [-1, 1]. Returns False if the facet is void.
     """
     i, j, k, m = quad[0], quad[1], quad[2], quad[3]
+    if k == m:
+        return foot_on_triangle(point, nodes, quad, foot)
     xi, eta = foot[0], foot[1]
     for _ in range(12):
         n1, n2, n3, n4 = bilinear(xi, eta)
@@ -88,6 +92,9 @@ def set_normal(point, nodes, quad, foot):
 @njit(cache=True)
 def clamp_to_facet(point, nodes, quad, foot):
     """Nearest point on the facet's edge: the normal becomes the line from there to the particle (a ridge)."""
+    if quad[2] == quad[3]:
+        clamp_to_triangle(point, nodes, quad, foot)
+        return
     foot[0] = min(max(foot[0], -1.0), 1.0)
     foot[1] = min(max(foot[1], -1.0), 1.0)
     set_normal(point, nodes, quad, foot)
@@ -114,6 +121,15 @@ def beyond_side(across, alive, facet, side):
     return neighbour if neighbour >= 0 and alive[neighbour] else -1
 
 
+@njit(cache=True, inline="always")
+def sides_beyond(quad, xi, eta):
+    """The two sides of a facet that a foot at (xi, eta) may be beyond, the one that it is farther beyond first."""
+    along, across_it = (0 if xi < 0.0 else 1), (2 if eta < 0.0 else 3)
+    if across_it == 3 and quad[2] == quad[3]:
+        across_it = 1 - along  # a triangle has no fourth side
+    return (along, across_it) if abs(xi) > abs(eta) else (across_it, along)
+
+
 @njit(cache=True)
 def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
     """The facet that holds the foot, walking from `facet` over its sides; sets foot, infinitely far beyond the rim.
@@ -127,8 +143,7 @@ def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
         xi, eta = foot[0], foot[1]
         if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
             return facet
-        along, across_it = (0 if xi < 0.0 else 1), (2 if eta < 0.0 else 3)
-        first, second = (along, across_it) if abs(xi) > abs(eta) else (across_it, along)
+        first, second = sides_beyond(quads[facet], xi, eta)
         beyond = beyond_side(across, alive, facet, first)
         around = beyond < 0
         if around and min(abs(xi), abs(eta)) > OUTSIDE:

@@ -11,7 +11,7 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet
+from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet, sides_beyond
 
 INSIDE, NOTHING = -1, -2
 
@@ -30,8 +30,7 @@ def walk_on_sheet(point, nodes, quads, across, alive, facet, foot):
         xi, eta = foot[0], foot[1]
         if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
             return facet, INSIDE
-        along, across_it = (0 if xi < 0.0 else 1), (2 if eta < 0.0 else 3)
-        first, second = (along, across_it) if abs(xi) > abs(eta) else (across_it, along)
+        first, second = sides_beyond(quads[facet], xi, eta)
         beyond = beyond_side(across, alive, facet, first)
         around = beyond < 0
         if around and min(abs(xi), abs(eta)) > OUTSIDE:

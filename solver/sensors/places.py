@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
-from birdstrike.solver.target.mesh import ShellMesh
+from birdstrike.solver.target.mesh import ShellMesh, centres_of
 
 INSIDE = 1.0 + 1e-9
 
@@ -31,7 +31,11 @@ def place_on(mesh: ShellMesh, at: tuple[float, float]) -> tuple[int, float, floa
 
 
 def in_plan(corners: Array, point: Array, iterations: int = 20) -> Array:
-    """(xi, eta) of a point (2,) in a quadrilateral (4, 2), by Newton's iteration from the middle."""
+    """(xi, eta) of a point (2,) in a facet (4, 2), by Newton's iteration from the middle of a quadrilateral."""
+    if (corners[2] == corners[3]).all():
+        foot, flat = np.zeros(6), np.column_stack([corners, np.zeros(4)])
+        foot_on_facet(np.append(point, 0.0), flat, np.array([0, 1, 2, 2]), foot)
+        return foot[:2]
     where = np.zeros(2)
     for _ in range(iterations):
         xi, eta = where
@@ -53,7 +57,7 @@ def point_at(mesh: ShellMesh, element: int, xi: float, eta: float) -> Array:
 def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tuple[int, float, float]:
     """Facet, xi and eta of the place on the shells at rest, of one part or of all, that is nearest to a point (3,)."""
     facets = np.arange(len(mesh.quads)) if part is None else mesh.parts[part]
-    middles = mesh.nodes[mesh.quads[facets]].mean(axis=1)
+    middles = centres_of(mesh.nodes, mesh.quads[facets])
     near = facets[np.argsort(np.linalg.norm(middles - point, axis=1), kind="stable")[:9]]
     found = []
     for facet in near:

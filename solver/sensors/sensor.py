@@ -17,7 +17,6 @@ if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a ca
     from birdstrike.solver.bird.body import BirdBody
     from birdstrike.solver.contact import Contact
     from birdstrike.solver.target.assembly import Target
-    from birdstrike.solver.target.shell_block import ShellBlock
 
 PLACE = Between("-2500 mm", "2500 mm")
 Component = Annotated[float, Between(-1.0, 1.0)]
@@ -180,9 +179,10 @@ def mean_over_interval(clock: Array, time: Array, values: Array) -> Array:
     return (np.interp(late, time, integral) - np.interp(early, time, integral)) / (late - early)
 
 
-def deformable(run: Run) -> ShellBlock:
-    """The target's shells, if they strain; raises UserError."""
-    return run.plate.shells
+def deformable(run: Run) -> Target:
+    """The target, if it strains; raises UserError."""
+    run.plate.require_strain()
+    return run.plate
 
 
 def shell_is_gone(run: Run, sensor: Placed) -> bool:

@@ -38,7 +38,7 @@ class Strain(Placed):
 
     along: the direction in space instead, laid on the shell, for gauges on webs and flanges. Absent, the length is that
     of a point. The elements' co-rotational increments of membrane strain and curvature sum up in the shells
-    (`ShellBlock.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2 on the
+    (`Target.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2 on the
     back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length where
     it has one. The sum is the logarithmic strain, ln(L/L0).
     measure: of a rosette at the place instead of one gauge, the largest "principal" strain of the surface, or the
@@ -82,7 +82,7 @@ class Strain(Placed):
         turns = (0.0, 0.25 * math.pi, 0.5 * math.pi)
         if self.along is None:
             return tuple(self.model_copy(update={"direction": turn, "measure": None}) for turn in turns)
-        normal = deformable(run).frame[self.located(run)[0], 6:]
+        normal = deformable(run).frames(np.array([self.located(run)[0]]))[0, 6:]
         first = self.toward - (self.toward @ normal) * normal
         second = np.cross(normal, first)
         lines = (math.cos(turn) * first + math.sin(turn) * second for turn in turns)
@@ -93,10 +93,10 @@ class Strain(Placed):
             first, between, second = (gauge.reading(run) for gauge in self.rosette(run))
             principal = self.measure == "principal"
             return lambda now: of_rosette(first(now), between(now), second(now), principal)
-        shells = deformable(run)
+        target = deformable(run)
         near, share = gauge_weights(self, run)
-        rows = np.searchsorted(shells.watched, near)
-        return lambda _: math.expm1(float((share * shells.felt[rows]).sum()))
+        rows = np.searchsorted(target.watched, near)
+        return lambda _: math.expm1(float((share * target.felt[rows]).sum()))
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
         """Its strain stands still once the shell has torn."""
@@ -148,7 +148,7 @@ def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
     element = sensor.located(run)[0]
     side = run.contact.side
     if plate.mesh.parts:  # whose shells may be wound anyhow
-        side = 1 if plate.shells.frame[element, 8] >= 0.0 else -1
+        side = 1 if plate.frames(np.array([element]))[0, 8] >= 0.0 else -1
     height = plate.skin[element] * (side * (1.0 if sensor.side == "impact" else -1.0))
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
@@ -167,16 +167,17 @@ def add_point(
     """
     # late: loading a case needs no compiled kernels
     from birdstrike.solver.sensors.places import blend, facets_around, point_at
+    from birdstrike.solver.target.mesh import centres_of
 
     element, xi, eta = where
     near = facets_around(plate.quads, element)
-    frame = plate.shells.frame[near].reshape(-1, 3, 3)
-    own = plate.shells.frame[element].reshape(3, 3)
+    frame = plate.frames(near).reshape(-1, 3, 3)
+    own = plate.frames(np.array([element])).reshape(3, 3)
     if plate.mesh.parts:  # over a joint the field is another
         level = np.abs(frame[:, 2] @ own[2]) > LEVEL
         near, frame = near[level], frame[level]
     turned = np.sign(frame[:, 2] @ own[2])[:, None]
-    centres = plate.mesh.nodes[plate.quads[near]].mean(axis=1) - point_at(plate.mesh, element, xi, eta)
+    centres = centres_of(plate.mesh.nodes, plate.quads[near]) - point_at(plate.mesh, element, xi, eta)
     along = frame[:, :2, : len(toward)] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)

@@ -16,12 +16,12 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
 from birdstrike.solver.target.links.rivets import RivetData, Rivets, rivets_of
 from birdstrike.solver.target.links.ties import TieData, Ties, ties_of
-from birdstrike.solver.target.mesh import ShellMesh, shell_mesh, sides_of
+from birdstrike.solver.target.mesh import ShellMesh, border_sides, shell_mesh, sides_of
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
 from birdstrike.solver.target.section import Section
-from birdstrike.solver.target.shell_block import ShellBlock
 from birdstrike.solver.target.supports import DISPLACEMENTS, EVERYTHING, NAMED, EdgeStiffness, Held, Supports
+from birdstrike.solver.target.triangle_block import shell_blocks
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def assembled(
     mesh = shells_of(parts)
     each = [data[name] for name in parts.parts]
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
-    block = ShellBlock(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
+    blocks = shell_blocks(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
     share = held_lengths(parts, [parts.sets[name] for name in supports])
     held = Supports(mesh, {name: held_set(parts, name, stiffness, share) for name, stiffness in supports.items()})
     rigid = np.array([not one.material.moves for one in each])[parts.part]
@@ -64,7 +64,7 @@ def assembled(
     ties = ties_of(parts, dict(links.ties), held.held & DISPLACEMENTS > 0)
     rivets = rivets_of(parts, links.rivets)
     _refuse_loose_parts(parts, held, ties, rivets)
-    return Target(mesh, Nodes(parts.nodes, damping), [block], held, ties=ties, rivets=rivets)
+    return Target(mesh, Nodes(parts.nodes, damping), blocks, held, ties=ties, rivets=rivets)
 
 
 def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rivets: Rivets | None) -> None:
@@ -99,9 +99,8 @@ def shells_of(parts: PartMesh) -> ShellMesh:
 
 def held_lengths(parts: PartMesh, sets: list[NDArray[np.int64]]) -> Array:
     """Length of free border that belongs to each node (m,) [m]: half of either side between two nodes that are held."""
-    sides, count = np.unique(np.sort(sides_of(parts.quads), axis=1), axis=0, return_counts=True)
-    held = np.isin(sides, np.concatenate([*sets, np.empty(0, np.int64)])).all(axis=1)
-    sides = sides[(count == 1) & held]
+    sides = border_sides(parts.quads)
+    sides = sides[np.isin(sides, np.concatenate([*sets, np.empty(0, np.int64)])).all(axis=1)]
     length = np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)
     return np.bincount(sides.ravel(), np.repeat(0.5 * length, 2), minlength=len(parts.nodes)).astype(np.float64)
 

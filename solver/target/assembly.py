@@ -53,6 +53,7 @@ class Target:
         if rivets is not None:
             self.lost_to_frame["rivets"] = 0.0
         self.on_frame = np.zeros(6)
+        self.watched = np.empty(0, np.int64)
 
     @property
     def x(self) -> Array:
@@ -70,17 +71,43 @@ class Target:
         return self.nodes.omega
 
     @property
+    def straining(self) -> list[ShellBlock]:
+        """The blocks of shells that are not rigid."""
+        return [block for block in self.blocks if isinstance(block, ShellBlock)]
+
+    @property
     def shells(self) -> ShellBlock:
-        """The block of shells; raises UserError where there is none that strains."""
-        for block in self.blocks:
-            if isinstance(block, ShellBlock):
-                return block
-        raise UserError("a rigid plate has no strain: leave out its strain sensors or plate.rigid")
+        """The first block of shells; raises UserError where there is none that strains."""
+        self.require_strain()
+        return self.straining[0]
+
+    def require_strain(self) -> None:
+        """Raise UserError where all blocks are rigid."""
+        if not self.strains:
+            raise UserError("a rigid plate has no strain: leave out its strain sensors or plate.rigid")
 
     @property
     def strains(self) -> bool:
         """Whether any block is not rigid."""
         return any(isinstance(block, ShellBlock) for block in self.blocks)
+
+    def frames(self, facets: NDArray[np.int64]) -> Array:
+        """Frames of shells, (k, 9), see `kernels.shell_geometry`."""
+        return np.concatenate([block.frame for block in self.straining])[facets]
+
+    def watch(self, facets: NDArray[np.int64]) -> None:
+        """From now on the strain increments of these facets (k,), which rise, are summed, for strain gauges."""
+        self.watched, first = facets, 0
+        for block in self.straining:
+            beyond = first + len(block.facets)
+            block.watch(facets[(facets >= first) & (facets < beyond)] - first)
+            first = beyond
+
+    @property
+    def felt(self) -> Array:
+        """Sums of the strain increments of the watched facets, (k, 8)."""
+        blocks = self.straining
+        return blocks[0].felt if len(blocks) == 1 else np.concatenate([block.felt for block in blocks])
 
     @property
     def alive(self) -> NDArray[np.bool_]:

@@ -15,7 +15,8 @@ from birdstrike.data.histories import Array
 class ShellMesh:
     """Nodes and quadrilaterals of shells.
 
-    nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side; across (e, 4): facet beyond each side,
+    nodes (m, 3) [m]; quads (e, 4), counter-clockwise seen from the impact side, the last node of a triangle twice;
+    across (e, 4): facet beyond each side,
     -1 at the rim, see `contact`; rim (r,): nodes of the free border; surface (m, 2): the nodes' coordinates [m] along
     length and width on the surface itself (arc length on a curved panel), in which sensors are placed; parts: facets of
     each named part.
@@ -40,9 +41,10 @@ class ShellMesh:
         """Unit normal at every node, the mean over its quadrilaterals weighted by area, (m, 3)."""
         corners = self.nodes[self.quads]
         vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        summed = np.zeros_like(self.nodes)
-        for corner in range(4):
+        summed, square = np.zeros_like(self.nodes), ~is_triangle(self.quads)
+        for corner in range(3):
             np.add.at(summed, self.quads[:, corner], vectors)
+        np.add.at(summed, self.quads[square, 3], vectors[square])
         size = np.linalg.norm(summed, axis=1)
         area = np.bincount(self.quads.ravel(), np.repeat(np.linalg.norm(vectors, axis=1), 4), len(summed))
         for node in np.flatnonzero(size <= 1e-6 * area):  # facets wound against each other: the first of them
@@ -80,17 +82,38 @@ def rectangle(length: float, width: float, elements: tuple[int, int]) -> tuple[A
 def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = None) -> ShellMesh:
     """Any mesh of quadrilaterals with its facet neighbours and the nodes of its rim."""
     flat = np.sort(sides_of(quads), axis=1)
+    point = np.flatnonzero(flat[:, 0] == flat[:, 1])  # a triangle's fourth side, which is none
+    flat[point] = -1 - np.stack([point, point], axis=1)
     _, label, count = np.unique(flat, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(label.ravel(), kind="stable")
     across = np.full(len(flat), -1, dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(count)[:-1]])[count == 2]
     one, other = order[first], order[first + 1]
     across[one], across[other] = other // 4, one // 4
-    rim = np.unique(flat[count[label.ravel()] == 1])
+    rim = np.unique(flat[(count[label.ravel()] == 1) & (flat[:, 0] >= 0)])
     flattened = nodes[:, :2].copy() if surface is None else surface
     return ShellMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
 
 
+def is_triangle(quads: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which facets (e, 4) are triangles: those whose last node is there twice."""
+    return quads[:, 2] == quads[:, 3]
+
+
+def centres_of(nodes: Array, quads: NDArray[np.int64]) -> Array:
+    """Means of the corners of facets, (e, 3)."""
+    centres, triangle = nodes[quads].mean(axis=1), is_triangle(quads)
+    centres[triangle] = nodes[quads[triangle, :3]].mean(axis=1)
+    return centres
+
+
+def border_sides(quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Node pairs (k, 2), rising, of the sides that one facet alone has."""
+    sides = np.sort(sides_of(quads), axis=1)
+    ends, count = np.unique(sides[sides[:, 0] != sides[:, 1]], axis=0, return_counts=True)
+    return ends[count == 1]
+
+
 def sides_of(quads: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Node pairs of the sides xi < -1, xi > 1, eta < -1, eta > 1 of every quadrilateral, (4 e, 2)."""
+    """Node pairs of the sides xi < -1, xi > 1, eta < -1, eta > 1 of every facet, (4 e, 2); a triangle has no last."""
     return np.stack([quads[:, [3, 0]], quads[:, [1, 2]], quads[:, [0, 1]], quads[:, [2, 3]]], axis=1).reshape(-1, 2)

@@ -1,6 +1,6 @@
 """Small vibrations and small static deflections of a plate, from the very forces that the time loop uses.
 
-The stiffness of every element is the derivative of its forces by its 24 freedoms, taken by central differences on a
+The stiffness of every element is the derivative of its forces by its freedoms, taken by central differences on a
 copy of the plate whose elements share no node; a preload's geometric stiffness comes with it.
 """
 
@@ -21,15 +21,25 @@ from birdstrike.solver.target.supports import NAMED, rim_supports
 STEP = 1e-7  # of an element's size: rounding and curvature of the forces both far below 1e-6
 
 
-def element_stiffnesses(plate: Target) -> Array:
-    """Stiffness (e, 24, 24) [N/m, N, N m] of every element as it lies now: node by node x, y, z and rotations."""
-    shells, e = plate.shells, len(plate.quads)
-    apart = shell_mesh(plate.x[plate.quads].reshape(-1, 3), np.arange(4 * e).reshape(e, 4))
-    block = ShellBlock(apart.nodes, apart.quads, [one.elastic() for one in shells.sections], shells.section)
+def element_stiffnesses(plate: Target) -> list[tuple[NDArray[np.int64], Array]]:
+    """Of each block the nodes (e, n) and the stiffness (e, 6 n, 6 n) [N/m, N, N m] of its elements as they lie now.
+
+    The freedoms go node by node, x, y, z and rotations.
+    """
+    return [_stiffnesses_of(plate, block) for block in plate.straining]
+
+
+def _stiffnesses_of(plate: Target, shells: ShellBlock) -> tuple[NDArray[np.int64], Array]:
+    """Of one block."""
+    e, n = len(shells.quads), shells.corners
+    ends = shells.quads[:, :n]
+    numbers = np.minimum(np.arange(4), n - 1) + n * np.arange(e)[:, None]
+    apart = shell_mesh(plate.x[ends].reshape(-1, 3), numbers)
+    block = type(shells)(apart.nodes, apart.quads, [one.elastic() for one in shells.sections], shells.section)
     trial = Target(apart, Nodes(apart.nodes), [block], rim_supports(apart, NAMED["free"]))
     size = float(np.sqrt(block.shape[:, 4].min()))
     columns = []
-    for freedom in range(24):
+    for freedom in range(6 * n):
         node, axis = divmod(freedom, 6)
         columns.append([])
         for sign in (1.0, -1.0):
@@ -38,11 +48,11 @@ def element_stiffnesses(plate: Target) -> Array:
             block.resultant[:] = shells.resultant
             trial.x[:], trial.v[:], trial.omega[:] = apart.nodes, 0.0, 0.0
             motion, amount = (trial.v, STEP * size) if axis < 3 else (trial.omega, STEP)
-            motion[node::4, axis % 3] = sign * amount
+            motion[node::n, axis % 3] = sign * amount
             trial.x[:] += trial.v
             trial.update_forces(1.0)
-            columns[-1].append(trial.nodal.reshape(e, 24) / (2.0 * amount))
-    return np.stack([minus - plus for plus, minus in columns], axis=2)
+            columns[-1].append(trial.nodal.reshape(e, 6 * n) / (2.0 * amount))
+    return ends, np.stack([minus - plus for plus, minus in columns], axis=2)
 
 
 def stiffness_and_mass(plate: Target) -> tuple[csc_array, Array]:
@@ -50,13 +60,14 @@ def stiffness_and_mass(plate: Target) -> tuple[csc_array, Array]:
 
     Freedom 6 p + i of node p; held ones are in it too, `free_freedoms` holds the others.
     """
-    own = element_stiffnesses(plate)
-    own = 0.5 * (own + own.transpose(0, 2, 1))
     m = len(plate.x)
-    freedom = (6 * plate.quads[:, :, None] + np.arange(6)).reshape(-1, 24)
-    rows, columns = np.repeat(freedom, 24, axis=1), np.tile(freedom, (1, 24))
-    stiffness = csc_array(coo_array((own.ravel(), (rows.ravel(), columns.ravel())), shape=(6 * m, 6 * m)))
-    stiffness = stiffness + edge_stiffness(plate)
+    stiffness = edge_stiffness(plate)
+    for ends, own in element_stiffnesses(plate):
+        symmetric, size = 0.5 * (own + own.transpose(0, 2, 1)), own.shape[1]
+        freedom = (6 * ends[:, :, None] + np.arange(6)).reshape(-1, size)
+        rows, columns = np.repeat(freedom, size, axis=1), np.tile(freedom, (1, size))
+        entries = (symmetric.ravel(), (rows.ravel(), columns.ravel()))
+        stiffness = csc_array(coo_array(entries, shape=(6 * m, 6 * m))) + stiffness
     if plate.rivets is not None:
         stiffness = stiffness + plate.rivets.stiffness(m)
     if plate.ties is not None:

@@ -24,8 +24,9 @@ class Row:
 class PartMesh:
     """Shells of named parts.
 
-    nodes (m, 3) [m]; quads (e, 4), a triangle's last node twice; part (e,): place of each in `parts`; sets: nodes by
-    the name of their set; rows: the rivets that the mesh is made for.
+    nodes (m, 3) [m]; quads (e, 4), triangles last and the last node of each twice; part (e,): place of each in
+    `parts`; sets: nodes by the name of their set; rows: the rivets that the mesh is made for; numbers (e,): of the
+    shells in their file, where it has any.
     """
 
     nodes: Array
@@ -34,6 +35,11 @@ class PartMesh:
     parts: tuple[str, ...]
     sets: Mapping[str, NDArray[np.int64]]
     rows: Mapping[str, tuple[Row, ...]] = field(default_factory=dict)
+    numbers: NDArray[np.int64] | None = None
+
+    def number(self, shell: int) -> int:
+        """Of a shell in its file; counted from 1 where the file has none."""
+        return shell + 1 if self.numbers is None else int(self.numbers[shell])
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import ShellMesh
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.section import Section, ShellMaterial
-from birdstrike.solver.target.shell_block import RigidShells, ShellBlock
+from birdstrike.solver.target.shell_block import RigidShells
 from birdstrike.solver.target.supports import EVERYTHING, NAMED, EdgeStiffness, Held, Supports, rim_supports
+from birdstrike.solver.target.triangle_block import shell_blocks
 
 
 def plate_of(
@@ -25,8 +26,8 @@ def plate_of(
     """
     section = Section(thickness, material.density, material.row())
     supports = rim_supports(mesh, NAMED[edges] if isinstance(edges, str) else edges)
-    block = ShellBlock(mesh.nodes, mesh.quads, [section])
-    return Target(mesh, Nodes(mesh.nodes, damping), [block], supports, one_sided=True)
+    blocks = shell_blocks(mesh.nodes, mesh.quads, [section])
+    return Target(mesh, Nodes(mesh.nodes, damping), blocks, supports, one_sided=True)
 
 
 def rigid_plate_of(mesh: ShellMesh, thickness: float) -> Target:

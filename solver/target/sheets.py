@@ -16,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.target.mesh import sides_of
+from birdstrike.solver.target.mesh import is_triangle, sides_of
 
 SMOOTH = math.cos(math.radians(45.0))
 """Of the largest angle by which a sheet bends over an edge; a sharper fold makes two, one of which owns the edge."""
 Numbers = NDArray[np.int64]
-SWAPPED = [2, 3, 0, 1]
+TURNED, TURNED_TRIANGLE = [0, 3, 2, 1], [1, 0, 2, 3]
+"""Corners of a facet that run the other way; a triangle's last, which is there twice, stays the last."""
+SWAPPED, SWAPPED_TRIANGLE = [2, 3, 0, 1], [1, 0, 2, 3]
 """Sides of a facet in the order that they have when its corners run the other way."""
 
 
@@ -114,12 +116,14 @@ def _sheet(facets: Numbers, quads: Numbers, turned: NDArray[np.bool_], edges: Ed
     own = quads[facets].copy()
     across, owner = np.full((len(facets), 4), -1), np.zeros((len(facets), 4), np.bool_)
     others: list[list[list[int]]] = [[[] for _ in range(4)] for _ in facets]
+    triangle = is_triangle(own)
     for i, facet in enumerate(facets):
+        swapped = SWAPPED_TRIANGLE if triangle[i] else SWAPPED
         if turned[facet]:
-            own[i] = own[i][[0, 3, 2, 1]]
+            own[i] = own[i][TURNED_TRIANGLE if triangle[i] else TURNED]
         for side, (one, two) in enumerate(np.sort(sides_of(quads[facet : facet + 1]), axis=1)):
             places, pair = edges.get((int(one), int(two)), []), pairs.get((int(one), int(two)))
-            place, to = 4 * int(facet) + side, SWAPPED[side] if turned[facet] else side
+            place, to = 4 * int(facet) + side, swapped[side] if turned[facet] else side
             if pair is not None and place in pair:
                 across[i, to] = local[(pair[0] if place == pair[1] else pair[1]) // 4]
             else:

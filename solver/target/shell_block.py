@@ -30,6 +30,11 @@ class ShellBlock:
     (1978) 203); like the mesh's own error, what it changes falls with the square of the shells' size.
     """
 
+    shape_size, modes, corners = 9, 9, 4
+    """Numbers that the kernels keep of an element's shape and of its hourglass modes, and its nodes."""
+    square_share = 1.0
+    """Of the square of an element's size, the area of one."""
+
     def __init__(
         self,
         nodes: Array,
@@ -46,17 +51,21 @@ class ShellBlock:
         self.facets, self.alive = quads, np.ones(e, np.bool_)
         self.skin: Array = 0.5 * self.thickness
         self.can_fail = any(one.can_fail for one in self.sections)
-        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, 9))
-        self.start, self.member = node_rows(quads, len(nodes))
+        self.frame, self.shape = np.zeros((e, 9)), np.zeros((e, self.shape_size))
         self.clear_stress()
         self.watch(np.empty(0, np.int64))
-        self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, 9))
+        self.strain, self.hourglass_strain = np.zeros((e, 8)), np.zeros((e, self.modes))
         self.force = np.zeros((e, 4, 6))
         self.works, self.taken = np.zeros((2, e)), np.zeros((2, e))
-        shell_geometry(nodes, quads, self.alive, self.frame, self.shape)
-        self.size = np.sqrt(self.shape[:, 4])
+        self.set_up(nodes)
+        self.size = np.sqrt(self.shape[:, 4] / self.square_share)
         self.energies: dict[str, float] = dict.fromkeys(ENERGIES, 0.0)
         self.lost = (0, 0.0, 0.0)
+
+    def set_up(self, nodes: Array) -> None:
+        """Geometry at rest: nodes of the target (m, 3) [m]."""
+        self.start, self.member = node_rows(self.quads, len(nodes))
+        self.update_geometry(nodes)
 
     @property
     def eps_p(self) -> Array:
@@ -84,24 +93,25 @@ class ShellBlock:
         self.stress, self.back = np.zeros((e, k, 3)), np.zeros((e, k, 3))
         self.memory, self.gone = np.zeros((e, k, MEMORY)), np.zeros((e, k), np.bool_)
         self.memory[:, :, FLOW] = self.table.start[self.section, None]
-        self.resultant, self.hourglass = np.zeros((e, 8)), np.zeros((e, 9))
+        self.resultant, self.hourglass = np.zeros((e, 8)), np.zeros((e, self.modes))
 
     def watch(self, elements: NDArray[np.int64]) -> None:
         """From now on, `felt` (k, 8) sums the strain increments of these elements (k,), for strain gauges."""
         self.watched, self.felt = elements, np.zeros((len(elements), 8))
 
     def add_mass(self, nodes: Nodes) -> None:
-        """A quarter of each element to each corner; unscaled inertia is that of the thickest section that meets it."""
+        """An equal part of each element to each corner; unscaled inertia is that of the thickest section there."""
         density = np.array([section.density for section in self.sections])[self.section]
-        share = 0.25 * density * self.thickness * self.shape[:, 4]
-        mass = np.bincount(self.quads.ravel(), np.repeat(share, 4), minlength=len(nodes))
+        share = density * self.thickness * self.shape[:, 4] / self.corners
+        ends = self.quads[:, : self.corners].ravel()
+        mass = np.bincount(ends, np.repeat(share, self.corners), minlength=len(nodes))
         nodes.mass += mass
         if self.scaled_inertia:
-            rotary = share * np.maximum(self.thickness**2, self.shape[:, 4]) / 12.0
-            nodes.inertia += np.bincount(self.quads.ravel(), np.repeat(rotary, 4), minlength=len(nodes))
+            rotary = share * np.maximum(self.thickness**2, self.shape[:, 4] / self.square_share) / 12.0
+            nodes.inertia += np.bincount(ends, np.repeat(rotary, self.corners), minlength=len(nodes))
             return
         thickest = np.zeros(len(nodes))
-        np.maximum.at(thickest, self.quads.ravel(), np.repeat(self.thickness, 4))
+        np.maximum.at(thickest, ends, np.repeat(self.thickness, self.corners))
         nodes.inertia += mass * thickest**2 / 12.0
 
     def prestress(self, along_x: float, along_y: float) -> None:
@@ -113,15 +123,14 @@ class ShellBlock:
 
     def add_forces(self, nodes: Nodes, dt: float) -> None:
         """Stress over the step that ended, and the forces of the present shape added to `nodes.nodal`."""
-        shell_geometry(nodes.x, self.quads, self.alive, self.frame, self.shape)
+        self.update_geometry(nodes.x)
         self.stress_increment(nodes, dt)
-        shell_forces(self.frame, self.shape, self.alive, self.resultant, self.hourglass, self.force)
+        self.element_forces()
         gather_nodal_forces(self.start, self.member, self.force, nodes.nodal)
 
     def stress_increment(self, nodes: Nodes, dt: float) -> None:
         """Strains from the half-step velocities, then layers, resultants, hourglass forces, and who failed."""
-        rates = (nodes.v, nodes.omega, self.quads, self.alive, self.frame, self.shape, dt)
-        shell_strain(*rates, self.strain, self.hourglass_strain)
+        self.update_strain(nodes, dt)
         if len(self.watched):
             self.felt += self.strain[self.watched]
         area, table = self.shape[:, 4], self.table
@@ -129,12 +138,29 @@ class ShellBlock:
         layers = (self.stress, self.back, self.memory, self.gone)
         where = (area, self.alive, sections, self.size, dt)
         update_shell_stress(self.strain, *where, layers, self.resultant, self.works[0])
-        hourglass = (self.section, table.elastic, HOURGLASS_COEFFICIENT, self.hourglass, self.works[1])
-        shell_hourglass(self.hourglass_strain, self.shape, self.alive, *hourglass)
+        self.update_hourglass()
         if self.can_fail:
             step = (area, self.strain, self.hourglass_strain, self.alive, self.resultant, self.hourglass)
             count = table.layers[self.section]
             self.lost = erode_shells(count, self.gone, *step, self.works, self.taken)
+
+    def update_geometry(self, x: Array) -> None:
+        """Frames and gradients of the present positions (m, 3) [m]."""
+        shell_geometry(x, self.quads, self.alive, self.frame, self.shape)
+
+    def update_strain(self, nodes: Nodes, dt: float) -> None:
+        """Increments of the step from the half-step velocities."""
+        rates = (nodes.v, nodes.omega, self.quads, self.alive, self.frame, self.shape, dt)
+        shell_strain(*rates, self.strain, self.hourglass_strain)
+
+    def update_hourglass(self) -> None:
+        """Hourglass resultants, and their work."""
+        hourglass = (self.section, self.table.elastic, HOURGLASS_COEFFICIENT, self.hourglass, self.works[1])
+        shell_hourglass(self.hourglass_strain, self.shape, self.alive, *hourglass)
+
+    def element_forces(self) -> None:
+        """Forces of each element on its nodes."""
+        shell_forces(self.frame, self.shape, self.alive, self.resultant, self.hourglass, self.force)
 
     def update_energies(self) -> None:
         """Works of the step that ended [J]; what an eroded element had taken in is frozen as `plate_eroded`."""
@@ -152,7 +178,7 @@ class ShellBlock:
     def elastic(self) -> ShellBlock:
         """The same elements at rest, without yielding."""
         sections = [one.elastic() for one in self.sections]
-        return ShellBlock(self.rest, self.quads, sections, self.section, self.scaled_inertia)
+        return type(self)(self.rest, self.quads, sections, self.section, self.scaled_inertia)
 
 
 class RigidShells:

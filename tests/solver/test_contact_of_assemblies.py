@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.columns import SEED
@@ -15,8 +16,9 @@ from birdstrike.solver.target.mesh import shell_mesh
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.section import Section, ShellMaterial
 from birdstrike.solver.target.sheets import sheets_of
-from birdstrike.solver.target.shell_block import ShellBlock
 from birdstrike.solver.target.supports import NAMED, rim_supports
+from birdstrike.solver.target.triangle_block import shell_blocks
+from tests.solver.target.triangles import cut
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 SPACING = 5e-3
@@ -50,21 +52,23 @@ def joined(*grids: tuple[Array, Numbers]) -> tuple[Array, Numbers, Numbers]:
 X, Y, Z = np.eye(3)
 
 
-def stiffened(blades: tuple[float, ...] = (0.0,), flipped: bool = False) -> Target:
+def stiffened(blades: tuple[float, ...] = (0.0,), flipped: bool = False, triangles: bool = False) -> Target:
     """A skin of 0.2 x 0.1 m in z = 0 with blades at x on the side z < 0, all of whose facets can be wound anyhow."""
     skin = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
     plates = [grid(np.array([x, -0.05, 0.0]), -Z, Y, (2, CELLS)) for x in blades]
     nodes, quads, part = joined(skin, *plates)
     if flipped:
         quads[::3] = quads[::3, ::-1]
+    if triangles:
+        quads, part = cut(quads, crossed=True), np.repeat(part, 2)
     return target_of(nodes, quads, np.minimum(part, 1))
 
 
 def target_of(nodes: Array, quads: Numbers, section: Numbers) -> Target:
     mesh = shell_mesh(nodes, quads)
     sections = [Section(thickness, STEEL.density, STEEL.row()) for thickness in THICKNESS]
-    block = ShellBlock(nodes, quads, sections, section)
-    return Target(mesh, Nodes(nodes), [block], rim_supports(mesh, NAMED["clamped"]))
+    blocks = shell_blocks(nodes, quads, sections, section)
+    return Target(mesh, Nodes(nodes), blocks, rim_supports(mesh, NAMED["clamped"]))
 
 
 def particles(x: Array, v: Array) -> Bird:
@@ -93,11 +97,12 @@ def test_a_skin_goes_on_over_a_joint_and_the_blade_is_a_sheet_of_its_own():
     assert (up > 0.0).all() or (up < 0.0).all(), "wound alike, whichever way the mesh was"
 
 
+@pytest.mark.parametrize("triangles", [False, True])
 @pytest.mark.parametrize("flipped", [False, True])
 @pytest.mark.parametrize("slant", [0.0, 0.9])
-def test_no_particle_gets_through_a_skin_over_a_joint(flipped, slant):
+def test_no_particle_gets_through_a_skin_over_a_joint(flipped, slant, triangles):
     """Dropped on both sides of two joints and onto them, straight and aslant: all come back, with their energy."""
-    target = stiffened((-0.04, 0.04), flipped)
+    target = stiffened((-0.04, 0.04), flipped, triangles)
     x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.05, 0.05, 41), np.linspace(-0.02, 0.02, 5)))
     start = np.column_stack([x, y, np.full_like(x, 0.5 * (THICKNESS[0] + SPACING) + 2e-4)])
     bird = particles(start, np.tile([40.0 * slant, 0.0, -40.0], (len(x), 1)))
@@ -110,9 +115,10 @@ def test_no_particle_gets_through_a_skin_over_a_joint(flipped, slant):
     assert abs(contact.energies["contact"]) < 1e-3 * energy
 
 
-def test_no_particle_that_slides_over_a_joint_gets_through():
+@pytest.mark.parametrize("triangles", [False, True])
+def test_no_particle_that_slides_over_a_joint_gets_through(triangles):
     """Pressed onto the skin by 2e6 m/s^2 and sliding at 100 m/s: before sheets, all that met a joint fell through."""
-    target = stiffened((-0.04, 0.04))
+    target = stiffened((-0.04, 0.04), flipped=triangles, triangles=triangles)
     x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.05, 0.05, 41), np.linspace(-0.02, 0.02, 5)))
     start = np.column_stack([x, y, np.full_like(x, 0.5 * (THICKNESS[0] + SPACING) + 1e-5)])
     bird = particles(start, np.tile([100.0, 0.0, -1.0], (len(x), 1)))
@@ -134,9 +140,10 @@ def test_a_particle_in_a_corner_touches_both_walls():
 
 
 @pytest.mark.parametrize("speed", [[30.0, 0.0, 30.0], [30.0, 5.0, 20.0], [-25.0, 0.0, 30.0]])
-def test_a_particle_bounces_out_of_a_corner_without_loss(speed):
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_particle_bounces_out_of_a_corner_without_loss(speed, triangles):
     """Into the corner of skin and blade from behind; it leaves with its energy, on the side that it came from."""
-    target = stiffened()
+    target = stiffened(triangles=triangles)
     side = -np.sign(speed[0])
     bird = particles(np.array([[0.010 * side, 0.01, -0.008]]), np.array([speed]))
     energy = bird.kinetic_energy()
@@ -148,9 +155,10 @@ def test_a_particle_bounces_out_of_a_corner_without_loss(speed):
     assert bird.v[0, 0] * side > 0.0
 
 
-def test_a_free_edge_is_touched_and_pushes_along_the_line_from_it():
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_free_edge_is_touched_and_pushes_along_the_line_from_it(triangles):
     """A particle that flies at a blade's free edge from below is thrown back, without gaining energy."""
-    target = stiffened()
+    target = stiffened(triangles=triangles)
     bird = particles(np.array([[0.0005, 0.013, -0.049]]), np.array([[0.0, 0.0, 30.0]]))
     energy = bird.kinetic_energy()
     fly(target, bird, 2000, 1e-7)
@@ -188,8 +196,9 @@ def test_overlapping_skins_are_touched_one_after_the_other():
     assert contact.on_bird[0, 2] == pytest.approx(contact.stiffness * 2e-4)
 
 
-def test_forces_on_particles_and_nodes_are_equal_and_opposite():
-    target = stiffened((-0.04, 0.0, 0.04), flipped=True)
+@pytest.mark.parametrize("triangles", [False, True])
+def test_forces_on_particles_and_nodes_are_equal_and_opposite(triangles):
+    target = stiffened((-0.04, 0.0, 0.04), flipped=True, triangles=triangles)
     rng = np.random.default_rng(2)
     x = rng.uniform([-0.09, -0.04, -0.03], [0.09, 0.04, 0.005], (800, 3))
     bird = particles(x, np.zeros_like(x))
@@ -211,3 +220,29 @@ def test_a_bare_joint_s_edge_is_touched_once_the_skin_has_torn():
     contact = fly(target, bird, 2000, 1e-7)
     assert bird.v[0, 2] > 0.0, "thrown back by the blade's edge"
     assert contact.touching == 0
+
+
+def test_no_particle_gets_into_a_ball_of_triangles_nor_out_of_it():
+    """Corners where five and six triangles meet, inside and outside: particles thrown at it stay on their side."""
+    ball = ConvexHull(_on_a_ball(120))
+    quads = np.column_stack([ball.simplices, ball.simplices[:, 2]]).astype(np.int64)
+    target = target_of(0.05 * ball.points, quads, np.zeros(len(quads), np.int64))
+    assert len(sheets_of(target.x, quads)) == 1
+    start = np.concatenate([0.07 * _on_a_ball(150), 0.03 * _on_a_ball(150)])
+    rng = np.random.default_rng(5)
+    speed = np.concatenate([-40.0 * start[:150] / 0.07, 40.0 * start[150:] / 0.03]) + rng.normal(0.0, 8.0, (300, 3))
+    bird = particles(start, speed)
+    energy = bird.kinetic_energy()
+    fly(target, bird, 12000, 1e-7)
+    away = np.linalg.norm(bird.x[: bird.n], axis=1)
+    assert (away[:150] > 0.05).all()
+    assert (away[150:] < 0.05).all()
+    assert bird.kinetic_energy() == pytest.approx(energy, rel=5e-3)
+
+
+def _on_a_ball(count: int) -> Array:
+    """Points of a unit sphere, evenly (Fibonacci's spiral)."""
+    turn = np.pi * (1.0 + 5.0**0.5) * np.arange(count)
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    across = np.sqrt(1.0 - z * z)
+    return np.column_stack([across * np.cos(turn), across * np.sin(turn), z])

@@ -16,7 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.links import follow_nodes, share_follower_forces
 from birdstrike.solver.target.links.anchors import Anchors, Surface, weights_of_line
-from birdstrike.solver.target.mesh import sides_of
+from birdstrike.solver.target.mesh import border_sides
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -128,6 +128,6 @@ def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> d
             f"{tie.onto}; raise target.ties.{name}.distance, or name another set"
         )
     near = near[~held[near]]
-    sides, count = np.unique(np.sort(sides_of(parts.quads[~onto]), axis=1), axis=0, return_counts=True)
-    border = sides[(count == 1) & np.isin(sides, near).all(axis=1)]
+    border = border_sides(parts.quads[~onto])
+    border = border[np.isin(border, near).all(axis=1)]
     return weights_of_line(surface, parts.nodes, border, near)

@@ -14,6 +14,7 @@ from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.part_mesh import PartMesh
+from tests.solver.target.triangles import abaqus_file, cut
 
 PANEL = {"kind": "stiffened_panel", "length": "500 mm", "width": "500 mm", "element_size": "50 mm"}
 PANEL |= {"stiffeners": 2, "pitch": "200 mm", "height": "40 mm"}
@@ -93,7 +94,8 @@ def keyword_file(path: Path, nodes: np.ndarray, shells: np.ndarray) -> Path:
     lines = ["*KEYWORD", "*NODE"]
     lines += [f"{101 + i:8d}" + "".join(f"{c:16.9e}" for c in node) for i, node in enumerate(nodes)]
     lines.append("*ELEMENT_SHELL")
-    for i, (part, corners) in enumerate(zip(MESH.part, shells, strict=False)):
+    parts = np.concatenate([MESH.part, np.repeat(MESH.part[3], len(shells) - len(MESH.part))])
+    for i, (part, corners) in enumerate(zip(parts, shells, strict=True)):
         lines.append(f"{i + 1:8d}{part + 7:8d}" + "".join(f"{101 + node:8d}" for node in corners))
     for i, name in enumerate(MESH.parts):
         lines += ["*PART", name, f"{i + 7:10d}{1:10d}{1:10d}"]
@@ -114,14 +116,24 @@ def test_a_keyword_file_is_the_same_panel_with_its_names(tmp_path):
     assert np.array_equal(np.flatnonzero(plate.fixed), np.sort(MESH.sets["edges"]))
 
 
-def test_a_keyword_file_s_triangles_and_missing_shells_are_told(tmp_path):
+@pytest.mark.parametrize("last", [2, None])
+def test_a_keyword_file_s_triangles_are_read(tmp_path, last):
+    """n4 equal to n3, or 0."""
     pytest.importorskip("ansys.dyna.core")
-    shells = MESH.quads.copy()
-    shells[3, 3] = shells[3, 2]
+    shells = np.concatenate([MESH.quads, MESH.quads[3:4, [0, 2, 3, 3]]])
+    shells[3] = [*MESH.quads[3, :3], MESH.quads[3, 2]]
     path = keyword_file(tmp_path / "panel.k", MESH.nodes, shells)
-    with pytest.raises(CaseError) as error:
-        load_case(table_with(path))
-    assert any("holds triangle; a target is of four-node shells" in line for line in error.value.errors)
+    if last is None:
+        path.write_text(path.read_text().replace(2 * f"{101 + shells[3, 2]:8d}", f"{101 + shells[3, 2]:8d}{0:8d}"))
+    plate = build_plate(load_case(table_with(path)))
+    assert [len(block.alive) for block in plate.blocks] == [len(MESH.quads) - 1, 2]
+    assert plate.nodes.mass.sum() == pytest.approx(build_plate(load_case("openradioss_panel", COARSE)).mass.sum())
+    assert set(plate.quads[-2:].ravel()) == set(MESH.quads[3])
+
+
+def test_a_keyword_file_without_shells_is_told(tmp_path):
+    pytest.importorskip("ansys.dyna.core")
+    path = tmp_path / "panel.k"
     path.write_text("*KEYWORD\n*NODE\n       1             0.0             0.0             0.0\n*END\n")
     with pytest.raises(CaseError) as error:
         load_case(table_with(path))
@@ -134,7 +146,10 @@ def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
     if kind == "twice":
         quads = np.vstack([quads, quads[:1, ::-1]])
     elif kind == "point":
-        quads[3, 3] = quads[3, 2]
+        quads[3, 1:] = quads[3, 2]
+    elif kind == "needle":
+        nodes = np.vstack([nodes, nodes[quads[0, :2]] + [0.0, -1e-3, 0.0]])
+        quads = np.vstack([quads, [*quads[0, [1, 0]], len(nodes) - 2, len(nodes) - 1]])
     elif kind == "warped":
         nodes[quads[45, 0], 2] += 0.06
     elif kind == "loose":
@@ -146,8 +161,12 @@ def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
-        ("twice", "1 shells (number 121) lie on the nodes of another"),
-        ("point", "1 shells (number 4) have corners at one place"),
+        ("twice", "1 shells (number 121) of skin lie on the nodes of another; delete them"),
+        ("point", "1 shells (number 4) of skin have corners at one place or no area"),
+        (
+            "needle",
+            "1 shells (number 121) of skin are more than 20 times as long as wide; mesh them anew (worst: 50 times",
+        ),
         ("warped", "are warped by more than 20 degrees"),
         ("loose", "it falls into 2 pieces that share no node"),
     ],
@@ -192,8 +211,34 @@ def test_a_unit_must_be_stated(tmp_path):
         load_case(table)
 
 
-def test_triangles_are_refused_with_what_to_do(tmp_path):
-    path = tmp_path / "triangles.inp"
-    meshio.Mesh(MESH.nodes, [("triangle", MESH.quads[:, :3])]).write(path)
-    with pytest.raises(CaseError, match="holds triangle; a target is of four-node shells: mesh it with quadrilaterals"):
+def test_elements_that_are_no_shells_of_first_order_are_told(tmp_path):
+    path = tmp_path / "solid.vtu"
+    meshio.Mesh(MESH.nodes, [("tetra", MESH.quads)]).write(path)
+    with pytest.raises(CaseError, match="holds tetra; a target is of shells of first order: mesh it with quadrilat"):
         load_case(table_with(path))
+
+
+@pytest.mark.parametrize("ending", [".inp", ".msh", ".vtu", ".bdf"])
+def test_triangles_of_every_format_are_read(tmp_path, ending):
+    """All of the skin cut into triangles: their mass is the skin's, quadrilaterals come first."""
+    path, skin = tmp_path / f"panel{ending}", MESH.part == 0
+    halves, webs = cut(MESH.quads[skin])[:, :3], MESH.quads[~skin]
+    numbers = [np.repeat(i + 1, len(own)) for i, own in enumerate((halves, webs))]
+    named = ("skin", "stiffeners")
+    if ending == ".inp":
+        abaqus_file(path, MESH.nodes, [("S3R", "skin", 1, halves), ("S4", "stiffeners", 900, webs)], {})
+    else:
+        key = {".msh": "gmsh:physical", ".bdf": "nastran:ref"}.get(ending, "part")
+        more: dict[str, Any] = {"cell_data": {key: numbers}}
+        if ending == ".msh":
+            more["cell_data"]["gmsh:geometrical"] = numbers
+            more["field_data"] = {"skin": np.array([1, 2]), "stiffeners": np.array([2, 2])}
+        else:
+            named = ("part_1", "part_2")
+        kind = {"file_format": "gmsh22", "binary": False} if ending == ".msh" else {}
+        meshio.Mesh(np.round(MESH.nodes, 6), [("triangle", halves), ("quad", webs)], **more).write(path, **kind)
+    parts = {name: {"thickness": "3 mm", "material": "aluminium"} for name in named}
+    plate = build_plate(load_case(table_with(path, parts=parts, supports={"free_edges": "clamped"})))
+    assert [len(block.alive) for block in plate.blocks] == [len(webs), len(halves)]
+    assert len(plate.mesh.parts[named[0]]) == len(halves)
+    assert plate.mass.sum() == pytest.approx(build_plate(load_case("openradioss_panel", COARSE)).mass.sum(), rel=1e-6)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
+from birdstrike.solver.target.files.element_numbers import NUMBER
 
 ENDINGS = (".k", ".key", ".dyn")
 """Of the files that are read as keyword files."""
@@ -43,25 +44,30 @@ def read_keywords(path: str) -> Any:
     corners = np.concatenate([table[CORNERS].fillna(0).to_numpy(np.int64) for table in shells])
     part = np.concatenate([table["pid"].to_numpy(np.int64) for table in shells])
     triangle = (corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2])
-    unknown = sorted({int(node) for node in corners[~triangle].ravel()} - at.keys())
+    told = np.concatenate([corners[~triangle].ravel(), corners[triangle, :3].ravel()])
+    unknown = sorted({int(node) for node in told} - at.keys())
     if unknown:
         raise UserError(
             f"target.mesh = {path}: shells name {len(unknown)} nodes that are not there, first {unknown[0]}"
         )
-    cells: list[Any] = [("quad", _rows(corners[~triangle], at))]
+    cells: list[Any] = []
+    if not triangle.all():
+        cells.append(("quad", _rows(corners[~triangle], at)))
     if triangle.any():
         cells.append(("triangle", _rows(corners[triangle][:, :3], at)))
+    own = np.concatenate([table["eid"].to_numpy(np.int64) for table in shells])
+    numbers = {NUMBER: [own[kind] for kind in _kinds(triangle)]}
     named = _headings(deck)
     sets: dict[str, Any] = {
         named.get(int(pid), f"part_{pid}"): [np.flatnonzero(part[kind] == pid) for kind in _kinds(triangle)]
         for pid in np.unique(part)
     }
-    return meshio.Mesh(points, cells, point_sets=_node_sets(deck, at), cell_sets=sets)
+    return meshio.Mesh(points, cells, cell_data=numbers, point_sets=_node_sets(deck, at), cell_sets=sets)
 
 
 def _kinds(triangle: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Which shells each block of cells holds."""
-    return [~triangle, triangle] if triangle.any() else [~triangle]
+    return [kind for kind in (~triangle, triangle) if kind.any()]
 
 
 def _rows(nodes: NDArray[np.int64], at: dict[int, int]) -> NDArray[np.int64]:
