@@ -410,7 +410,7 @@ def _number(cell: str, decimal: str) -> str | None:
     if "," in bare or mark == ",":
         other = "." if mark == "," else ","
         whole, _, part = bare.rpartition(mark) if mark in bare else (bare, "", "")
-        if other in whole and not re.fullmatch(rf"[+-]?\d{{1,3}}(?:\{other}\d{{3}})+", whole):
+        if other in whole and not re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:\{other}\d{{3}})+", whole):
             return number_text(bare) if mark not in bare and _NUMBER.fullmatch(bare) else None
         bare = whole.replace(other, "") + (f".{part}" if mark in bare else "")
     if not _NUMBER.fullmatch(bare):

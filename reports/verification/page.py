@@ -56,14 +56,14 @@ def page(results: Sequence[Result], wall_s: float) -> str:
 def head(rows: Sequence[Row], results: Sequence[Result], wall_s: float) -> str:
     """Title, version, and the count of the verdicts."""
     count = {verdict: sum(row.verdict == verdict for row in rows) for verdict in SIGNS}
-    today = datetime.now(UTC).strftime("%Y-%m-%d")
-    cpu = sum(result.seconds for result in results)
+    today, told = datetime.now(UTC).strftime("%Y-%m-%d"), origins(results)
+    spent = f"; this run took {wall_s / 60.0:.1f} min (what an earlier run of the same code had solved is kept)"
+    spent = spent if wall_s >= 1.0 else ""
     return (
         "# Verification\n\n"
         "Each row is a truth, its source, our figure and the tolerance. Made by `birdstrike verify`; do not edit.\n\n"
-        f"- Page: {today}; code: {made_now()}\n{origins(results)}"
-        f"- Machine: {machine()}; this run took {wall_s / 60.0:.1f} min (what an earlier run of the same code had "
-        f"solved is kept); all problems without the simulations that they share: {cpu / 60.0:.0f} min of one core\n"
+        f"- Page: {today}{told or f'; code: {made_now()}'}\n"
+        f"- Machine: {machine()}{spent}\n"
         f"- **{count['within']} rows within** their tolerance, **{count['beyond']} beyond**; {count['shown']} shown "
         "without one"
     )
@@ -77,7 +77,7 @@ def origins(results: Sequence[Result]) -> str:
     if all(made.short == now.short for made in rows):
         return ""
     lines = [f"  - {made.short}: {made}{f', {made.date}' if made.date else ''}: {n} rows" for made, n in rows.items()]
-    return "\n".join(["- Rows were made at these states of the code (column *made at*):", *lines]) + "\n"
+    return "\n".join(["\n- Rows were made at these states of the code (column *made at*):", *lines])
 
 
 def contents(families: Sequence[tuple[str, Sequence[Result]]]) -> str:
