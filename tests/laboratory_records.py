@@ -352,15 +352,15 @@ KINDS = (
     Kind("whole micrometres, points for thousands", whole_micrometres, before=0.3, word='--decimal ","', answer=False),
     Kind("the same with --decimal", whole_micrometres, ("--sensor", CENTRE, "--decimal", ","), 0.3),
     Kind("date, AM, mils", american, word="times of day"),
-    Kind("burst of 2 mm from the trigger", plain(burst), before=0.3),
+    Kind("burst of 2 mm from the trigger", plain(burst), before=0.3, word="jumps by", answer=False),
     Kind("amplifier coupled through a capacitor", plain(drooping), before=0.5, word="cannot produce", answer=False),
-    Kind("drift of 0.1 mm/ms, no pre-trigger", plain(with_noise(0.03, drift)), word="cannot produce", answer=False),
-    Kind("offset of 0.5 mm, no pre-trigger", plain(with_noise(0.03, lambda _: np.array(0.5)))),
+    Kind("drift of 0.1 mm/ms, no pre-trigger", plain(with_noise(0.03, drift)), word="the residual is not noise"),
+    Kind("offset of 0.5 mm, no pre-trigger", plain(with_noise(0.03, lambda _: np.array(0.5))), word="subtract it from the record", answer=False),
     Kind("gain of 2", plain(lambda s: 2.0 * with_noise(0.02)(s)), before=0.3, word="cannot produce", answer=False),
     Kind("record ends before the peak", plain(lambda s: np.where(s.clock < 1.2, with_noise(0.02)(s), np.nan)), before=0.3, answer=True),
     Kind("bracket that rings at 3 kHz, 0.1 mm", plain(with_noise(0.02, lambda s: 0.1 * np.where(s.clock > 0.2, np.sin(6.0 * np.pi * (s.clock - 0.2)), 0.0))), before=0.3, word="cannot produce", answer=False),
     Kind("turned round and offset by 1.2 mm", plain(lambda s: 1.2 - with_noise(0.03)(s)), before=0.5, word="--scale displacement_centre=-1", answer=False),
-    Kind("clock of twice the rate", plain(with_noise(0.02)), ("--sensor", CENTRE, "--rate", "400 kHz"), 0.3, answer=False),
+    Kind("clock of twice the rate", plain(with_noise(0.02)), ("--sensor", CENTRE, "--rate", "400 kHz"), 0.3, word="correct the rate", answer=False),
 )  # fmt: skip
 
 
