@@ -17,10 +17,10 @@ help:
 	@echo "make docs    the documentation, into site/index.html"
 	@echo "make docs-run  every command of README.md and docs/ as it stands there (make test runs those that cost little)"
 	@echo "make tour    run the notebook docs/tour.ipynb anew"
-	@echo "make session run the terminal sessions of README.md and docs/ anew (about 5 minutes on 2 cores)"
+	@echo "make session run the terminal sessions of README.md and docs/ anew (about 25 minutes on 2 cores)"
 	@echo "make bench   timings (tests/benchmarks)"
 	@echo "make fuzz    3000 random cases, settings, command lines and records (make test runs 60)"
-	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (about 10 minutes on 2 cores)"
+	@echo "make verify  VERIFICATION.md: the solver against theory and other codes (1 to 2 hours on 2 cores; resumes)"
 	@echo "make clean   remove what make demo and the tests wrote; the environment stays"
 
 install: $(STAMP)

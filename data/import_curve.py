@@ -73,11 +73,18 @@ def _clock_place(table: LooseTable, options: ImportOptions) -> int | None:
     if options.time:
         return table.index(options.time)
     if not options.rate:
-        return 0
+        return _first_clock(table)
     first = [cells[0] for _, cells in table.rows]
     own = table.heads[0].unit if table.heads else None
     counts = table.width > 1 and own is None and all(text.isdigit() for text in first)
     return 0 if counts and all(int(a) < int(b) for a, b in pairwise(first)) else None
+
+
+def _first_clock(table: LooseTable) -> int:
+    """The first column, or, where that is text such as a date, the one beside it that holds times."""
+    second = table.heads[1].unit if table.width > 1 and table.heads else None
+    text = not any(cells[0] for _, cells in table.rows)
+    return 1 if text and second is not None and si_unit(second) == "s" else 0
 
 
 def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Column:
@@ -174,11 +181,14 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
     if column:
         return table.index(column)
     others = [i for i in range(table.width) if i != clock and not (i == 0 and _is_time(table))]
+    others = [i for i in others if any(cells[i] for _, cells in table.rows)] or others
     if len(others) == 1:
         return others[0]
     try:
         return table.index(sensor)
-    except MeasuredError:
+    except MeasuredError as error:
+        if "several columns" in str(error):
+            raise
         example = "z-disp" if nodout else table.names[others[0]]
         raise MeasuredError(
             f'{table.path}: which column is "{sensor}"? Write --sensor {sensor}="{example}"; '

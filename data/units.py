@@ -57,8 +57,8 @@ PLURALS = {
 }
 
 _STRAIN = {
-    **dict.fromkeys(("microstrain", "ustrain", "ustr", "ue", "u\u03b5"), "um/m"),
-    **dict.fromkeys(("millistrain", "mstrain"), "mm/m"),
+    **dict.fromkeys(("microstrain", "ustrain", "ustr", "ue", "u\u03b5", "ppm"), "um/m"),
+    **dict.fromkeys(("millistrain", "mstrain", "\u2030"), "mm/m"),
     **dict.fromkeys(("%", "percent", "% strain"), "cm/m"),
 }
 """Strain gauges' ways to write a ratio."""
@@ -95,6 +95,8 @@ kip_per_square_inch = 1e3 * pound_force / inch ** 2 = ksi
 own thousand takes a second of every command, so that they are left to the texts that have other units."""
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_MILS = re.compile(r"\bmils?\b")
+"""A thousandth of an inch, as in a displacement sensor's sheet; pint takes it for an angle of gunnery."""
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\b(.*)")
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 
@@ -128,7 +130,7 @@ def _plain_strain(unit: str) -> str:
 def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
     """Factor to SI and the base units of a unit's text; "kg/m3" and "N.ms/mm2" are read as engineers mean them."""
     text = _STRAIN.get(_plain_strain(unit), unit)
-    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", re.sub(r"\bMsi\b", "Mpsi", text))
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", re.sub(r"\bMsi\b", "Mpsi", _MILS.sub("thou", text)))
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
     every = not _names().issuperset(re.findall(r"[A-Za-z]+", text))
     try:

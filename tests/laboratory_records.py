@@ -247,6 +247,61 @@ def hum(s: Signal) -> Array:
     return 0.3 * np.sin(2e-3 * np.pi * 50.0 * s.clock + 0.7)
 
 
+def scope(s: Signal) -> str:
+    """A PC oscilloscope: units in brackets in the second row, a blank one, the sign of infinity beyond its range."""
+    values = (s.displacement + s.white(0.02)) / 2.0
+    rows = (f"{t:.6f},{'∞' if v > 2.2 else f'{v:.6f}'}" for t, v in zip(s.clock, values, strict=True))
+    return "\n".join(["Time,Channel A", "(ms),(V)", "", *rows]) + "\n"
+
+
+def scpi(s: Signal) -> str:
+    """9.91E+37 where the instrument has no number."""
+    values = s.displacement + s.white(0.03)
+    rows = (f"{t:.3f},{'9.91E+37' if v > 4.3 else f'{v:.4E}'}" for t, v in zip(s.clock, values, strict=True))
+    return "\n".join(["time [ms],w [mm]", *rows]) + "\n"
+
+
+def sentinel(s: Signal) -> Array:
+    """-999.25 where the acquisition lost its readings."""
+    return np.where((s.clock > 1.3) & (s.clock < 1.5), -999.25, with_noise(0.03)(s))
+
+
+def whole_micrometres(s: Signal) -> str:
+    """Whole micrometres with points for thousands."""
+    values = 1e3 * (s.displacement + s.white(0.02))
+    rows = (f"{1e3 * t:,.0f};{v:,.0f}".replace(",", ".") for t, v in zip(s.clock, values, strict=True))
+    return "\n".join(["t [us];w [um]", *rows]) + "\n"
+
+
+def american(s: Signal) -> str:
+    """A date, a time of day with AM, thousandths of an inch."""
+    values = (s.displacement + s.white(0.02)) / 25.4e-3
+    rows = (
+        f"3/12/2024,10:15:{30.0 + 1e-3 * (t - s.clock[0]):.6f} AM,{v:.4f}" for t, v in zip(s.clock, values, strict=True)
+    )
+    return "\n".join(["Date,Time,Disp [mils]", *rows]) + "\n"
+
+
+def burst(s: Signal) -> Array:
+    """The trigger of the gun couples into the cable: 2 mm, gone within 30 us."""
+    age = s.clock - 0.2
+    ring = np.where(age >= 0.0, 2.0 * np.exp(-np.maximum(age, 0.0) / 0.01) * np.cos(2e2 * np.pi * age), 0.0)
+    return with_noise(0.02)(s) + ring
+
+
+def drooping(s: Signal) -> Array:
+    """An amplifier coupled through a capacitor of 5 ms: y' = x' - y/tau."""
+    x, y = s.displacement, np.zeros(len(s.clock))
+    keep = np.exp(-STEP / 5.0)
+    for i in range(1, len(x)):
+        y[i] = keep * (y[i - 1] + x[i] - x[i - 1])
+    return y + s.white(0.02)
+
+
+def drift(s: Signal) -> Array:
+    return 0.1 * s.clock
+
+
 KINDS = (
     Kind("CSV, noise as stated", plain(with_noise(0.02)), before=0.5),
     Kind("German logger: semicolons, decimal commas, a line of units, NaN", german, before=0.3),
@@ -291,6 +346,21 @@ KINDS = (
     Kind("stated by --sigma ten times too large", plain(with_noise(0.02)), ("--sensor", CENTRE, "--sigma", "0.2 mm"), 0.3),
     Kind("stated by --sigma ten times too small", plain(with_noise(0.1)), ("--sensor", CENTRE, "--sigma", "0.01 mm"), 0.3, word="the noise stated"),
     Kind("laser in inches and strain in µm/m", two_channels, ("--sensor", f"{CENTRE}=laser", "--sensor", f"{STRAIN}=SG1")),
+    Kind("oscilloscope: infinity beyond the range, volts", scope, ("--sensor", CENTRE, "--scale", "2 mm/V"), 0.5, word='"∞", the first in line'),
+    Kind("9.91E+37 beyond the range", scpi, before=0.5, word='"9.91E+37", the first in line'),
+    Kind("-999.25 where readings are lost", plain(sentinel), before=0.5, word="(the same reading in a row)"),
+    Kind("whole micrometres, points for thousands", whole_micrometres, before=0.3, word='--decimal ","', answer=False),
+    Kind("the same with --decimal", whole_micrometres, ("--sensor", CENTRE, "--decimal", ","), 0.3),
+    Kind("date, AM, mils", american, word="times of day"),
+    Kind("burst of 2 mm from the trigger", plain(burst), before=0.3, word="jumps by", answer=False),
+    Kind("amplifier coupled through a capacitor", plain(drooping), before=0.5, word="cannot produce", answer=False),
+    Kind("drift of 0.1 mm/ms, no pre-trigger", plain(with_noise(0.03, drift)), word="the residual is not noise"),
+    Kind("offset of 0.5 mm, no pre-trigger", plain(with_noise(0.03, lambda _: np.array(0.5))), word="subtract it from the record", answer=False),
+    Kind("gain of 2", plain(lambda s: 2.0 * with_noise(0.02)(s)), before=0.3, word="cannot produce", answer=False),
+    Kind("record ends before the peak", plain(lambda s: np.where(s.clock < 1.2, with_noise(0.02)(s), np.nan)), before=0.3, answer=True),
+    Kind("bracket that rings at 3 kHz, 0.1 mm", plain(with_noise(0.02, lambda s: 0.1 * np.where(s.clock > 0.2, np.sin(6.0 * np.pi * (s.clock - 0.2)), 0.0))), before=0.3, word="cannot produce", answer=False),
+    Kind("turned round and offset by 1.2 mm", plain(lambda s: 1.2 - with_noise(0.03)(s)), before=0.5, word="--scale displacement_centre=-1", answer=False),
+    Kind("clock of twice the rate", plain(with_noise(0.02)), ("--sensor", CENTRE, "--rate", "400 kHz"), 0.3, word="correct the rate", answer=False),
 )  # fmt: skip
 
 

@@ -35,6 +35,9 @@ QUICK = (
     "12 levels of 0.5 mm",
     "one sample in twenty lost",
     "converter that overflows at 4 mm",
+    "oscilloscope: infinity beyond the range, volts",
+    "whole micrometres, points for thousands",
+    "date, AM, mils",
 )
 
 

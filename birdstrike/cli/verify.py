@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Json, console, framed, progress_bar, say
+from birdstrike.cli.frame import Json, console, errors, framed, progress_bar, say
 from birdstrike.data.errors import RunFailed
 
 if TYPE_CHECKING:
@@ -22,7 +22,11 @@ def command(
     ] = [],  # noqa: B006 (typer copies it)
     listed: Annotated[bool, typer.Option("--list", help="Name the problems and stop.")] = False,
     out: Annotated[
-        Path | None, typer.Option(help="The page; VERIFICATION.md, or none with --only.", dir_okay=False)
+        Path | None,
+        typer.Option(
+            help="The page; VERIFICATION.md, or none with --only, which adds to the page that is named, or renews.",
+            dir_okay=False,
+        ),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, of one thread each.")] = 2,
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -39,8 +43,12 @@ def command(
             say(f"{problem.name}: {problem.family}")
         return {"problems": [problem.name for problem in chosen(only)]}
     page = out or (None if only else Path("VERIFICATION.md"))
+
+    def tell(line: str) -> None:
+        errors.print(line, markup=False, highlight=False)
+
     with progress_bar("verify") as progress:
-        verification = verify(page, only=only, workers=workers, progress=progress)
+        verification = verify(page, only=only, workers=workers, progress=progress, told=tell)
     console.print(_table(verification))
     if verification.spent:
         console.print(_costs(verification.spent))

@@ -29,13 +29,24 @@ MOST_BEHIND = 20
 
 GAPS = frozenset(
     """nan n/a na #n/a #na null none nil - -- --- inf +inf -inf infinity -infinity ovl +ovl -ovl ovld over over!
-    overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad""".split()  # noqa: SIM905
+    overload overflow ovrflw overrange over-range clip clipped invalid missing #num! #value! #div/0! bad
+    \u221e +\u221e -\u221e""".split()  # noqa: SIM905
 )
 """What loggers and spreadsheets write where there is no reading, in small letters."""
 
+_RULED = re.compile(r"[*?#]{2,}|-{3,}")
+"""A cell filled with one sign: what Fortran and some loggers write where a number has no room or no value."""
+NO_READING = Decimal("9e37")
+"""SCPI instruments write 9.91E+37 for "not a number" and 9.9E+37 for "beyond the range"."""
+_MINUS = re.compile(r"[\u2212\u2012\u2013](?=[\d.])")
+"""A minus sign as typesetting programs write it."""
+
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3}|[+-]\d{3})?")
-_CLOCK = re.compile(r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)")
-"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it."""
+_CLOCK = re.compile(
+    r"(?:\S+[ T]+)?(?:(?P<hours>\d{1,2}):)?(?P<minutes>\d{1,2}):(?P<seconds>\d{1,2}(?:[.,]\d+)?)"
+    r"(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
+)
+"""hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it, AM or PM behind it."""
 
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
 """A number that is a thousand or a thousandth: 1,234."""
@@ -115,7 +126,7 @@ def text_lines(path: Path) -> list[str]:
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
-            return text.splitlines()
+            return _MINUS.sub("-", text).splitlines()
     raise MeasuredError(f"{path} is no text file; export the curve as text first")
 
 
@@ -171,7 +182,7 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
     behind = _behind(body, width)
     body = body[: len(body) - behind]
     decimal = decimal or _decimal(path, body)
-    rows, errors, gaps = [], [], Counter[str]()
+    rows, errors, gaps = [], _rows_lost_above(path, lines[:start], delimiter, width), Counter[str]()
     first: dict[str, int] = {}
     for i, cells in body:
         found = _numbers(cells, decimal)
@@ -182,7 +193,7 @@ def table_of_lines(path: Path, lines: Sequence[str], decimal: str = "", single: 
                 "NaN, OVL or -"
             )
             continue
-        for cell in (cell for cell in cells if cell.lower() in GAPS):
+        for cell in (cell for cell, number in zip(cells, found, strict=True) if cell and not number):
             gaps[cell] += 1
             first.setdefault(cell, i)
         rows.append((i, found))
@@ -256,7 +267,10 @@ def _seconds(cell: str) -> Decimal:
     """Seconds of a time of day."""
     match = _CLOCK.fullmatch(cell)
     assert match is not None, cell
-    minutes = 60 * int(match["hours"] or 0) + int(match["minutes"])
+    hours = int(match["hours"] or 0)
+    if match["half"]:
+        hours = hours % 12 + (12 if match["half"] in "Pp" else 0)
+    minutes = 60 * hours + int(match["minutes"])
     return 60 * minutes + Decimal(match["seconds"].replace(",", "."))
 
 
@@ -264,6 +278,7 @@ def _decimal(path: Path, body: Sequence[tuple[int, list[str]]]) -> str:
     """What marks decimals: a comma or a point; raises MeasuredError where every comma may as well part thousands."""
     open_cells = [(i, cell) for i, cells in body for cell in map(_bare, cells) if "," in cell]
     if not open_cells:
+        _refuse_points_of_thousands(path, body)
         return "."
     sure = {mark for _, cell in open_cells if (mark := _decimal_of(cell))}
     if sure:
@@ -275,6 +290,24 @@ def _decimal(path: Path, body: Sequence[tuple[int, list[str]]]) -> str:
         f'{path}, line {line}: "{cell}" is {cell.replace(",", "")} or {cell.replace(",", ".")}; say which mark the '
         'decimals have: --decimal "." or --decimal ","'
     )
+
+
+def _refuse_points_of_thousands(path: Path, body: Sequence[tuple[int, list[str]]]) -> None:
+    """Raises MeasuredError where a column's points may as well part thousands: 998 stands beside 1.034.
+
+    A logger writes its decimals in every cell or drops their zeros; whole numbers of three digits beside points that
+    have three digits behind them, and no other point in the column, are neither.
+    """
+    for j in range(max(len(cells) for _, cells in body)):
+        column = [(i, _bare(cells[j])) for i, cells in body if j < len(cells)]
+        pointed = [(i, cell) for i, cell in column if "." in cell]
+        whole = any(re.fullmatch(r"[+-]?\d{3}", cell) for _, cell in column)
+        if pointed and whole and all(_GROUPED.fullmatch(cell) for _, cell in pointed):
+            line, cell = pointed[0]
+            raise MeasuredError(
+                f'{path}, line {line}: "{cell}" stands in a column of whole numbers, and is {cell.replace(".", "")} or '
+                f'{cell.replace(".", ",")}; say which mark the decimals have: --decimal "," or --decimal "."'
+            )
 
 
 def _decimal_of(cell: str) -> str:
@@ -368,7 +401,7 @@ def _numbers(cells: Sequence[str], decimal: str) -> tuple[str, ...] | None:
 
 def _number(cell: str, decimal: str) -> str | None:
     """A cell as a number's text, a time of day as it is, "" for a gap; None where it is something else."""
-    if not cell or cell.lower() in GAPS:
+    if not cell or cell.lower() in GAPS or _RULED.fullmatch(cell):
         return ""
     if ":" in cell:
         return cell if _CLOCK.fullmatch(cell) else None
@@ -377,10 +410,13 @@ def _number(cell: str, decimal: str) -> str | None:
     if "," in bare or mark == ",":
         other = "." if mark == "," else ","
         whole, _, part = bare.rpartition(mark) if mark in bare else (bare, "", "")
-        if other in whole and not re.fullmatch(rf"[+-]?\d{{1,3}}(?:\{other}\d{{3}})+", whole):
+        if other in whole and not re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:\{other}\d{{3}})+", whole):
             return number_text(bare) if mark not in bare and _NUMBER.fullmatch(bare) else None
         bare = whole.replace(other, "") + (f".{part}" if mark in bare else "")
-    return number_text(bare) if _NUMBER.fullmatch(bare) else None
+    if not _NUMBER.fullmatch(bare):
+        return None
+    text = number_text(bare)
+    return "" if "+37" in text and abs(Decimal(text)) >= NO_READING else text
 
 
 def number_text(cell: str) -> str:
@@ -391,16 +427,46 @@ def number_text(cell: str) -> str:
 def _heads(lines: Sequence[str], delimiter: str, width: int) -> tuple[tuple[Head, ...], tuple[str, ...]]:
     """Names and units from the lines above the table, the nearest first, and all those lines as notes."""
     notes = tuple(line.strip().lstrip("#$% ") for line in lines if line.strip())
-    nearest = [cells for note in reversed(notes) if len(cells := _cells(note, delimiter)) == width]
+    nearest = [cells for note in reversed(notes) if len(cells := _head_cells(note, delimiter, width)) == width]
+    nearest = [cells for cells in nearest if not _holds_a_number(cells)]
     units: list[str | None] = [None] * width
-    if len(nearest) > 1 and _are_units(nearest[0]):
-        units = [cell.strip("[]()").strip() or None for cell in nearest.pop(0)]
+    lowest = next((k for k, cells in enumerate(nearest[:-1]) if _are_units(cells)), None)
+    if lowest is not None and lowest <= 2:
+        units = [cell.strip("[]()").strip() or None for cell in nearest[lowest]]
+        nearest = nearest[lowest + 1 :]
     named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
     heads = (
         _head(cell, None) if unit is None else replace(head_of(cell, unit), text=cell)
         for cell, unit in (zip(nearest[0], units, strict=True) if named else ())
     )
     return tuple(heads), notes
+
+
+def _rows_lost_above(path: Path, above: Sequence[str], delimiter: str, width: int) -> list[str]:
+    """Errors for the lines right above the table that begin with a number, as rows do, and hold a word besides."""
+    errors = []
+    for i in range(len(above), 0, -1):
+        cells = _cells(above[i - 1], delimiter)
+        if len(cells) != width or not _number(cells[0], "") or _numbers(cells, "") is not None:
+            break
+        errors.append(
+            f'{path}, line {i}: "{above[i - 1].strip()[:40]}" is not {width} numbers, as the rows below it are; a gap '
+            "is an empty cell, NaN, OVL or -"
+        )
+    return errors[::-1]
+
+
+def _head_cells(line: str, delimiter: str, width: int) -> list[str]:
+    """Cells of a line above the table: an empty one too many at its end is left out; names may hold single blanks."""
+    cells = _cells(line, delimiter)
+    if delimiter == " " and len(cells) != width:
+        cells = re.split(r"\s{2,}|\t", line.strip())
+    return cells[:-1] if len(cells) == width + 1 and not cells[-1] else cells
+
+
+def _holds_a_number(cells: Sequence[str]) -> bool:
+    """Whether a line tells figures of its columns, such as their largest reading, and so names none."""
+    return len(cells) > 1 and any(cell not in RATIO and _number(cell, "") for cell in cells[1:])
 
 
 def _are_units(cells: Sequence[str]) -> bool:

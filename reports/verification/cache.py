@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.paths import CASES, REFERENCE
 from birdstrike.data.store import RunStore
 from birdstrike.reports.figures.style import png
+from birdstrike.reports.verification.made import Made, made_now
 from birdstrike.reports.verification.problem import Problem, Reason, Row, Solution
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -35,13 +37,19 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Result:
-    """A solved problem as the page reads it; seconds: CPU time of its own solving, its simulations apart."""
+    """A solved problem as the page reads it.
+
+    seconds: CPU time of its own solving, its simulations apart; made: the code that solved it; digest: of all that it
+    rests on.
+    """
 
     problem: Problem
     rows: tuple[Row, ...]
     pictures: tuple[Drawn, ...]
     reasons: dict[str, Reason]
     seconds: float
+    made: Made = field(default_factory=Made)
+    digest: str = ""
 
 
 def fingerprint(problem: Problem) -> str:
@@ -96,10 +104,10 @@ class Cache:
         for picture in outcome.pictures:
             with whole_file(place / f"{picture.name}.png") as temporary:
                 temporary.write_bytes(png(picture.figure, DOTS_PER_INCH))
-        captions = [{"name": picture.name, "caption": picture.caption} for picture in outcome.pictures]
-        reasons = {name: vars(reason) for name, reason in outcome.reasons.items()}
-        rows = [vars(row) for row in outcome.rows]
-        write_json(place / "rows.json", {"rows": rows, "pictures": captions, "reasons": reasons, "seconds": seconds})
+        pictures = tuple(Drawn(p.name, place / f"{p.name}.png", p.caption) for p in outcome.pictures)
+        reasons = dict(outcome.reasons)
+        kept = Result(problem, outcome.rows, pictures, reasons, seconds, made_now(), fingerprint(problem))
+        write_json(place / "rows.json", as_table(kept))
 
     def recall(self, problem: Problem) -> Result | None:
         """The solved problem, None where it is not solved under the present code."""
@@ -108,12 +116,28 @@ class Cache:
             kept: dict[str, Any] = json.loads((place / "rows.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        rows = tuple(
-            Row(**{**row, "error": _number(row["error"]), "ours": _number(row["ours"])}) for row in kept["rows"]
-        )
-        drawn = tuple(Drawn(p["name"], place / f"{p['name']}.png", p["caption"]) for p in kept["pictures"])
-        reasons = {name: Reason(**reason) for name, reason in kept["reasons"].items()}
-        return Result(problem, rows, drawn, reasons, kept["seconds"])
+        return result_of(problem, {"digest": fingerprint(problem), **kept}, place)
+
+
+def as_table(result: Result) -> dict[str, Any]:
+    """A solved problem for JSON; its pictures lie beside."""
+    return {
+        "rows": [vars(row) for row in result.rows],
+        "pictures": [{"name": picture.name, "caption": picture.caption} for picture in result.pictures],
+        "reasons": {name: vars(reason) for name, reason in result.reasons.items()},
+        "seconds": result.seconds,
+        "made": vars(result.made),
+        "digest": result.digest,
+    }
+
+
+def result_of(problem: Problem, table: Mapping[str, Any], folder: Path) -> Result:
+    """The solved problem in a table that `as_table` made, its pictures in a folder."""
+    rows = tuple(Row(**{**row, "error": _number(row["error"]), "ours": _number(row["ours"])}) for row in table["rows"])
+    drawn = tuple(Drawn(p["name"], folder / f"{p['name']}.png", p["caption"]) for p in table["pictures"])
+    reasons = {name: Reason(**reason) for name, reason in table["reasons"].items()}
+    made = Made(**table.get("made", {}))
+    return Result(problem, rows, drawn, reasons, table["seconds"], made, table["digest"])
 
 
 def _number(value: float | None) -> float:

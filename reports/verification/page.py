@@ -6,7 +6,6 @@ import math
 import os
 import platform
 import shutil
-import subprocess
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -15,32 +14,10 @@ from pathlib import Path
 
 from birdstrike.data.files import whole_file, write_atomically
 from birdstrike.reports.verification.cache import Drawn, Result
+from birdstrike.reports.verification.ledger import FIGURES, record
+from birdstrike.reports.verification.made import Made, made_now
 from birdstrike.reports.verification.problem import Reason, Row
 from birdstrike.reports.verification.registry import problems
-from birdstrike.solver.version import SOLVER_VERSION
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def commit() -> str | None:
-    """Commit of the checkout that the code lies in, with a remark where files differ from it; None outside of one."""
-    git = shutil.which("git")
-    if git is None or not (ROOT / ".git").exists():
-        return None
-    head = _git(git, "rev-parse", "--short=12", "HEAD")
-    changed = _git(git, "status", "--porcelain", "--untracked-files=no", "--", "*.py", "*.toml", "*.csv")
-    return head + (" and uncommitted changes" if changed else "") if head else None
-
-
-def _git(git: str, *arguments: str) -> str:
-    ended = subprocess.run([git, *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
-    return ended.stdout.strip() if ended.returncode == 0 else ""
-
-
-def code() -> str:
-    """Solver version and commit."""
-    at = commit()
-    return f"solver {SOLVER_VERSION}" + (f", commit {at}" if at else "")
 
 
 def machine() -> str:
@@ -49,18 +26,20 @@ def machine() -> str:
     return f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, {libraries}"
 
 
-FIGURES = Path("docs/verification")
 most_reasons = 3
 SIGNS = {"within": "within", "beyond": "**beyond**", "shown": "–"}
 
 
 def write_page(out: Path, results: Sequence[Result], wall_s: float) -> None:
-    """The page, and beside it the figures under docs/verification/."""
+    """The page, and beside it, under docs/verification/, the figures and what the page holds."""
     for picture in (picture for result in results for picture in result.pictures):
         target = out.parent / FIGURES / f"{picture.name}.png"
+        if target.exists() and target.samefile(picture.path):
+            continue
         with whole_file(target) as temporary:
             shutil.copyfile(picture.path, temporary)
     write_atomically(out, page(results, wall_s))
+    record(out, results)
 
 
 def page(results: Sequence[Result], wall_s: float) -> str:
@@ -68,24 +47,37 @@ def page(results: Sequence[Result], wall_s: float) -> str:
     rows = [row for result in results for row in result.rows]
     reasons = {name: reason for result in results for name, reason in result.reasons.items()}
     families = [(name, list(group)) for name, group in groupby(results, lambda result: result.problem.family)]
-    parts = [head(rows, wall_s), contents(families), left_out(results), standing(rows, reasons)]
-    parts += [family(name, members) for name, members in families]
+    several = len({result.made.short for result in results}) > 1
+    parts = [head(rows, results, wall_s), contents(families), left_out(results), standing(rows, reasons)]
+    parts += [family(name, members, several) for name, members in families]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def head(rows: Sequence[Row], wall_s: float) -> str:
+def head(rows: Sequence[Row], results: Sequence[Result], wall_s: float) -> str:
     """Title, version, and the count of the verdicts."""
     count = {verdict: sum(row.verdict == verdict for row in rows) for verdict in SIGNS}
-    today = datetime.now(UTC).strftime("%Y-%m-%d")
+    today, told = datetime.now(UTC).strftime("%Y-%m-%d"), origins(results)
+    spent = f"; this run took {wall_s / 60.0:.1f} min (what an earlier run of the same code had solved is kept)"
+    spent = spent if wall_s >= 1.0 else ""
     return (
         "# Verification\n\n"
         "Each row is a truth, its source, our figure and the tolerance. Made by `birdstrike verify`; do not edit.\n\n"
-        f"- Date: {today}; code: {code()}\n- Machine: {machine()}; this run took {wall_s / 60.0:.1f} min (what an "
-        f"earlier "
-        "run of the same code had solved is kept)\n"
+        f"- Page: {today}{told or f'; code: {made_now()}'}\n"
+        f"- Machine: {machine()}{spent}\n"
         f"- **{count['within']} rows within** their tolerance, **{count['beyond']} beyond**; {count['shown']} shown "
         "without one"
     )
+
+
+def origins(results: Sequence[Result]) -> str:
+    """At which states of the code the rows were made; nothing where all are of the present one."""
+    now, rows = made_now(), dict[Made, int]()
+    for result in results:
+        rows[result.made] = rows.get(result.made, 0) + len(result.rows)
+    if all(made.short == now.short for made in rows):
+        return ""
+    lines = [f"  - {made.short}: {made}{f', {made.date}' if made.date else ''}: {n} rows" for made, n in rows.items()]
+    return "\n".join(["\n- Rows were made at these states of the code (column *made at*):", *lines])
 
 
 def contents(families: Sequence[tuple[str, Sequence[Result]]]) -> str:
@@ -131,25 +123,29 @@ def standing(rows: Sequence[Row], reasons: dict[str, Reason]) -> str:
     return "\n\n".join(lines[:2]) + "\n\n" + "\n".join(lines[2:])
 
 
-def family(name: str, members: Sequence[Result]) -> str:
-    """What the problems are about, one table, then the figures."""
+def family(name: str, members: Sequence[Result], several: bool) -> str:
+    """What the problems are about, one table, then the figures; several: whether each row says where it was made."""
     parts = [f"## {name}"]
     parts += [member.problem.about for member in members if member.problem.about]
-    parts.append(table([row for member in members for row in member.rows]))
+    made = [member.made.short for member in members for _ in member.rows]
+    parts.append(table([row for member in members for row in member.rows], made if several else []))
     parts += [shown(picture) for member in members for picture in member.pictures]
     return "\n\n".join(parts)
 
 
-def table(rows: Sequence[Row]) -> str:
-    """One line a row; sources as they stand in the row, notes behind the name."""
+def table(rows: Sequence[Row], made: Sequence[str]) -> str:
+    """One line a row; sources as they stand in the row, notes behind the name; made: of each row, if said."""
     sources = list(dict.fromkeys(row.source for row in rows))
-    lines = ["| | truth | ours | error | tolerance | verdict | source |", "|---|---|---|---|---|---|---|"]
-    for row in rows:
+    more = ["made at"] if made else []
+    titles = ["", "truth", "ours", "error", "tolerance", "verdict", "source", *more]
+    lines = [f"| {' | '.join(titles)} |".replace("|  |", "| |"), "|" + "---|" * len(titles)]
+    for i, row in enumerate(rows):
         name = f"[{row.name}]({FIGURES.as_posix()}/{row.figure}.png)" if row.figure else row.name
         note = f"<br><sub>{row.note}</sub>" if row.note else ""
         truth = "" if row.truth is None else quantity(row.truth, row.unit)
-        cells = (name + note, truth, quantity(row.ours, row.unit), error(row), tolerance(row), SIGNS[row.verdict])
-        lines.append(f"| {' | '.join((*cells, str(sources.index(row.source) + 1)))} |".replace("<1", "&lt;1"))
+        cells = [name + note, truth, quantity(row.ours, row.unit), error(row), tolerance(row), SIGNS[row.verdict]]
+        cells += [str(sources.index(row.source) + 1), *made[i : i + 1]]
+        lines.append(f"| {' | '.join(cells)} |".replace("<1", "&lt;1"))
     named = "\n".join(f"{number}. {source}" for number, source in enumerate(sources, 1))
     return "\n".join(lines) + f"\n\nSources:\n\n{named}"
 

@@ -13,6 +13,7 @@ from typing import Any
 from birdstrike.data.errors import RunFailed
 from birdstrike.doe.campaign.worker import process_pool
 from birdstrike.reports.verification.cache import Cache, Result
+from birdstrike.reports.verification.ledger import renewed
 from birdstrike.reports.verification.page import most_reasons, write_page
 from birdstrike.reports.verification.problem import Problem, Reason, Row
 from birdstrike.reports.verification.registry import chosen, problems
@@ -94,25 +95,29 @@ def verify(
     workers: int = 2,
     cache: str | Path = CACHE,
     progress: Progress | None = None,
+    told: Callable[[str], None] | None = None,
 ) -> Verification:
     """Solve the problems whose name or family fits `only` (all without), write the page `out` unless it is None.
 
-    What the cache holds under the present code is not run again, so that an interrupted verification resumes. progress:
-    called with the share of simulations and problems done. Raises RunFailed when one of them fails, UserError for
-    a pattern that fits nothing.
+    What the cache holds under the present code is not run again, so that an interrupted verification resumes. A page
+    that exists keeps the other problems that it holds, so that `only` adds one to it or renews it. progress: called
+    with the share of simulations and problems done; told: with a line for each that is done. Raises RunFailed when
+    one of them fails, UserError for a pattern that fits nothing.
     """
     started = time.perf_counter()
     kept, wanted = Cache(Path(cache).resolve()), chosen(only)
     due = [problem for problem in wanted if kept.recall(problem) is None]
-    spent = run_due(kept, due, workers, progress or (lambda _: None))
+    spent = run_due(kept, due, workers, progress or (lambda _: None), told or (lambda _: None))
     results = [result for problem in wanted if (result := kept.recall(problem)) is not None]
     verification = Verification(tuple(results), time.perf_counter() - started, spent)
     if out is not None:
-        write_page(Path(out), verification.results, verification.wall_s)
+        write_page(Path(out), renewed(Path(out), results), verification.wall_s)
     return verification
 
 
-def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progress) -> dict[str, float]:
+def run_due(
+    cache: Cache, due: Sequence[Problem], workers: int, progress: Progress, told: Callable[[str], None]
+) -> dict[str, float]:
     """Simulations that are not in the store and problems that need none first, then the problems that compare some.
 
     CPU time [s] by problem, with the simulations that it was the first to ask for.
@@ -131,9 +136,11 @@ def run_due(cache: Cache, due: Sequence[Problem], workers: int, progress: Progre
         nonlocal done
         for future in as_completed(waiting):
             what, name = waiting[future]
-            spent[name] += result_named(future, what)
+            seconds = result_named(future, what)
+            spent[name] += seconds
             done += 1
             progress(done / total)
+            told(f"{done} of {total}: {name}{'' if what == name else ', a simulation'}, {seconds:.1f} s of CPU time")
 
     if not due:
         return spent

@@ -90,8 +90,8 @@ def _parse(path: Path) -> Raw:
         size = path.stat().st_size
         if size > LARGEST:
             raise CaseError(
-                f"{path} has {1e-6 * size:.3g} MB, more than the {1e-6 * LARGEST:g} MB of any case: the wrong file? A "
-                "long table of an equation of state stands in a CSV, bird.material.eos.file"
+                f"the file has {1e-6 * size:.3g} MB, more than the {1e-6 * LARGEST:g} MB of any case: the wrong file? "
+                "A long table of an equation of state stands in a CSV, bird.material.eos.file"
             )
         return toml_value(tomllib.loads(path.read_text(encoding="utf-8-sig")))
     except tomllib.TOMLDecodeError as error:

@@ -84,6 +84,15 @@ TWO_COLUMNS = {
     "decimal commas": ("Zeit (ms);Weg (mm)\n0,34;0,121246\n0,59;1,232132\n", {}),
     "a line of units": ("t,w\nms,mm\n0.34,0.121246\n0.59,1.232132\n", {}),
     "Fortran": ("  3.4D-01  1.21246D-01\n  5.9D-01  1.232132D+00\n", MM_MS),
+    "names with blanks, blanks between": ("Time (ms)   Disp at centre (mm)\n0.34  0.121246\n0.59  1.232132\n", {}),
+    "types below units": ("Time,Laser 1\nms,mm\nfloat,float\n0.34,0.121246\n0.59,1.232132\n", {}),
+    "figures above the table": ("Time,Laser 1\n[ms],[mm]\nmin,0.1\nmax,1.3\n0.34,0.121246\n0.59,1.232132\n", {}),
+    "a comma too many in the head": ("t_ms,w_mm,\n0.34,0.121246\n0.59,1.232132\n", {}),
+    "a date before the time": (
+        "Date,Time [s],w [mm]\n12-Mar,0.34e-3,0.121246\n12-Mar,0.59e-3,1.232132\n",
+        {},
+    ),
+    "thousandths of an inch": ("t_ms,w [mils]\n0.34,4.773464566929134\n0.59,48.50913385826772\n", {}),
     "LS-PrePost": (
         "Curveplot\nLS-DYNA user input\nTime\nZ-displacement\nNode no.\n1026 #pts=2\n* Minval= 0.1\n"
         "0.34 0.121246\n0.59 1.232132\nendcurve\n",
@@ -97,7 +106,11 @@ def test_two_columns_however_they_are_written(tmp_path: Path, kind: str) -> None
     text, units = TWO_COLUMNS[kind]
     found = imported(tmp_path / "curve.txt", text, ImportOptions(CENTRE, units=units))
     assert found.time.tolist() == [0.34e-3, 0.59e-3]
-    assert found.channels["displacement_centre"].tolist() == [scaled("0.121246", "mm"), scaled("1.232132", "mm")]
+    values = found.channels["displacement_centre"].tolist()
+    if kind == "thousandths of an inch":
+        assert values == pytest.approx([0.121246e-3, 1.232132e-3], rel=1e-12)
+    else:
+        assert values == [scaled("0.121246", "mm"), scaled("1.232132", "mm")]
     assert not found.simulated
 
 
@@ -158,6 +171,12 @@ WRONG = [
     ("t_ms,a_mm,b_mm\n0,0,0\n1,1,1\n", ImportOptions(CENTRE), r'which column is "displacement_centre"\? .*: t, a, b'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "z"}), r'has no column "z"; its columns: t, a'),
     ("t_ms,a_mm\n0,0\n1,1\n", ImportOptions({"w": "a"}, node=3), r"is no nodout: --node has nothing to choose from"),
+    (
+        "t_ms,w_mm\n0,wait\n1,wait\n2,1\n3,2\n",
+        ImportOptions(CENTRE),
+        r'line 2: "0,wait" is not 2 numbers, as the rows below it are; a gap is an empty cell',
+    ),
+    ("t_ms,w_mm,w_mm\n0,0,1\n1,1,1\n", ImportOptions({"w": ""}), r'several columns "w": give a number, of 2 .*, 3'),
     ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]
@@ -183,6 +202,10 @@ CELLS = {
     "commas for thousands": ("t_ms;w_mm\n0;0.5\n1;1,234.5\n2;1,234\n", [0.5, 1234.5, 1234.0], ""),
     "quoted commas": ('t_ms,w_mm\n0,0.5\n1,"1,234.5"\n2,7\n', [0.5, 1234.5, 7.0], ""),
     "blanks for thousands": ("t_ms;w_mm\n0;0,5\n1;1\u00a0234,5\n2;12 345\n", [0.5, 1234.5, 12345.0], ""),
+    "an infinity": ("t_ms;w_mm\n0;1\n1;\u221e\n2;-\u221e\n3;2\n", [1.0, np.nan, np.nan, 2.0], '1 cell "\u221e"'),
+    "stars": ("t_ms;w_mm\n0;1\n1;*****\n2;3\n", [1.0, np.nan, 3.0], '1 cell "*****"'),
+    "SCPI's not a number": ("t_ms,w_mm\n0,1\n1,9.91E+37\n2,3\n", [1.0, np.nan, 3.0], '1 cell "9.91E+37"'),
+    "typeset minus": ("t_ms,w_mm\n0,\u22121\n1,\u22122\n2,3\n", [-1.0, -2.0, 3.0], ""),
     "apostrophes for thousands": ("t_ms;w_mm\n0;0.5\n1;1'234.5\n2;7\n", [0.5, 1234.5, 7.0], ""),
 }
 
@@ -210,13 +233,28 @@ def test_a_comma_that_may_part_thousands_or_decimals_is_asked_about(tmp_path: Pa
         assert found.channels["displacement_centre"][0] == pytest.approx(1e-3 * value, rel=1e-15)
 
 
+def test_points_that_may_part_thousands_are_asked_about(tmp_path: Path) -> None:
+    """998 beside 1.034: a curve in micrometres that would fall to a thousandth where it passes 999."""
+    text = "t_ms;w_um\n0;997\n1;998\n2;1.034\n3;1.220\n"
+    with pytest.raises(UserError, match=r'line 4: "1\.034" stands in a column of whole numbers, .*: --decimal ","'):
+        imported(tmp_path / "a.csv", text, ImportOptions(CENTRE))
+    for mark, value in ((",", 1034.0), (".", 1.034)):
+        found = imported(tmp_path / "a.csv", text, ImportOptions(CENTRE, decimal=mark))
+        assert found.channels["displacement_centre"][2] == pytest.approx(1e-6 * value, rel=1e-15)
+    dropped_zeros = "t_ms;w_mm\n0;1.125\n1;1.5\n2;100\n"
+    assert imported(tmp_path / "b.csv", dropped_zeros, ImportOptions(CENTRE)).channels["displacement_centre"][0] == (
+        scaled("1.125", "mm")
+    )
+
+
 @pytest.mark.parametrize(
     "stamps",
     [
+        ("11:59:59.9999 AM", "12:00:00.0001 PM", "12:00:00.0002 PM"),
         ("23:59:59.9999", "00:00:00.0001", "00:00:00.0002"),
         ("2026-11-21 10:00:00.0001", "2026-11-21 10:00:00.0003", "2026-11-21 10:00:00.0004"),
     ],
-    ids=["over midnight", "with a date"],
+    ids=["AM and PM", "over midnight", "with a date"],
 )
 def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tuple[str, ...]) -> None:
     rows = "".join(f"{stamp},{i}\n" for i, stamp in enumerate(stamps))
@@ -253,7 +291,7 @@ def test_volts_are_multiplied_by_what_a_volt_stands_for(tmp_path: Path, asked: s
         import_record(tmp_path / "a.csv", ImportOptions({"displacement_centre": asked}))
 
 
-@pytest.mark.parametrize("unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "ustrain", "µε"])
+@pytest.mark.parametrize("unit", ["µm/m", "\u03bcm/m", "um/m", "microstrain", "µstrain", "ustrain", "µε", "ppm"])
 def test_microstrain_however_it_is_written(tmp_path: Path, unit: str) -> None:
     found = imported(tmp_path / "a.csv", f"t [ms],SG1 [{unit}]\n0,0\n1,250\n", ImportOptions({"strain_1": "SG1"}))
     assert found.channels["strain_1"].tolist() == [0.0, 250e-6]

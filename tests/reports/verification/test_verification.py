@@ -18,7 +18,8 @@ from birdstrike.data.histories import Histories, Snapshot
 from birdstrike.reports.verification.bird_model_problems import deformation
 from birdstrike.reports.verification.cache import Cache, Result, fingerprint, imported
 from birdstrike.reports.verification.columns import SEED
-from birdstrike.reports.verification.page import page
+from birdstrike.reports.verification.made import Made, made_now
+from birdstrike.reports.verification.page import page, write_page
 from birdstrike.reports.verification.planar_problems import crossing, planar_impact
 from birdstrike.reports.verification.problem import Picture, Problem, Reason, Row, Solution, below, matches, near, shown
 from birdstrike.reports.verification.registry import chosen, problems
@@ -191,6 +192,30 @@ def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.Monkey
     assert second.rows == first.rows
     assert first.spent["return_mapping"] > 0.0
     assert second.spent == {}
+
+
+def test_only_adds_a_problem_to_a_page_and_renews_it_and_says_at_which_commit_each_row_was_made(tmp_path: Path):
+    """A page of one problem, made by older code; a second joins it, then the first is made anew."""
+    out = tmp_path / "page.md"
+    problem = problems()["kernel_moments"]
+    old = Result(problem, problem.solve({}).rows, (), {}, 3.0, Made("0" * 12, "abcdef123456", "2026-01-02"), "older")
+    write_page(out, [old], 1.0)
+
+    said = list[str]()
+    verify(out, only=["return_mapping"], workers=1, cache=tmp_path / "kept", told=said.append)
+    both = out.read_text()
+    assert re.search(r"\| integral of W \|.*\| abcdef1 \|\n", both)
+    assert re.search(rf"\| pure shear, isotropic \|.*\| {re.escape(made_now().short)} \|\n", both)
+    assert "abcdef1: solver 000000000000, commit abcdef123456, 2026-01-02: 7 rows" in both
+    assert "return_mapping" in said[0]
+    assert "1 of 1" in said[0]
+
+    verify(out, only=["kernel_moments"], workers=1, cache=tmp_path / "kept")
+    renewed = out.read_text()
+    assert "abcdef1" not in renewed
+    assert "made at" not in renewed
+    assert "| integral of W |" in renewed
+    assert "| pure shear, isotropic |" in renewed
 
 
 def test_the_page_says_verdicts_reasons_and_sources(tmp_path: Path):
