@@ -213,12 +213,12 @@ def _triangles(table: pd.DataFrame) -> list[Row]:
 
 def solve_split(_: Computed) -> Solution:
     """The plate of the impulse problem in two parts against one: on common nodes, and tied along the joint."""
-    _, whole = set_in_motion(impulse_target(), 1e-3 * PREDICTABLE)
+    whole = set_in_motion(impulse_target(), 1e-3 * PREDICTABLE)[1]
     rows: list[Row] = []
     tie = LinkData({"seam": TieData("joint", "left", 1e-4)})
     for tied, name, limit in ((False, "two parts on common nodes", 1e-12), (True, "two parts, tied", 1e-2)):
         plate = impulse_target(in_two(impulse_mesh(), tied), tie if tied else LinkData())
-        _, split = set_in_motion(plate, 1e-3 * PREDICTABLE)
+        split = set_in_motion(plate, 1e-3 * PREDICTABLE)[1]
         for place, truth in whole.items():
             apart = float("inf")
             if len(split[place]) == len(truth):

@@ -56,7 +56,7 @@ def read_keywords(path: str) -> Any:
     if triangle.any():
         cells.append(("triangle", _rows(corners[triangle][:, :3], at)))
     own = np.concatenate([table["eid"].to_numpy(np.int64) for table in shells])
-    numbers = {NUMBER: [own[kind] for kind in _kinds(triangle)]}
+    numbers: dict[str, Any] = {NUMBER: [own[kind] for kind in _kinds(triangle)]}
     named = _headings(deck)
     sets: dict[str, Any] = {
         named.get(int(pid), f"part_{pid}"): [np.flatnonzero(part[kind] == pid) for kind in _kinds(triangle)]

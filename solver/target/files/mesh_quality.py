@@ -115,7 +115,7 @@ def _not_joined(mesh: PartMesh) -> Iterator[Finding]:
     if not len(pairs):
         return
     ends = border[pairs]
-    owner = np.isin(mesh.quads, ends).any(axis=1)
+    owner = np.asarray(np.isin(mesh.quads, ends).any(axis=1))
     at = ", ".join(f"{1e3 * c:.4g}" for c in mesh.nodes[ends[0, 0]])
     text = (
         f"{len(pairs)} pairs of nodes lie at one place and are not merged, first at ({at}) mm from target.origin, on "

@@ -9,6 +9,7 @@ from birdstrike.reports.verification.plate_problems import ALUMINIUM, RITZ
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.block import Block
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.modes import natural_frequencies, static_deflection
 from birdstrike.solver.target.rectangle import plate_of
@@ -171,9 +172,10 @@ def test_the_stable_step_is_that_of_the_narrowest_triangle_s_membrane():
     for thickness in (1e-3, 4e-3):
         mesh = plate_mesh(0.12, 0.12, (12, 12))
         plate = plate_of(shell_mesh(mesh.nodes, cut(mesh.quads)), thickness, ALUMINIUM, "free")
-        blocks = [TriangleBlock(plate.mesh.nodes, plate.quads, plate.shells.sections, None, scaled_inertia=True)]
-        plate.blocks, plate.nodes.mass[:], plate.nodes.inertia[:] = list(blocks), 0.0, 0.0
-        blocks[0].add_mass(plate.nodes)
+        block = TriangleBlock(plate.mesh.nodes, plate.quads, plate.shells.sections, None, scaled_inertia=True)
+        plate.blocks = list[Block]([block])
+        plate.nodes.mass[:] = plate.nodes.inertia[:] = 0.0
+        block.add_mass(plate.nodes)
         speed = np.sqrt(ALUMINIUM.young / (1.0 - ALUMINIUM.poisson**2) / ALUMINIUM.density)
         assert plate.stable_step() * speed / (0.01 / np.sqrt(2.0)) == pytest.approx(0.98, abs=0.03)
 
