@@ -91,11 +91,12 @@ def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], l
         raise UserError(f"--verification {given}: there is no such file; birdstrike verify writes it")
     if page is None:
         return (), ["no VERIFICATION.md: make it with birdstrike verify, and name it with --verification"]
-    rows, code = read_rows(page)
+    rows, codes = read_rows(page)
     points = []
-    if code and code != SOLVER_VERSION:
+    if others := [code for code in codes if code != SOLVER_VERSION]:
         points.append(
-            f"{page.name} was made with solver {code}, and this one is {SOLVER_VERSION}: repeat birdstrike verify"
+            f"rows of {page.name} were made with solver {', '.join(others)}, and this one is {SOLVER_VERSION}: repeat "
+            "birdstrike verify"
         )
     return aspects(sources.case, rows), points
 

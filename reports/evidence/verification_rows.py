@@ -20,7 +20,7 @@ EOS_NAMES = {
     "porous": "porous",
 }
 _SPEED = re.compile(r"([\d.]+) m/s")
-_CODE = re.compile(r"code: solver (\w+)")
+_CODE = re.compile(r"\bsolver ([0-9a-f]{12})\b")
 
 
 @dataclass(frozen=True)
@@ -49,22 +49,21 @@ class Aspect:
         return {"aspect": self.name, "rows": [asdict(row) for row in self.rows], "missing": self.missing or None}
 
 
-def read_rows(page: Path) -> tuple[list[VerificationRow], str]:
-    """Rows of VERIFICATION.md, and the digest of the solver that made them."""
+def read_rows(page: Path) -> tuple[list[VerificationRow], tuple[str, ...]]:
+    """Rows of VERIFICATION.md, and the digests of the solvers that made them."""
     text = page.read_text(encoding="utf-8")
-    code = _CODE.search(text)
     rows, family = [], ""
     for line in text.splitlines():
         if line.startswith("## "):
             family = line[3:].strip()
-        cells = [cell.strip() for cell in line.strip("| ").split(" | ")] if line.startswith("|") else []
-        if len(cells) >= 6 and cells[-2].strip("*") in ("within", "beyond", "–", "shown"):
-            rows.append(_row(family, line))
-    return rows, code[1] if code else ""
+        cells = line.strip().strip("|").split("|") if line.startswith("|") else []
+        if len(cells) >= 7 and cells[5].strip(" *") in ("within", "beyond", "–", "shown"):
+            rows.append(_row(family, cells))
+    return rows, tuple(dict.fromkeys(_CODE.findall(text)))
 
 
-def _row(family: str, line: str) -> VerificationRow:
-    cells = [html.unescape(cell.strip()) for cell in line.strip().strip("|").split("|")]
+def _row(family: str, raw: list[str]) -> VerificationRow:
+    cells = [html.unescape(cell.strip()) for cell in raw]
     name = re.sub(r"<br>.*", "", cells[0])
     linked = re.match(r"\[(.*)\]\([^)]*\)$", name.strip())
     truth, ours, error, tolerance, verdict = cells[1:6]
