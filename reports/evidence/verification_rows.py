@@ -19,6 +19,7 @@ EOS_NAMES = {
     "table": "table",
     "porous": "porous",
 }
+JUDGED = ("within", "beyond")
 _SPEED = re.compile(r"([\d.]+) m/s")
 _CODE = re.compile(r"\bsolver ([0-9a-f]{12})\b")
 
@@ -57,7 +58,7 @@ def read_rows(page: Path) -> tuple[list[VerificationRow], tuple[str, ...]]:
         if line.startswith("## "):
             family = line[3:].strip()
         cells = line.strip().strip("|").split("|") if line.startswith("|") else []
-        if len(cells) >= 7 and cells[5].strip(" *") in ("within", "beyond", "–", "shown"):
+        if len(cells) >= 7 and cells[5].strip(" *") in (*JUDGED, "–", "shown"):
             rows.append(_row(family, cells))
     return rows, tuple(dict.fromkeys(_CODE.findall(text)))
 
@@ -84,7 +85,8 @@ def _with_rows(case: Case, rows: list[VerificationRow]) -> Iterator[Aspect]:
     )
     if case.bird.material.model != "null":
         model = case.bird.material.model.replace("_", " ")
-        named = tuple(row for row in rows if model in row.name.lower() and "bird" in row.name.lower())
+        checked = [row for row in rows if row.verdict in JUDGED]  # a figure that is only shown checks nothing
+        named = tuple(row for row in checked if model in row.name.lower() and "bird" in row.name.lower())
         missing = "" if named else f"no row checks the strength of a bird of model {case.bird.material.model}"
         yield Aspect("strength of the bird", named, missing)
     yield from _target(case, rows)
