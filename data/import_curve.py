@@ -18,7 +18,7 @@ from birdstrike.data.exports.nodout import is_nodout, read_nodout
 from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.tables.csv_table import Column, CsvTable
-from birdstrike.data.tables.loose_table import Head, LooseTable, read_loose_table
+from birdstrike.data.tables.loose_table import Head, LooseTable, SeveralColumns, read_loose_table
 from birdstrike.data.units import factor, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
@@ -186,9 +186,9 @@ def _place(table: LooseTable, sensor: str, column: str, clock: int | None, nodou
         return others[0]
     try:
         return table.index(sensor)
-    except MeasuredError as error:
-        if "several columns" in str(error):
-            raise
+    except SeveralColumns:
+        raise
+    except MeasuredError:
         example = "z-disp" if nodout else table.names[others[0]]
         raise MeasuredError(
             f'{table.path}: which column is "{sensor}"? Write --sensor {sensor}="{example}"; '

@@ -93,15 +93,15 @@ def command(
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
-    named, bird = names_of(channels), baseline_bird
+    named = names_of(channels)
 
     def inputs() -> dict[str, Any]:
         records = [*measured, *(baseline or first.diagnosis.baselines), *([heldout] if heldout else [])]
-        told = (len(measured), len(baseline), alpha, seed, named, bird)
+        told = (len(measured), len(baseline), alpha, seed, named, baseline_bird)
         return {"told": told, **_made_from([*cases, *clean], records)}
 
     def run(_: Callable[[float], None]) -> None:
-        diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, named, bird)
+        diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, named, baseline_bird)
 
     outputs = tuple(out / name for name in ("diagnosis.json", "diagnosis.csv", "model.npz"))
     stage = Stage("diagnosis", "The diagnosis of this call", inputs, outputs, run, lambda: retry_failed)

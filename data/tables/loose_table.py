@@ -71,6 +71,10 @@ class Head:
     foreign: str = ""
 
 
+class SeveralColumns(MeasuredError):
+    """A name that several columns have: only a number tells them apart."""
+
+
 @dataclass(frozen=True)
 class LooseTable:
     """heads: of the columns, () where the file names none; rows: (line, numbers as text, "" for a gap); notes: the
@@ -104,7 +108,7 @@ class LooseTable:
                 return found[0]
             if found:
                 same = ", ".join(f"{i + 1} ({self.heads[i].text})" for i in found)
-                raise MeasuredError(f'{self.path} has several columns "{column}": give a number, of {same}')
+                raise SeveralColumns(f'{self.path} has several columns "{column}": give a number, of {same}')
         if column.isdigit() and 1 <= int(column) <= self.width:
             return int(column) - 1
         raise MeasuredError(f'{self.path} has no column "{column}"; its columns: {", ".join(self.names)}')
