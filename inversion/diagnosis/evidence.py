@@ -360,41 +360,50 @@ class ModelTester:
     ) -> tuple[Array, Array, Indices]:
         """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
 
-        From the joint Gaussians of the likeliest nodes, a magnitude that cannot be negative drawn anew until it is not.
-        The whole of a magnitude that an unnamed error shares is the member's, as in `_magnitudes`.
+        From the joint Gaussians of the likeliest nodes. The whole of a magnitude that an unnamed error shares is the
+        member's, as in `_magnitudes`.
         """
-        other = hypothesis.label == SOMETHING_ELSE
-        weights, members = self.model(hypothesis, sizes).weights, [one.label for one in hypothesis.members]
+        weights = self.model(hypothesis, sizes).weights
         top = np.argsort(-weights)[:FEW]
         nodes = np.sort(rng.choice(top, count, p=weights[top] / weights[top].sum()))
-        columns, factors = self._doubted(members, np.asarray(sizes))
-        chosen = [*self.free, *columns[1:]]
-        at = self.system.at["J"]
-        r, free, q = at.stop - at.start, len(self.free), len(members)
-        parameters, found = np.zeros((count, r)), np.zeros((count, q))
-        all_grams = self.other_grams if other else self.grams
-        for node in np.unique(nodes):
-            number = np.array([node])
-            grams = all_grams.at(number, [0, *chosen])[0]
-            logs, _, _ = self._weighed(hypothesis, number, self.reduced(all_grams, number, columns), factors, all_grams)
-            of = rng.choice(len(factors), (nodes == node).sum(), p=softmax(logs[:, 0]))
-            for i in np.unique(of):
-                own = np.flatnonzero(nodes == node)[of == i]
-                d = np.concatenate([self.sizes(number)[0], factors[i]])
-                inverse = np.linalg.inv(d[:, None] * grams[1:, 1:] * d + np.eye(len(d)))
-                mean, chol = inverse @ (d * grams[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-                x = np.zeros((len(own), len(d)))
-                due = np.arange(len(own))
-                for _ in range(REDRAWN):
-                    x[due] = d * (mean + rng.standard_normal((len(due), len(d))) @ chol.T)
-                    due = due[self._impossible(hypothesis.members, x[due, free : free + q])]
-                    if not len(due):
-                        break
-                parameters[own], found[own] = x[:, :r] @ self.rotation, x[:, free : free + q]
-                for j, label in enumerate(members):
-                    if label in self.shared:
-                        found[own, j] += x[:, self._unnamed_of(label) - at.start]
-        return parameters, found, nodes
+        at, free = self.system.at["J"], len(self.free)
+        x = np.vstack(
+            [self._drawn_at(hypothesis, sizes, int(n), int((nodes == n).sum()), rng) for n in np.unique(nodes)]
+        )
+        found = x[:, free : free + len(hypothesis.members)]
+        for j, one in enumerate(hypothesis.members):
+            if one.label in self.shared:
+                found[:, j] += x[:, self._unnamed_of(one.label) - at.start]
+        return x[:, : at.stop - at.start] @ self.rotation, found, nodes
+
+    def _drawn_at(
+        self, hypothesis: Hypothesis, sizes: Sequence[float], node: int, count: int, rng: np.random.Generator
+    ) -> Array:
+        """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
+        number = np.array([node])
+        columns, factors = self._doubted([one.label for one in hypothesis.members], np.asarray(sizes))
+        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns), factors, grams)
+        gram = grams.at(number, [0, *self.free, *columns[1:]])[0]
+        parts = []
+        for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
+            d = np.concatenate([self.sizes(number)[0], factor])
+            inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
+            mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
+            parts.append(self._possible(hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
+        return np.vstack(parts)
+
+    def _possible(
+        self, members: Sequence[Suspect], mean: Array, chol: Array, count: int, rng: np.random.Generator
+    ) -> Array:
+        """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
+        x, due, free = np.zeros((count, len(mean))), np.arange(count), len(self.free)
+        for _ in range(REDRAWN):
+            x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
+            due = due[self._impossible(members, x[due, free : free + len(members)])]
+            if not len(due):
+                break
+        return x
 
     @staticmethod
     def _impossible(members: Sequence[Suspect], sizes: Array) -> NDArray[np.bool_]:

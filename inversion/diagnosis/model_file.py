@@ -91,7 +91,7 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
     hypothesis, shot = ranking.models[label], shots[0]
     setup = shot.setup
-    fit = ranking.stands_at(label)
+    fit = ranking.standings[label].fit
     tester = fit.tester
     sizes, rng = [float(h) for h in ranking.evidence[label].h], np.random.default_rng(0)
     parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)

@@ -44,7 +44,7 @@ from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
-from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, rank
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, rank
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
@@ -249,7 +249,7 @@ class Pipeline:
         alone = Problem(self.shots, suspects(self.shots), known, mesh_shapes(self.shots))
         none = alone.refit(NOTHING, steps=3)
         models = {one.label: one for one in hypotheses(alone.found) if len(one.members) < 2}
-        without = Ranking(alone, models, {NONE: none}, {NONE: none.evidence}, {NONE: 1.0})
+        without = Ranking(alone, models, {NONE: Standing.refitted(none)})
         rms: dict[str, float] = {}
         for shot, fit in self.baselines.fits.values():
             for channel, value in residual_rms(shot, fit).items():
@@ -330,8 +330,7 @@ def _refitted(ranking: Ranking, chosen: str | None) -> Ranking:
     model, evidence = ranking.models[chosen], ranking.evidence[chosen]
     one = model.members[0]
     start = Places(dict(ranking.fits[NONE].places.z), {one.label: float(np.clip(evidence.h[0], *one.limits))})
-    fit: Fit = ranking.problem.refit(model, start, steps=2)
-    return replace(ranking, fits={**ranking.fits, chosen: fit})
+    return ranking.with_fit(chosen, ranking.problem.refit(model, start, steps=2))
 
 
 def _of_shot(runs: Mapping[str, SolverRun], shot: str) -> dict[str, SolverRun]:

@@ -110,26 +110,59 @@ ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evid
 MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the doubt of signatures
+CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the doubt of signatures will not bring it back
 NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
 @dataclass(frozen=True)
-class Ranking:
-    """fits: refitted models by label; evidence: every model's; shares: posterior probabilities.
+class Standing:
+    """A model as judged. fit: about which its evidence was computed; own: whether that is the model's own refit."""
 
-    about: fit of each other model at which its evidence stands, by label.
-    """
+    evidence: Evidence
+    fit: Fit
+    own: bool = False
+
+    @classmethod
+    def refitted(cls, fit: Fit) -> Standing:
+        """A model at its own refit."""
+        return cls(fit.evidence, fit, True)
+
+    @property
+    def score(self) -> float:
+        """Log of evidence times prior."""
+        return self.evidence.log_evidence + float(np.log(self.evidence.hypothesis.prior))
+
+
+Standings = Mapping[str, Standing]
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """models, standings: by label."""
 
     problem: Problem
     models: Mapping[str, Hypothesis]
-    fits: Mapping[str, Fit]
-    evidence: Mapping[str, Evidence]
-    shares: Mapping[str, float]
-    about: Mapping[str, Fit] = field(default_factory=dict)
+    standings: Standings
 
-    def stands_at(self, label: str) -> Fit:
-        """The fit at which a model's evidence was computed: its own, or for most pairs that of a member."""
-        return self.fits.get(label) or self.about.get(label, self.fits[NONE])
+    @cached_property
+    def evidence(self) -> dict[str, Evidence]:
+        """Every model's."""
+        return {label: one.evidence for label, one in self.standings.items()}
+
+    @cached_property
+    def fits(self) -> dict[str, Fit]:
+        """Of the models that were refitted."""
+        return {label: one.fit for label, one in self.standings.items() if one.own}
+
+    @cached_property
+    def shares(self) -> dict[str, float]:
+        """Posterior probabilities."""
+        return probabilities(self.evidence)
+
+    def with_fit(self, label: str, fit: Fit) -> Ranking:
+        """The same answer with a fit of one of its models."""
+        again = replace(self.standings[label], fit=fit, own=True)
+        return replace(self, standings={**self.standings, label: again})
 
     @property
     def confidence_set(self) -> tuple[str, ...]:
@@ -185,26 +218,26 @@ class Ranking:
 def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, refits: int = MOST_REFITS) -> Ranking:
     """All models of the library over the problem's shots."""
     models = {one.label: one for one in hypotheses(problem.found)}
+    singles, pairs = ([one for one in models.values() if len(one.members) == count] for count in (1, 2))
     none = problem.refit(models[NONE])
     other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
+    found = {NONE: Standing.refitted(none), SOMETHING_ELSE: Standing.refitted(other)}
     progress(0.3)
-    evidence = {NONE: none.evidence, SOMETHING_ELSE: other.evidence}
-    singles = [label for label, one in models.items() if len(one.members) == 1]
-    systems = [none, other, *_as_baseline(problem, models[NONE], none)]
-    begins: dict[str, Fit] = {}
-    for label in singles:
-        tried = [(fit.tester.model(models[label]), fit) for fit in systems]
-        evidence[label], begins[label] = min(tried, key=lambda one: _astray(*one))
+    fits = [none, other, *_as_baseline(problem, models[NONE], none)]
+    found |= {one.label: _least_astray(one, fits) for one in singles}
     progress(0.5)
-    fits = {NONE: none, SOMETHING_ELSE: other}
-    _refit_best(problem, models, singles, evidence, fits, begins, refits)
+    found |= _refit_best(problem, singles, found, refits)
     progress(0.8)
-    best = max(singles, key=lambda label: evidence[label].log_evidence + np.log(models[label].prior))
-    about = begins | fits
-    evidence |= _pairs(fits, best, models, evidence, about)
-    refit_pairs(problem, models, evidence, fits, about)
+    found |= _judge_pairs(singles, pairs, found)
+    found |= refit_pairs(problem, pairs, found)
     progress(1.0)
-    return Ranking(problem, models, fits, evidence, probabilities(evidence), about)
+    return Ranking(problem, models, found)
+
+
+def _least_astray(one: Hypothesis, fits: Sequence[Fit]) -> Standing:
+    """A model about that fit from which its own parameters lie least far."""
+    tried = [Standing(fit.tester.model(one), fit) for fit in fits]
+    return min(tried, key=lambda standing: _astray(standing.evidence, standing.fit))
 
 
 def _astray(evidence: Evidence, fit: Fit) -> float:
@@ -227,26 +260,19 @@ def _as_baseline(problem: Problem, none: Hypothesis, fit: Fit) -> list[Fit]:
     return [problem.refit(none, Places(z, {}), steps=0)]
 
 
-def _refit_best(
-    problem: Problem,
-    models: Mapping[str, Hypothesis],
-    singles: list[str],
-    evidence: dict[str, Evidence],
-    fits: dict[str, Fit],
-    begins: Mapping[str, Fit],
-    most: int,
-) -> None:
-    """Refit the singles within reach of the best, the likeliest first; what a refit finds takes its place."""
-    score = {label: evidence[label].log_evidence + float(np.log(models[label].prior)) for label in singles}
-    order = sorted(singles, key=lambda label: -score[label])
-    for label in order[:most]:
-        found = max(score.values())
-        if score[label] < found - within(found, evidence[NONE].log_evidence):
+def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standings, most: int) -> dict[str, Standing]:
+    """The singles within reach of the best, refitted, the likeliest first."""
+    score = {one.label: found[one.label].score for one in singles}
+    refitted: dict[str, Standing] = {}
+    for one in sorted(singles, key=lambda one: -score[one.label])[:most]:
+        best = max(score.values())
+        if score[one.label] < best - within(best, found[NONE].evidence.log_evidence):
             break
-        refitted = problem.refit(models[label], _start(begins[label], models[label], evidence[label]), steps=3)
-        fits[label] = refitted
-        evidence[label] = refitted.evidence
-        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
+        begin = found[one.label]
+        start = _start(begin.fit, one, begin.evidence)
+        refitted[one.label] = Standing.refitted(problem.refit(one, start, steps=3))
+        score[one.label] = refitted[one.label].score
+    return refitted
 
 
 def within(best: float, none: float) -> float:
@@ -262,44 +288,43 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
     )
 
 
-def _pairs(
-    fits: Mapping[str, Fit],
-    best: str,
-    models: Mapping[str, Hypothesis],
-    evidence: Mapping[str, Evidence],
-    fit_about: dict[str, Fit],
-) -> dict[str, Evidence]:
+def _judge_pairs(singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis], found: Standings) -> dict[str, Standing]:
     """The pairs, each about the fit of its likelier member; those that could matter with the doubt of their signatures.
 
     The likeliest node of the best single alone tells which; the others stay at the better of their singles, which a
     pair's extra magnitude can only lower by its Occam factor. Nodes: those that the best single or a member keeps.
-    fit_about: receives the fit at which each pair's evidence stands.
     """
-    pairs = [one for one in models.values() if len(one.members) == 2]
     if not pairs:
         return {}
-    first = fits.get(best, fits[NONE])
+    best = max((one.label for one in singles), key=lambda label: found[label].score)
+    base = best if found[best].own else NONE
+    first = found[base].fit
     quick = _quick_pairs(first.tester, pairs, int(first.evidence.weights.argmax()))
-    offsets: dict[str, float] = {}
-    found: dict[str, Evidence] = {}
     order = np.argsort(-quick)
-    for rank_of, i in enumerate(order):
-        one = pairs[int(i)]
-        if rank_of < PAIRS_TRIED and quick[i] > quick[order[0]] - 8.0:
-            fitted = [m.label for m in one.members if m.label in fits]
-            label = max(fitted, key=lambda name: evidence[name].log_evidence, default=best if best in fits else NONE)
-            about = fits[label]
-            if label not in offsets:
-                again = about.tester.model(about.evidence.hypothesis) if label != NONE else about.evidence
-                offsets[label] = evidence[label].log_evidence - again.log_evidence
-            kept = _kept(evidence[name] for name in (label, best, *(m.label for m in one.members)))
-            full = about.tester.model(one, only=kept)
-            found[one.label] = replace(full, log_evidence=full.log_evidence + offsets[label])
-        else:
-            label = _better(one, evidence)
-            about, found[one.label] = fit_about[label], _as_single(one, evidence[label])
-        fit_about[one.label] = about
-    return found
+    near = [int(i) for i in order[:PAIRS_TRIED] if quick[i] > quick[order[0]] - CLOSE_PAIRS]
+    judged = {one.label: _as_better_single(one, found) for one in pairs}
+    offsets: dict[str, float] = {}
+    for one in (pairs[i] for i in near):
+        label = _likeliest_member(one, found, base)
+        if label not in offsets:
+            offsets[label] = found[label].evidence.log_evidence - _at_own_fit(found[label].fit)
+        kept = _kept(found[name].evidence for name in (label, best, *(m.label for m in one.members)))
+        about = found[label].fit
+        full = about.tester.model(one, only=kept)
+        judged[one.label] = Standing(replace(full, log_evidence=full.log_evidence + offsets[label]), about)
+    return judged
+
+
+def _likeliest_member(pair: Hypothesis, found: Standings, otherwise: str) -> str:
+    """The likelier of the members that were refitted, or `otherwise` where neither was."""
+    own = [one.label for one in pair.members if found[one.label].own]
+    return max(own, key=lambda label: found[label].evidence.log_evidence, default=otherwise)
+
+
+def _at_own_fit(fit: Fit) -> float:
+    """Log evidence of a fit's model as a pair about it is judged: at the sizes that the system there gives."""
+    model = fit.evidence.hypothesis
+    return (fit.tester.model(model) if model.members else fit.evidence).log_evidence
 
 
 def _kept(models: Iterable[Evidence]) -> Indices:
@@ -307,30 +332,22 @@ def _kept(models: Iterable[Evidence]) -> Indices:
     return np.flatnonzero(np.any([one.weights > NODES_KEPT * one.weights.max() for one in models], axis=0))
 
 
-def refit_pairs(
-    problem: Problem,
-    models: Mapping[str, Hypothesis],
-    evidence: dict[str, Evidence],
-    fits: Mapping[str, Fit],
-    fit_about: dict[str, Fit],
-) -> None:
-    """Refit the likeliest pair until it stays the likeliest, where it is within reach of the best model.
+def refit_pairs(problem: Problem, pairs: Sequence[Hypothesis], found: Standings) -> dict[str, Standing]:
+    """The likeliest pair refitted until it stays the likeliest, where it is within reach of the best model.
 
     A single has been refitted where it lies best; a pair that has not been would be compared at another's place.
     """
-    pairs = [label for label, one in models.items() if len(one.members) == 2 and label in evidence]
-    score = {label: one.log_evidence + float(np.log(models[label].prior)) for label, one in evidence.items()}
-    done: set[str] = set()
-    while pairs and len(done) < MOST_PAIRS:
-        label = max(pairs, key=lambda name: score[name])
-        if label in done or score[label] < max(score.values()) - MATTERS:
+    refitted: dict[str, Standing] = {}
+    score = {label: one.score for label, one in found.items()}
+    while pairs and len(refitted) < MOST_PAIRS:
+        one = max(pairs, key=lambda one: score[one.label])
+        if one.label in refitted or score[one.label] < max(score.values()) - MATTERS:
             break
-        members = [m.label for m in models[label].members if m.label in fits]
-        about = fits[max(members, key=lambda name: evidence[name].log_evidence, default=NONE)]
-        refitted = problem.refit(models[label], _start(about, models[label], evidence[label]), steps=2)
-        evidence[label], fit_about[label] = refitted.evidence, refitted
-        score[label] = refitted.evidence.log_evidence + float(np.log(models[label].prior))
-        done.add(label)
+        about = found[_likeliest_member(one, found, NONE)].fit
+        fit = problem.refit(one, _start(about, one, found[one.label].evidence), steps=2)
+        refitted[one.label] = Standing.refitted(fit)
+        score[one.label] = refitted[one.label].score
+    return refitted
 
 
 def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:
@@ -347,14 +364,16 @@ def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Arr
     return found
 
 
-def _better(pair: Hypothesis, evidence: Mapping[str, Evidence]) -> str:
-    return max((m.label for m in pair.members), key=lambda label: evidence[label].log_evidence)
-
-
-def _as_single(pair: Hypothesis, single: Evidence) -> Evidence:
+def _as_better_single(pair: Hypothesis, found: Standings) -> Standing:
     """A pair as its better single, the other magnitude 0, with the Occam factor of a magnitude that tells nothing."""
+    better = max((found[one.label] for one in pair.members), key=lambda one: one.evidence.log_evidence)
+    single = better.evidence
     own = np.array([one.label == single.hypothesis.members[0].label for one in pair.members], dtype=float)
-    evidence = single.log_evidence - 1.0
-    return replace(
-        single, hypothesis=pair, log_evidence=evidence, h=own * single.h[0], h_cov=np.diag(own) * single.h_cov[0, 0]
+    evidence = replace(
+        single,
+        hypothesis=pair,
+        log_evidence=single.log_evidence - 1.0,
+        h=own * single.h[0],
+        h_cov=np.diag(own) * single.h_cov[0, 0],
     )
+    return Standing(evidence, better.fit)

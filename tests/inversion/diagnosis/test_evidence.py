@@ -27,7 +27,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
-from birdstrike.inversion.diagnosis.ranking import Fit, refit_pairs
+from birdstrike.inversion.diagnosis.ranking import Fit, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Doubt, Response, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
 
@@ -224,17 +224,18 @@ def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
     members = {name: Stub(name) for name in ("a", "b", "c", "d")}
     pairs = {"a+b": 10.0, "a+c": 9.0, "a+d": 1.0}
     tried = {label: Hypothesis(label, tuple(members[m] for m in label.split("+")), 0.01, "pairs") for label in pairs}  # pyright: ignore[reportArgumentType]
-    single = Hypothesis("a", (members["a"],), 0.5, "f")  # pyright: ignore[reportArgumentType]
+    singles = {name: Hypothesis(name, (one,), 0.5, "f") for name, one in members.items()}  # pyright: ignore[reportArgumentType]
     none = np.zeros(0)
-    blank = Evidence(single, 5.0, np.zeros(2), np.eye(2), none, none, none, {}, 1.0)
-    evidence = {"a": blank} | {n: replace(blank, hypothesis=tried[n], log_evidence=pairs[n]) for n in pairs}
-    fits = {"a": Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)}  # pyright: ignore[reportArgumentType]
-    problem = Refits({"a+b": -6.0, "a+c": 1.0, "a+d": 50.0}, dict(evidence))
-    about: dict[str, Fit] = {}
-    refit_pairs(problem, {"a": single, **tried}, evidence, fits, about)  # pyright: ignore[reportArgumentType]
-    assert {label: fit.evidence for label, fit in about.items()} == {n: evidence[n] for n in ("a+b", "a+c")}
+    blank = Evidence(singles["a"], 5.0, np.zeros(2), np.eye(2), none, none, none, {}, 1.0)
+    fit = Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)  # pyright: ignore[reportArgumentType]
+    found = {name: Standing(replace(blank, hypothesis=one, log_evidence=0.0), fit) for name, one in singles.items()}
+    found["a"] = Standing.refitted(fit)
+    found |= {n: Standing(replace(blank, hypothesis=tried[n], log_evidence=pairs[n]), fit) for n in pairs}
+    problem = Refits({"a+b": -6.0, "a+c": 1.0, "a+d": 50.0}, {n: one.evidence for n, one in found.items()})
+    refitted = refit_pairs(problem, list(tried.values()), found)  # pyright: ignore[reportArgumentType]
     assert problem.asked == ["a+b", "a+c"]
-    assert {name: evidence[name].log_evidence for name in pairs} == {"a+b": 4.0, "a+c": 10.0, "a+d": 1.0}
+    assert {name: one.evidence.log_evidence for name, one in refitted.items()} == {"a+b": 4.0, "a+c": 10.0}
+    assert all(one.own and one.fit.evidence is one.evidence for one in refitted.values())
 
 
 def response(signature: np.ndarray, **more: Any) -> Response:
