@@ -225,7 +225,7 @@ class ModelTester:
         labels = [
             name
             for name in self.system.at
-            if name not in ("y", "J", "unnamed", "nuisance", "changed") and not name.startswith("doubt of ")
+            if name not in ("y", "J", "unnamed", "nuisance", "changed") and not name.startswith("error of ")
         ]
         columns = [0, *(self.system.at[name].start for name in labels)]
         return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
@@ -235,7 +235,7 @@ class ModelTester:
     def model(
         self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Indices | None = None
     ) -> Evidence:
-        """One model; sizes: h at which its effects' signatures are doubted, by default those fitted without doubt.
+        """One model; sizes: h for the errors of its effects' signatures, by default those fitted without errors.
 
         only: nodes that are evaluated; the others' posterior weight is taken as 0.
         """
@@ -251,10 +251,10 @@ class ModelTester:
         if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
-        columns, factor = self._doubted(members, np.asarray(first.h if sizes is None else sizes))
+        columns, factor = self._with_signature_errors(members, np.asarray(first.h if sizes is None else sizes))
         return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
 
-    def _doubted(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
+    def _with_signature_errors(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
         """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations.
 
         (sizes of the prior, columns without the residual).
@@ -262,22 +262,22 @@ class ModelTester:
         at, factor = self.system.at, list[float]()
         columns = [0, *(at[label].start for label in members)]
         for label, size in zip(members, sizes, strict=True):
-            for name, sd in ((f"doubt of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
+            for name, sd in ((f"error of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
                 if size and sd and name in at:
                     columns += list(range(at[name].start, at[name].stop))
                     factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
         return columns, self._factors(len(members), factor)
 
-    def _factors(self, members: int, doubts: Sequence[float]) -> Array:
+    def _factors(self, members: int, errors: Sequence[float]) -> Array:
         """(sizes of the prior, columns) prior deviations of magnitudes and of what is not known of their signatures."""
         if not members:
             return np.zeros((1, 0))
         own = np.repeat(self.deviations[:, None], members, axis=1)
-        return np.hstack([own, np.tile(np.asarray(doubts, dtype=float), (len(own), 1))])
+        return np.hstack([own, np.tile(np.asarray(errors, dtype=float), (len(own), 1))])
 
     def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> Array:
-        """(nodes,) log marginal likelihood at each node; sizes: h at which its effects' signatures are doubted."""
-        columns, factor = self._doubted([one.label for one in hypothesis.members], np.asarray(sizes))
+        """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
+        columns, factor = self._with_signature_errors([one.label for one in hypothesis.members], np.asarray(sizes))
         nodes = np.arange(len(self.combinations))
         logs, _, _ = self._weighed(hypothesis, nodes, self.reduced(self.grams, nodes, columns), factor, self.grams)
         return np.logaddexp.reduce(logs, axis=0)
@@ -381,7 +381,7 @@ class ModelTester:
     ) -> Array:
         """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
         number = np.array([node])
-        columns, factors = self._doubted([one.label for one in hypothesis.members], np.asarray(sizes))
+        columns, factors = self._with_signature_errors([one.label for one in hypothesis.members], np.asarray(sizes))
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
         logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns), factors, grams)
         gram = grams.at(number, [0, *self.free, *columns[1:]])[0]

@@ -109,8 +109,8 @@ MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it b
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
-PAIRS_TRIED = 30  # by a bound without the doubt of signatures
-CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the doubt of signatures will not bring it back
+PAIRS_TRIED = 30  # by a bound without the signatures' errors
+CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the signatures' errors will not bring it back
 NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
@@ -289,7 +289,7 @@ def _start(begin: Fit, hypothesis: Hypothesis, evidence: Evidence) -> Places:
 
 
 def _judge_pairs(singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis], found: Standings) -> dict[str, Standing]:
-    """The pairs, each about the fit of its likelier member; those that could matter with the doubt of their signatures.
+    """The pairs, each about the fit of its likelier member; those that could matter with their signatures' errors.
 
     The likeliest node of the best single alone tells which; the others stay at the better of their singles, which a
     pair's extra magnitude can only lower by its Occam factor. Nodes: those that the best single or a member keeps.
@@ -351,7 +351,7 @@ def refit_pairs(problem: Problem, pairs: Sequence[Hypothesis], found: Standings)
 
 
 def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:
-    """(pairs,) log evidence at one node, without the doubt of signatures."""
+    """(pairs,) log evidence at one node, without the signatures' errors."""
     index, quick = tester.singles
     gram, pull = quick.S[node], quick.S[node][:, 0]
     variances = tester.deviations[:, None, None] ** 2

@@ -29,7 +29,7 @@ VAGUE = 10.0  # times the half differences' root mean square: standard deviation
 
 
 @dataclass(frozen=True)
-class Doubt:
+class Uncertainty:
     """One source of a response's error.
 
     directions: (q, grid) one standard deviation each; spread: (k + 1, k + 1, channels) covariance of signature and
@@ -49,7 +49,7 @@ class Doubt:
         size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
         return self.directions * _on_grid(size, self.directions.shape[1])
 
-    def left(self, kept: Array) -> Doubt:
+    def left(self, kept: Array) -> Uncertainty:
         """Of coefficients that are replaced by `kept` (k + 1, k + 1, channels) times them."""
         return replace(self, spread=np.einsum("ijc,jkc,lkc->ilc", kept, self.spread, kept))
 
@@ -59,7 +59,7 @@ class Response:
     """One effect's response.
 
     signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
-    one range; doubts: what is not known of them, by source; knots: magnitude in plausible sizes -> size h of the
+    one range; uncertainties: what is not known of them, by source; knots: magnitude in plausible sizes -> size h of the
     response, both increasing, linear between; reach: plausible sizes up to which it was simulated; simulated:
     magnitudes at which it was simulated by itself, in plausible sizes.
     """
@@ -68,7 +68,7 @@ class Response:
     signature: Array
     slopes: Array
     centre: Array
-    doubts: tuple[Doubt, ...]
+    uncertainties: tuple[Uncertainty, ...]
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
     simulated: tuple[float, ...] = ()
@@ -81,9 +81,9 @@ class Response:
         """(k + 1,) of signature and slopes at parameters z (k,)."""
         return np.append(1.0, z - self.centre)
 
-    def doubt_at(self, z: Array) -> Array:
+    def error_at(self, z: Array) -> Array:
         """(q, grid) directions of the signature's error at z (k,), one standard deviation each."""
-        return np.vstack([one.at(self.weights(z)) for one in self.doubts])
+        return np.vstack([one.at(self.weights(z)) for one in self.uncertainties])
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -125,18 +125,18 @@ def learn_responses(
     parts = [_regressed(design, part, len(plan.known)) for part in np.split(half, channels, axis=1)]
     mean = np.hstack([one[0] for one in parts])
     covariance = np.stack([one[1] for one in parts], axis=-1)
-    doubt = np.hstack([one[2] for one in parts])
+    left = np.hstack([one[2] for one in parts])
     found: dict[str, Response] = {}
     for j, known in enumerate(plan.known):
         own = np.arange(j, len(mean), len(plan.known))
         reach = (2.0 if known.one_sided else 1.0) * slope(known)
         spread = covariance[np.ix_(own, own)]
-        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (Doubt(doubt, spread),), reach=reach)
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (Uncertainty(left, spread),), reach=reach)
     return found, {}
 
 
 def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Array]:
-    """Coefficients (q, m), their covariance (q, q) in units of the doubt, and the doubt's directions (pairs, m).
+    """Coefficients (q, m), their covariance (q, q) in units of what is left, and its directions (pairs, m).
 
     Normal priors: vague for the first `count` coefficients, a share of the signature's size for its changes with the
     parameters; share and scatter at their likeliest (MacKay, Neural Comput. 4 (1992) 415).
@@ -186,13 +186,13 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
 
     Signature and slopes are conditioned on the simulations' mean, channel by channel (Kalman, J. Basic Eng. 82 (1960)
-    35): what was learnt elsewhere of the change with the parameters stays, and so does its doubt. Where the two differ
-    by more than chance allows, the difference is the old signature's error (DerSimonian & Laird, Control. Clin. Trials
-    7 (1986) 177).
+    35): what was learnt elsewhere of the change with the parameters stays, and so does its uncertainty. Where the two
+    differ by more than chance allows, the difference is the old signature's error (DerSimonian & Laird, Control. Clin.
+    Trials 7 (1986) 177).
     """
     change, count = changes.mean(axis=0), len(changes)
-    a, channels = response.weights(z), response.doubts[0].spread.shape[-1]
-    covariance = np.sum([one.covariance for one in response.doubts], axis=0)
+    a, channels = response.weights(z), response.uncertainties[0].spread.shape[-1]
+    covariance = np.sum([one.covariance for one in response.uncertainties], axis=0)
     learnt = np.einsum("i,ijc,j->c", a, covariance, a)
     old, left = response.at(z), (changes - change) / np.sqrt(max(count - 1.0, 1.0) * count)
     noise = _by_channel((left**2).sum(axis=0), channels)
@@ -208,15 +208,15 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     moved = _on_grid(gain, len(old)) * innovation
     first = np.zeros_like(covariance)
     first[0, 0] = 1.0
-    added = [Doubt(left, gain[:, None] * gain[None])]
+    added = [Uncertainty(left, gain[:, None] * gain[None])]
     if excess.any():
         direction = innovation * _on_grid(np.sqrt(excess / apart), len(old))
-        added.append(Doubt(direction[None], first).left(kept))
+        added.append(Uncertainty(direction[None], first).left(kept))
     return replace(
         response,
         signature=response.signature + moved[0],
         slopes=response.slopes + moved[1:],
-        doubts=(*(one.left(kept) for one in response.doubts), *added),
+        uncertainties=(*(one.left(kept) for one in response.uncertainties), *added),
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
         simulated=(*response.simulated, b),

@@ -126,7 +126,7 @@ def build(
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
-            parts[f"doubt of {one.label}"] = _doubt(one, shots, signatures[one.label], places, options.share)
+            parts[f"error of {one.label}"] = _signature_error(one, shots, signatures[one.label], places, options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
@@ -378,7 +378,7 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
     return np.asarray(block_diag(*blocks))
 
 
-def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
+def _signature_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
     """(n, q) what is not known of a signature for h = 1: the regression's error, and its size and slow trends in time.
 
     The trends, in each channel by itself, stand for what another sound model would answer.
@@ -393,7 +393,7 @@ def _doubt(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, s
             regression.append(np.zeros((n, 0)))
             blocks.append(np.zeros((n, 0)))
             continue
-        regression.append(shot.sample(shot.setup.responses[one.name].doubt_at(places.z[shot.group])).T)
+        regression.append(shot.sample(shot.setup.responses[one.name].error_at(places.z[shot.group])).T)
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))

@@ -212,7 +212,7 @@ def _assembled(
             "failed": dict(campaign.failures),
         },
         seed=setting.seed,
-        warnings=(*warnings, *_doubts(setting, new)),
+        warnings=(*warnings, *_warnings(setting, new)),
         bands={name: Band(one.unit, one.kind, one.time, quantiles_of(one.values)) for name, one in draws.items()},
         draws=tops,
     )
@@ -241,7 +241,7 @@ def _told(learnt: Learnt, carried: Mapping[str, Carried]) -> list[Told]:
     ]
 
 
-def _doubts(setting: Setting, new: Case) -> list[str]:
+def _warnings(setting: Setting, new: Case) -> list[str]:
     """What the user must know of the campaign."""
     campaign, learnt, found = setting.campaign, setting.learnt, list[str]()
     lost = campaign.counts["asked"] - campaign.counts["finished"]

@@ -28,7 +28,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Standing, refit_pairs
-from birdstrike.inversion.diagnosis.responses import Doubt, Response, updated
+from birdstrike.inversion.diagnosis.responses import Response, Uncertainty, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
 
 POINTS, EFFECTS = 40, 5
@@ -241,8 +241,8 @@ def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
 def response(signature: np.ndarray, **more: Any) -> Response:
     """Of one parameter and one channel; its signature does not change with the parameter."""
     q, slopes = len(signature), np.zeros((1, len(signature)))
-    doubt = Doubt(0.1 * np.ones((1, q)), np.diag([1.0, 0.0])[:, :, None])
-    return Response(None, signature, slopes, np.zeros(1), (doubt,), **more)  # pyright: ignore[reportArgumentType]
+    error = Uncertainty(0.1 * np.ones((1, q)), np.diag([1.0, 0.0])[:, :, None])
+    return Response(None, signature, slopes, np.zeros(1), (error,), **more)  # pyright: ignore[reportArgumentType]
 
 
 def test_a_response_that_bends_and_its_inverse() -> None:
@@ -280,8 +280,8 @@ def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_par
     """The posterior is that of a Gaussian conditioned on the sum of signature and slope at that place."""
     prior = np.array([[0.04, 0.01], [0.01, 0.09]])
     first = response(np.ones(50))
-    doubt = Doubt(np.ones((1, 50)), prior[:, :, None])
-    old = replace(first, slopes=np.full((1, 50), 0.5), doubts=(doubt,))
+    error = Uncertainty(np.ones((1, 50)), prior[:, :, None])
+    old = replace(first, slopes=np.full((1, 50), 0.5), uncertainties=(error,))
     changes = np.array([1.9, 2.0, 2.1])[:, None] * np.ones(50)
     new, z, far = updated(old, 1.5, changes, np.array([0.4])), np.array([0.4]), np.array([-0.5])
     assert new.h(1.5) == pytest.approx(1.5)
@@ -292,7 +292,7 @@ def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_par
     for place in (z, far):
         b = np.array([1.0, place[0]])
         assert np.allclose(new.at(place), b @ mean)
-        assert np.allclose((new.doubt_at(place) ** 2).sum(axis=0), b @ left @ b)
+        assert np.allclose((new.error_at(place) ** 2).sum(axis=0), b @ left @ b)
 
 
 def two_birds(shift: float) -> System:
