@@ -1,4 +1,4 @@
-"""Processes for runs: started fresh, on one thread each, and gone as soon as their campaign is gone."""
+"""Processes for runs: started fresh, on one thread each, kept for the next campaign of their program, gone with it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 from birdstrike.data.errors import UserError
@@ -38,25 +41,76 @@ class UninterruptedPool(ProcessPoolExecutor):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+@dataclass(frozen=True)
+class Processes:
+    """A pool of processes. surroundings: what they took over when they started; lifeline: they end when it closes."""
+
+    pool: ProcessPoolExecutor
+    surroundings: tuple[object, ...]
+    lifeline: Connection
+    far_end: Connection
+
+    @classmethod
+    def started(cls, workers: int) -> Processes:
+        """New ones. They are spawned, since numba's threads do not survive a fork."""
+        context = get_context("spawn")
+        far_end, lifeline = context.Pipe(duplex=False)
+        pool = UninterruptedPool(workers, mp_context=context, initializer=prepare, initargs=(far_end,))
+        return cls(pool, surroundings(workers), lifeline, far_end)
+
+    @property
+    def alive(self) -> bool:
+        """Whether they still answer."""
+        try:
+            return self.pool.submit(bool).result() is False
+        except BrokenExecutor:
+            return False
+
+    def end(self, at_once: bool = False) -> None:
+        """End them, when their runs are done or at once."""
+        if at_once:
+            self.lifeline.close()
+        self.pool.shutdown(cancel_futures=True)
+        self.lifeline.close()
+        self.far_end.close()
+
+
+_kept: list[Processes] = []
+"""The processes that the last campaign left: to start them takes as long as several small simulations."""
+MOMENTARY = ("COLUMNS", "LINES", "PYTEST_CURRENT_TEST")  # change from call to call and mean nothing to a simulation
+
+
+def surroundings(workers: int) -> tuple[object, ...]:
+    """What a process takes over from this one when it starts; other processes are needed once it has changed."""
+    variables = {name: value for name, value in os.environ.items() if name not in MOMENTARY}
+    return workers, Path.cwd(), tuple(sys.path), tuple(sorted(variables.items()))
+
+
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor]:
     """`workers` processes; when the block is left by an error or Ctrl-C they stop at once, runs in flight included.
 
-    They are spawned, since numba's threads do not survive a fork; a script that starts a campaign therefore needs
-    `if __name__ == "__main__":` around it.
+    Otherwise they are kept for the next block. A script that starts a campaign needs `if __name__ == "__main__":`
+    around it, because they are spawned.
     """
-    context = get_context("spawn")
-    far_end, lifeline = context.Pipe(duplex=False)
-    pool = UninterruptedPool(workers, mp_context=context, initializer=prepare, initargs=(far_end,))
+    processes = _left_over(workers) or Processes.started(workers)
     try:
-        yield pool
+        yield processes.pool
     except BaseException:
-        lifeline.close()
+        processes.end(at_once=True)
         raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-        lifeline.close()
-        far_end.close()
+    _kept.append(processes)
+
+
+def _left_over(workers: int) -> Processes | None:
+    """The kept processes where they can serve; others are ended."""
+    wanted = surroundings(workers)
+    while _kept:
+        found = _kept.pop()
+        if found.surroundings == wanted and found.alive:
+            return found
+        found.end()
+    return None
 
 
 def prepare(lifeline: Any) -> None:
