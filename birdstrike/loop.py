@@ -18,7 +18,7 @@ from birdstrike.stages import (
     Progress,
     Stage,
     digest,
-    effects_digest,
+    inputs_of_diagnosis,
     quiet,
     run_stages,
     source_digest,
@@ -323,19 +323,14 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
-    inputs = _inversion_inputs(plan)
-    chosen = tuple(name for name in ("channels", "case") if name in inputs)
-    kept = {
-        name: inputs[name] for name in (*chosen, "solver", "sources", "campaign", "measured", "name", "seed", "code")
-    }
-    clean = {
-        "baselines": digest(*plan.baselines),
-        "baseline_names": [path.name for path in plan.baselines],
-        "baseline_cases": [case.model_dump(mode="json") for case in plan.baseline_cases],
-        "discrepancy": dict(plan.case.inversion.discrepancy),
-        **({"baseline_bird": plan.baseline_bird} if plan.baseline_bird != "auto" else {}),
-    }
-    return {**kept, **clean, "effects": effects_digest()}
+    return inputs_of_diagnosis(
+        [plan.case, *plan.baseline_cases],
+        [plan.measured, *plan.baselines, *(plan.doe / name for name in ("case.toml", "design.csv", "curves.csv"))],
+        seed=plan.seed,
+        channels=plan.channels,
+        baseline_bird=plan.baseline_bird,
+        baselines=len(plan.baselines),
+    )
 
 
 def _diagnosis(plan: LoopPlan, progress: Progress) -> None:

@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from birdstrike.data.files import plain, write_json
+
+if TYPE_CHECKING:
+    from birdstrike.solver.case.case import Case
 
 PACKAGE = Path(__file__).parent
 SOURCES = (".py", ".j2")
@@ -112,3 +115,18 @@ def effects_digest() -> str:
         for function in (effect.change, effect.size, effect.least, effect.refuses):
             whole.update(digest_of_function(function).encode())
     return whole.hexdigest()
+
+
+def inputs_of_diagnosis(cases: Iterable[Case], records: Iterable[Path], **told: Any) -> dict[str, Any]:
+    """All that changes a diagnosis: cases, solver, effects, records by content and name, code, and what it was told."""
+    from birdstrike.doe.solvers import solver_for  # late: it brings in the solver
+
+    listed = list(cases)
+    return {
+        "told": told,
+        "cases": [{**one.model_dump(mode="json"), "canonical": one.canonical()} for one in listed],
+        "solvers": [solver_for(one).version for one in listed],
+        "records": [(path.name, digest(path)) for path in records if path.is_file()],
+        "effects": effects_digest(),
+        "code": source_digest("surrogate", "inversion", "doe"),
+    }

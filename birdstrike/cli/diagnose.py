@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from enum import StrEnum
 from pathlib import Path
@@ -28,11 +28,10 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
-from birdstrike.stages import STILL_VALID, Ledger, Stage, digest, effects_digest, quiet, run_stages, source_digest
+from birdstrike.stages import STILL_VALID, Ledger, Stage, inputs_of_diagnosis, quiet, run_stages
 
 if TYPE_CHECKING:
     from birdstrike.inversion.diagnosis.answer import Diagnosis
-    from birdstrike.solver.case.case import Case
 
 MOST_ROWS = 12
 
@@ -84,6 +83,7 @@ def command(
 
     Birds of one batch: birdstrike diagnose CASE --measured shot.csv --baseline clean.csv --baseline-bird same --out d
     """
+    from birdstrike.data.paths import resolve_measured
     from birdstrike.inversion.diagnosis.answer import Diagnosis
     from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
     from birdstrike.reports.page.diagnosis import write_diagnosis_page
@@ -97,8 +97,15 @@ def command(
 
     def inputs() -> dict[str, Any]:
         records = [*measured, *(baseline or first.diagnosis.baselines), *([heldout] if heldout else [])]
-        told = (len(measured), len(baseline), alpha, seed, named, baseline_bird)
-        return {"told": told, **_made_from([*cases, *clean], records)}
+        return inputs_of_diagnosis(
+            [*cases, *clean],
+            [resolve_measured(one) for one in records],
+            counts=(len(measured), len(baseline)),
+            alpha=alpha,
+            seed=seed,
+            channels=named,
+            baseline_bird=baseline_bird,
+        )
 
     def run(_: Callable[[float], None]) -> None:
         diagnose(cases, measured, out, doe, heldout, options, retry_failed, baseline, clean, named, baseline_bird)
@@ -115,21 +122,6 @@ def command(
     for line in closing(found, out, page):
         say(line)
     return {"out": str(out), "diagnosis": str(out / "diagnosis.json"), "page": str(page), **summary(found)}
-
-
-def _made_from(cases: Sequence[Case], records: Sequence[str | Path]) -> dict[str, Any]:
-    """All that changes a diagnosis beside its options: cases, solver, effects, records by content and name, code."""
-    from birdstrike.data.paths import resolve_measured
-    from birdstrike.doe.solvers import solver_for
-
-    paths = [resolve_measured(one) for one in records]
-    return {
-        "cases": [{**one.model_dump(mode="json"), "canonical": one.canonical()} for one in cases],
-        "solvers": [solver_for(one).version for one in cases],
-        "records": [(path.name, digest(path)) for path in paths if path.is_file()],
-        "effects": effects_digest(),
-        "code": source_digest("surrogate", "inversion", "doe"),
-    }
 
 
 def _if_still_valid(heading: str) -> AbstractContextManager[Callable[[float], None]]:

@@ -11,7 +11,6 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExec
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +46,8 @@ class Processes:
 
     pool: ProcessPoolExecutor
     surroundings: tuple[object, ...]
-    lifeline: Connection
-    far_end: Connection
+    lifeline: Any  # a connection, whose class depends on the platform
+    far_end: Any
 
     @classmethod
     def started(cls, workers: int) -> Processes:

@@ -350,7 +350,7 @@ def refit_pairs(problem: Problem, pairs: Sequence[Hypothesis], found: Standings)
     return refitted
 
 
-def _quick_pairs(tester: ModelTester, pairs: list[Hypothesis], node: int) -> Array:
+def _quick_pairs(tester: ModelTester, pairs: Sequence[Hypothesis], node: int) -> Array:
     """(pairs,) log evidence at one node, without the signatures' errors."""
     index, quick = tester.singles
     gram, pull = quick.S[node], quick.S[node][:, 0]

@@ -1,4 +1,4 @@
-"""Rules by which a case is warned about before it is run: the error of its mesh, the share of the bird beside the plate."""
+"""Rules that warn of a case before it is run: the error of its mesh, the share of the bird beside the plate."""
 
 from __future__ import annotations
 
