@@ -43,7 +43,7 @@ demo: install
 test: install
 	$(BIN)/python -m pytest -n 2 --dist loadscope
 
-# What the tests would compile on a new checkout, each worker for itself.
+# What the tests would otherwise compile on a new checkout.
 kernels: install
 	$(BIN)/python -m tests.compile_kernels
 

@@ -1,7 +1,7 @@
 """Compile the solver's kernels into their cache: `python -m tests.compile_kernels`.
 
-On a new checkout every process of the tests that meets a kernel first compiles it, so that two workers compile most of
-them twice. This program compiles them once, while `.ci/run` checks style and types. A kernel that no case here needs is
+On a new checkout the tests compile each kernel when they first need it, and a kernel that two workers need at the same
+time twice. This program compiles them once, while `.ci/run` checks style and types. A kernel that no case here needs is
 compiled by the test that uses it.
 """
 
