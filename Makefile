@@ -8,11 +8,12 @@ STAMP := $(VENV)/.installed
 OUT := demo_out
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check docs docs-run tour session bench fuzz verify clean
+.PHONY: help install demo test kernels check docs docs-run tour session bench fuzz verify clean
 
 help:
 	@echo "make demo    install, then run the whole loop on shipped data; ends with the effect that the model lacks"
 	@echo "make test    install, then run the tests"
+	@echo "make kernels install, then compile the solver's kernels into their cache"
 	@echo "make check   style, types, import rules, and the documentation builds"
 	@echo "make docs    the documentation, into site/index.html"
 	@echo "make docs-run  every command of README.md and docs/ as it stands there (make test runs those that cost little)"
@@ -41,6 +42,10 @@ demo: install
 
 test: install
 	$(BIN)/python -m pytest -n 2 --dist loadscope
+
+# What the tests would otherwise compile on a new checkout.
+kernels: install
+	$(BIN)/python -m tests.compile_kernels
 
 check: install
 	$(BIN)/ruff check
