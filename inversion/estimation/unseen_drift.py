@@ -2,9 +2,9 @@
 
 A drift as slow as the response is taken in part for the parameters, and no widening of the noise covers that. Where the
 residual of a measured record hangs together and nothing before contact rules a drift out, the fit is repeated with an
-offset and a drift of the channel as nuisances, normal about zero; it is kept where its residual no longer hangs together. What a drift
-does not explain (a missing effect, hum, an amplifier that droops) is judged as it was without one, and a record whose
-residual is noise is not touched.
+offset and a drift of the channel as nuisances, normal about zero; it is kept where its residual no longer hangs
+together. What a drift does not explain (a missing effect, an amplifier that droops) is judged as it was without one,
+and a record whose residual is noise is not touched.
 """
 
 from __future__ import annotations
