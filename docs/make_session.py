@@ -21,7 +21,8 @@ SESSIONS = {
         "birdstrike new shot_12",
         "sed -i 's/particles = 4500/particles = 2600/' shot_12.toml",
         "birdstrike simulate shot_12.toml --noise 12 --out test_rig \\\n"
-        '    --set bird.material.viscosity="420 Pa s" --set time.end="2.6 ms"',
+        '    --set bird.material.viscosity="420 Pa s" --set time.end="2.6 ms" \\\n'
+        '    --set sensors.displacement_centre.noise="0.03 mm"',
         "birdstrike import test_rig/record.csv --sensor displacement_centre --out shot_12.csv",
         "birdstrike close-the-loop shot_12.toml --measured shot_12.csv --out loop",
         "birdstrike export loop --to lsdyna --units mm-ms-g-MPa",

@@ -354,7 +354,7 @@ KINDS = (
     Kind("date, AM, mils", american, word="times of day"),
     Kind("burst of 2 mm from the trigger", plain(burst), before=0.3, word="jumps by", answer=False),
     Kind("amplifier coupled through a capacitor", plain(drooping), before=0.5, word="cannot produce", answer=False),
-    Kind("drift of 0.1 mm/ms, no pre-trigger", plain(with_noise(0.03, drift)), word="the residual is not noise"),
+    Kind("drift of 0.1 mm/ms, no pre-trigger", plain(with_noise(0.03, drift)), word="unless the sensor drifts"),
     Kind("offset of 0.5 mm, no pre-trigger", plain(with_noise(0.03, lambda _: np.array(0.5))), word="subtract it from the record", answer=False),
     Kind("gain of 2", plain(lambda s: 2.0 * with_noise(0.02)(s)), before=0.3, word="cannot produce", answer=False),
     Kind("record ends before the peak", plain(lambda s: np.where(s.clock < 1.2, with_noise(0.02)(s), np.nan)), before=0.3, answer=True),

@@ -38,6 +38,7 @@ QUICK = (
     "oscilloscope: infinity beyond the range, volts",
     "whole micrometres, points for thousands",
     "date, AM, mils",
+    "drift of 0.1 mm/ms, no pre-trigger",
 )
 
 

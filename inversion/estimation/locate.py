@@ -18,6 +18,7 @@ from birdstrike.inversion.estimation.known_errors import Columns, error_columns
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
+from birdstrike.inversion.estimation.unseen_drift import with_drift
 from birdstrike.inversion.estimation.whitening import widened
 from birdstrike.inversion.formatting import plain, span
 from birdstrike.inversion.forward import Progress
@@ -99,7 +100,7 @@ def locate(
 ) -> Located:
     """Accept the design, fit the emulator, calibrate it with the time origin, and check the prior predictive.
 
-    The columns of known error are taken at a first fit without them.
+    The columns of known error are taken at a first fit without them. A measured record's drift: see `unseen_drift`.
     """
     observations = observe(measured, dataset, choice.noise, choice.time_offset)
     design = design_figures(dataset)
@@ -114,7 +115,10 @@ def locate(
     if columns is not None:
         known = np.hstack([known, columns(observations, calibrator.fit(choice.seed)[0])])
         calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
-    best_fit, modes, residual = calibrator.best_fits(choice.seed)
+    fits, drifts = calibrator.best_fits(choice.seed), ()
+    if not measured.simulated:
+        calibrator, fits, drifts = with_drift(calibrator, fits, choice.seed)
+    best_fit, modes, residual = fits
     origin, held = time_origin(calibrator, modes)
     found = prior_predictive(dataset, observations, best_fit.residual, origin.value)
     posterior = None
@@ -125,6 +129,7 @@ def locate(
     first = (
         list(residual.warnings) if found.inside else [prior_predictive_warning(found, observations, choice.more_runs)]
     )
+    first += drifts
     first += [f"{design.sentence}: no separate values are given"] if design.deficient else []
     first += posterior.warnings if posterior else ()
     odd = implausible(dataset, observations, choice.time_offset)

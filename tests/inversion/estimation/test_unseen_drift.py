@@ -1,0 +1,72 @@
+"""A drift that no reading before contact shows: carried where the residual asks for it, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.estimates import intervals
+from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.estimation.unseen_drift import with_drift
+from birdstrike.inversion.invert import invert
+from birdstrike.surrogate.emulator import Emulator
+from tests.inversion.estimation.test_calibration import calibrator
+from tests.inversion.stand_in import CHANNEL, forward, record, truth
+
+NOISE = 5e-5
+DENSE = np.linspace(0.4e-3, 2.6e-3, 600)
+OPTIONS = InversionOptions(sampling=None, analyse=False, method="emulator", noise={CHANNEL: NOISE})
+SAID = "unless the sensor drifts"
+
+
+def drifting(z: np.ndarray, rate: float, seed: int = 0) -> Measured:
+    """A record of the pulse with a drift [m/s] from its first reading on."""
+    measured = record(truth(z), DENSE, NOISE, seed=seed)
+    return replace(measured, provenance=(), channels={CHANNEL: measured.channels[CHANNEL] + rate * (DENSE - DENSE[0])})
+
+
+def hits(dataset: Dataset, emulator: Emulator, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(truths, k) each: whether the interval holds the truth without and with this step, and the ratio of widths."""
+    rng, rows = np.random.default_rng(5), []
+    for seed in range(15):
+        z = 0.1 + 0.8 * rng.random(4)
+        problem = calibrator(dataset, emulator, drifting(z, rate, seed), NOISE)
+        found = problem.best_fits()
+        spans = [intervals(fits[1]) for fits in (found, with_drift(problem, found, 0)[1])]
+        held = [(span[:, 0] <= z) & (z <= span[:, 1]) for span in spans]
+        rows.append([*held, np.ptp(spans[1], axis=1) / np.ptp(spans[0], axis=1)])
+    without, within, ratio = np.array(rows, dtype=np.float64).transpose(1, 0, 2)
+    return without, within, ratio
+
+
+def test_intervals_hold_the_truth_beside_a_drift(dataset: Dataset, emulator: Emulator) -> None:
+    without, within, _ = hits(dataset, emulator, 0.2)
+    assert without.mean() < 0.8, "the drift does not matter: nothing is tested"
+    assert within.mean() >= 0.9
+
+
+def test_a_record_without_a_drift_keeps_its_intervals(dataset: Dataset, emulator: Emulator) -> None:
+    _, _, ratio = hits(dataset, emulator, 0.0)
+    assert ratio == pytest.approx(1.0)
+
+
+def test_the_drift_is_said_with_its_rate_and_remedy(dataset: Dataset, emulator: Emulator) -> None:
+    found = invert(dataset, drifting(np.full(4, 0.5), 0.2), forward, OPTIONS, emulator=emulator).inversion
+    assert found.residual is not None
+    assert found.residual.white
+    (said,) = (text for text in found.warnings if SAID in text)
+    rate = float(said.split("about ")[1].split(" mm/ms")[0])
+    assert rate == pytest.approx(0.2, abs=0.06)
+    assert "before contact" in said
+
+
+def test_a_simulated_record_has_no_sensor_that_drifts(dataset: Dataset, emulator: Emulator) -> None:
+    """What it has that the model has not is an effect."""
+    simulated = replace(drifting(np.full(4, 0.5), 0.2), provenance=("SIMULATED by another solver",))
+    assert simulated.simulated
+    found = invert(dataset, simulated, forward, OPTIONS, emulator=emulator).inversion
+    assert not any(SAID in text for text in found.warnings)
