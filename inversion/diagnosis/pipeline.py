@@ -48,7 +48,6 @@ from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, r
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
-from birdstrike.inversion.diagnosis.system import Places
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
@@ -170,7 +169,7 @@ class Pipeline:
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
         verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking))
         chosen = self._chosen(ranking, verdict)
-        ranking = _refitted(ranking, chosen)
+        ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout)
         shot, detectable = self.shots[0], minimum_detectable(ranking)
@@ -321,16 +320,6 @@ class Pipeline:
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:
     """Kinds of the shots' sensors."""
     return tuple(dict.fromkeys(kind for shot in shots for kind in shot.kinds))
-
-
-def _refitted(ranking: Ranking, chosen: str | None) -> Ranking:
-    """The ranking with a fit of the chosen model."""
-    if chosen is None or chosen in ranking.fits:
-        return ranking
-    model, evidence = ranking.models[chosen], ranking.evidence[chosen]
-    one = model.members[0]
-    start = Places(dict(ranking.fits[NONE].places.z), {one.label: float(np.clip(evidence.h[0], *one.limits))})
-    return ranking.with_fit(chosen, ranking.problem.refit(model, start, steps=2))
 
 
 def _of_shot(runs: Mapping[str, SolverRun], shot: str) -> dict[str, SolverRun]:

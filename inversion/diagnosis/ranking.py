@@ -159,8 +159,12 @@ class Ranking:
         """Posterior probabilities."""
         return probabilities(self.evidence)
 
-    def with_fit(self, label: str, fit: Fit) -> Ranking:
-        """The same answer with a fit of one of its models."""
+    def refitted(self, label: str) -> Ranking:
+        """The same answer with a refit of one of its models."""
+        if self.standings[label].own:
+            return self
+        model = self.models[label]
+        fit = self.problem.refit(model, _start(self.fits[NONE], model, self.evidence[label]), steps=2)
         again = replace(self.standings[label], fit=fit, own=True)
         return replace(self, standings={**self.standings, label: again})
 

@@ -55,6 +55,11 @@ class Calibrator:
     coordinates: Coordinates
     sigma: float
 
+    def with_known(self, columns: Array) -> Calibrator:
+        """The problem with further directions (n, q) of known error, SI, one standard deviation each."""
+        known = columns if self.model.known is None else np.hstack([self.model.known, columns])
+        return replace(self, model=replace(self.model, known=known))
+
     def fit(self, seed: int = 0) -> tuple[Mode, ...]:
         """The best minimum first, then those whose cost is within 3.84 of it."""
         with threadpool_limits(limits=1, user_api="blas"):

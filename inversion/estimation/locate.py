@@ -113,8 +113,7 @@ def locate(
     model = CurveModel(emulator, observations, known if known.size else None)
     calibrator = Calibrator(model, coordinates, choice.time_offset)
     if columns is not None:
-        known = np.hstack([known, columns(observations, calibrator.fit(choice.seed)[0])])
-        calibrator = replace(calibrator, model=replace(calibrator.model, known=known))
+        calibrator = calibrator.with_known(columns(observations, calibrator.fit(choice.seed)[0]))
     fits, drifts = calibrator.best_fits(choice.seed), ()
     if not measured.simulated:
         calibrator, fits, drifts = with_drift(calibrator, fits, choice.seed)

@@ -9,8 +9,6 @@ and a record whose residual is noise is not touched.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -50,8 +48,7 @@ def with_drift(calibrator: Calibrator, found: BestFits, seed: int) -> tuple[Cali
     columns = np.asarray(block_diag(*blocks), dtype=np.float64)
     if not columns.shape[1]:
         return calibrator, found, ()
-    known = columns if calibrator.model.known is None else np.hstack([calibrator.model.known, columns])
-    drifting = replace(calibrator, model=replace(calibrator.model, known=known))
+    drifting = calibrator.with_known(columns)
     again = drifting.best_fits(seed)
     if found[0].cost - again[0].cost < BETTER or max(again[2].tau.values()) > 1.0:
         return calibrator, found, ()

@@ -34,14 +34,15 @@ def test_bird_sensors_supports_and_rivets_stand_where_the_case_says():
     assert told == ["skin", "skin 2", "pad", "stiffeners", "held: edges", "rivets (174)", "sensors"]
 
 
-@pytest.mark.parametrize(("case", "name"), [("flat_plate_002", "shot.png"), ("reference_strike", "shot.svg")])
-def test_check_writes_the_picture(case: str, name: str, tmp_path: Path):
+@pytest.mark.parametrize("case", ["flat_plate_002", "reference_strike"])
+def test_check_writes_the_picture(case: str, tmp_path: Path):
     coarse = ["--set", "bird.particles=200"]
     if case != "reference_strike":
         coarse += ["--set", "target.generator.element_size=50 mm"]
-    done = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / name)])
-    assert done.exit_code == 0, done.output
-    assert (tmp_path / name).read_bytes().startswith(b"\x89PNG" if name.endswith("png") else b"<svg")
+    for name, start in (("shot.png", b"\x89PNG"), ("shot.svg", b"<svg")):
+        done = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / name)])
+        assert done.exit_code == 0, done.output
+        assert (tmp_path / name).read_bytes().startswith(start)
     wrong = CliRunner().invoke(app, ["check", case, *coarse, "--picture", str(tmp_path / "shot.jpg")])
     assert wrong.exit_code != 0
     assert "name it shot.png or shot.svg" in wrong.output

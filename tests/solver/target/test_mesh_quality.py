@@ -30,7 +30,7 @@ def panel(path: Path, nodes: np.ndarray = MESH.nodes, skin: np.ndarray = MESH.qu
     return abaqus_file(path / "panel.inp", nodes, blocks, {"edges": MESH.sets["edges"], **sets})
 
 
-def doubts(path: Path, **target: Any) -> list[str]:
+def findings(path: Path, **target: Any) -> list[str]:
     return doubtful_shells(load_case(table_with(path, **target)))
 
 
@@ -41,7 +41,7 @@ def test_a_sound_mesh_has_nothing_against_it(tmp_path):
 def test_a_warped_shell_is_named_with_its_number_and_value(tmp_path):
     nodes = MESH.nodes.copy()
     nodes[MESH.quads[55, 0], 2] += 0.022
-    (said,) = doubts(panel(tmp_path, nodes))
+    (said,) = findings(panel(tmp_path, nodes))
     assert "of skin are warped by more than 10 degrees: their bending is that of a flat shell; refine the mesh" in said
     assert "(number 1045" in said
     assert re.search(r"\(worst: 1[0-9.]+ degrees, number 10\d\d of skin\)", said)
@@ -52,7 +52,7 @@ def test_few_slender_shells_are_named_with_what_they_cost(tmp_path):
     x = MESH.nodes[:, 0]
     nodes = MESH.nodes.copy()
     nodes[np.abs(x + 0.2) < 1e-9, 0] = -0.2462
-    slender, slow = doubts(panel(tmp_path, nodes))
+    slender, slow = findings(panel(tmp_path, nodes))
     assert "10 shells (number 1001, 1002, 1003, 1004, 1005, ...) of skin are more than 10 times as long as" in slender
     assert "stresses along them are coarse, and they rule the time step; mesh them anew (worst: 13.2 times" in slender
     assert "have a stable time step far below the others'" in slow
@@ -68,7 +68,7 @@ def test_nodes_that_are_not_merged_are_named(tmp_path):
     twin = dict(zip(slit.tolist(), range(len(MESH.nodes), len(MESH.nodes) + len(slit)), strict=True))
     for shell in np.flatnonzero(middles[:, 0] > 0.0):
         skin[shell] = [twin.get(int(node), int(node)) for node in skin[shell]]
-    (said,) = doubts(panel(tmp_path, np.vstack([MESH.nodes, MESH.nodes[slit]]), skin))
+    (said,) = findings(panel(tmp_path, np.vstack([MESH.nodes, MESH.nodes[slit]]), skin))
     assert f"{len(slit)} pairs of nodes lie at one place and are not merged, first at (" in said
     assert "the shells there are not joined, unless by target.ties or target.rivets; merge the nodes" in said
 
@@ -77,7 +77,7 @@ def test_shells_wound_against_their_neighbours_are_a_remark_and_no_warning(tmp_p
     skin = MESH.quads[SKIN].copy()
     skin[12] = skin[12, ::-1]
     path = panel(tmp_path, skin=skin)
-    assert doubts(path) == []
+    assert findings(path) == []
     found = check(table_with(path))["mesh"]
     assert [one["severity"] for one in found] == ["remark"]
     assert "share an edge with one of the same part that is wound the other way" in found[0]["text"]
@@ -85,7 +85,7 @@ def test_shells_wound_against_their_neighbours_are_a_remark_and_no_warning(tmp_p
 
 def test_nodes_of_a_set_that_are_on_no_shell_are_counted(tmp_path):
     nodes = np.vstack([MESH.nodes, [[9.0, 9.0, 9.0]]])
-    (said,) = doubts(panel(tmp_path, nodes, bolts=np.array([0, 1, len(MESH.nodes)])))
+    (said,) = findings(panel(tmp_path, nodes, bolts=np.array([0, 1, len(MESH.nodes)])))
     assert "the set bolts has 1 nodes that are on no shell: they are left out, 2 remain" in said
 
 
