@@ -18,9 +18,11 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
 from birdstrike.inversion.diagnosis.setup import Setup
+from birdstrike.inversion.estimation.mesh_correction import PREDICTABLE
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
+from birdstrike.surrogate.run_scatter import common_factors
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
@@ -210,6 +212,18 @@ class Shot:
             return self.instrument_signature(clock, grid) / clock.size
         response = self.setup.responses[effect]
         return self.sample(response.at(z)[None])[0] / response.known.size
+
+    @cached_property
+    def scatter(self) -> Array:
+        """(n, r) factor of the covariance by which single runs on the fine mesh leave what is smooth in the parameters.
+
+        A shot is a single run of a bird that breaks up: it scatters at least as the runs do, anew in every shot.
+        """
+        rows = self.sample(self.setup.mesh.rest)
+        if not len(rows):
+            return np.zeros((len(self.record.values), 0))
+        ends = np.cumsum([len(trace.values) for trace in self.record.traces])[:-1]
+        return np.sqrt(1.0 - PREDICTABLE) * np.hstack(common_factors(np.split(rows, ends, axis=1))).T
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:
