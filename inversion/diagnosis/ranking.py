@@ -116,7 +116,7 @@ class Problem:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         sizes = [places.h[one.label] for one in members] if places.h else None
-        return Fit(places, system, tester, tester.model(hypothesis, sizes))
+        return Fit(places, system, tester, tester.model(hypothesis, sizes, alone=True))
 
     def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
         """The posterior mean, inside the emulator's box and the effects' limits."""
