@@ -99,24 +99,20 @@ class Problem:
         return points[int(misfit.argmin())]
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
-        """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
-        places = start or self.start
-        members = hypothesis.members
-        fit = self._tested(hypothesis, places, members)
+        """Gauss-Newton with the amplitudes' posterior; on the way, only where that has weight."""
+        fit = self._tested(hypothesis, start or self.start)
         for _ in range(steps):
-            following = self._moved(fit, hypothesis)
-            moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
-            places = following
-            fit = self._tested(hypothesis, places, members)
+            places = self._moved(fit, hypothesis)
+            moved = max(float(np.abs(places.z[g] - fit.places.z[g]).max()) for g in places.z)
+            fit = self._tested(hypothesis, places, _kept([fit.evidence]))
             if moved < CLOSE:
                 break
-        return fit
+        return replace(fit, evidence=_evidence(fit.tester, hypothesis, fit.places)) if steps else fit
 
-    def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
+    def _tested(self, hypothesis: Hypothesis, places: Places, only: Indices | None = None) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
-        sizes = [places.h[one.label] for one in members] if places.h else None
-        return Fit(places, system, tester, tester.model(hypothesis, sizes, alone=True))
+        return Fit(places, system, tester, _evidence(tester, hypothesis, places, only))
 
     def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
         """The posterior mean, inside the emulator's box and the effects' limits."""
@@ -133,13 +129,19 @@ class Problem:
         return Places(z, h)
 
 
+def _evidence(tester: ModelTester, hypothesis: Hypothesis, places: Places, only: Indices | None = None) -> Evidence:
+    """A model at its own places."""
+    sizes = [places.h[one.label] for one in hypothesis.members] if places.h else None
+    return tester.model(hypothesis, sizes, only, alone=True)
+
+
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the signatures' errors
 CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the signatures' errors will not bring it back
-NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
+NODES_KEPT = 0.01  # of a model's posterior: nodes at which pairs, and steps of a refit, are evaluated
 
 
 @dataclass(frozen=True)
