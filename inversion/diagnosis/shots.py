@@ -219,11 +219,12 @@ class Shot:
 
         A shot is a single run of a bird that breaks up: it scatters at least as the runs do, anew in every shot.
         """
-        rows = self.sample(self.setup.mesh.rest)
+        along, rows = self.sample(self.setup.mesh.along), self.sample(self.setup.mesh.rest)
         if not len(rows):
             return np.zeros((len(self.record.values), 0))
         ends = np.cumsum([len(trace.values) for trace in self.record.traces])[:-1]
-        return np.sqrt(1.0 - PREDICTABLE) * np.hstack(common_factors(np.split(rows, ends, axis=1))).T
+        rest = np.hstack(common_factors(np.split(rows, ends, axis=1)))
+        return np.vstack([along, np.sqrt(1.0 - PREDICTABLE) * rest]).T
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:
