@@ -19,7 +19,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.features import Region, covered, features, regions
 from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
-from birdstrike.surrogate.run_scatter import common_factors, left_out, shrunk_correlation
+from birdstrike.surrogate.run_scatter import common_factors, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
 from birdstrike.surrogate.validation import Validation, q2, rmse
 
@@ -81,7 +81,7 @@ class CurveEmulator:
             np.eye(len(processes)),
             none,
             np.zeros(len(time)),
-            left_out(curves, len(processes)),
+            _left(curves, len(processes)),
             _validate(curves, mean, basis, processes),
         )
         return jointly({"": alone})[""]
@@ -247,6 +247,29 @@ def _predictable(u: Array, scores: Array, seed: int) -> list[GaussianProcess]:
             break
         processes.append(process)
     return processes
+
+
+def _left(curves: Array, predicted: int) -> Array:
+    """(n, m) what each of the curves (n, m), left out, has beyond the others' mean and first `predicted` components.
+
+    A run's scatter has as many directions as the curve has instants, its components only as many as there are other
+    runs, and these were chosen to hold those runs: what is left is larger than the runs' own components show.
+    """
+    left = np.zeros_like(curves)
+    with threadpool_limits(limits=1, user_api="blas"):
+        for i in range(len(curves)):
+            others = np.delete(curves, i, axis=0)
+            mean = others.mean(axis=0)
+            components = _components(others - mean)[:predicted]
+            left[i] = curves[i] - mean - (components @ (curves[i] - mean)) @ components
+    return left
+
+
+def _components(rows: Array) -> Array:
+    """Right singular vectors (c, m) of rows (n, m), the largest first, by the Gram matrix."""
+    squares, vectors = np.linalg.eigh(rows @ rows.T)
+    kept = np.flatnonzero(squares > 1e-12 * max(squares[-1], 1e-300))[::-1]
+    return vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]
 
 
 def _validate(curves: Array, mean: Array, basis: Array, processes: Sequence[GaussianProcess]) -> Validation:

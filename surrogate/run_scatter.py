@@ -12,34 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import block_diag, toeplitz
-from threadpoolctl import threadpool_limits
 
 from birdstrike.data.histories import Array
 
 KEPT = 0.999  # of the variance, carried by common directions; the rest counts instant by instant
-
-
-def left_out(curves: Array, predicted: int) -> Array:
-    """(n, m) what each of the curves (n, m), left out, has beyond the others' mean and first `predicted` components.
-
-    A run's scatter has as many directions as the curve has instants, its components only as many as there are other
-    runs, and these were chosen to hold those runs: what is left is larger than the runs' own components show.
-    """
-    left = np.zeros_like(curves)
-    with threadpool_limits(limits=1, user_api="blas"):
-        for i in range(len(curves)):
-            others = np.delete(curves, i, axis=0)
-            mean = others.mean(axis=0)
-            components = _components(others - mean)[:predicted]
-            left[i] = curves[i] - mean - (components @ (curves[i] - mean)) @ components
-    return left
-
-
-def _components(rows: Array) -> Array:
-    """Right singular vectors (c, m) of rows (n, m), the largest first, by the Gram matrix."""
-    squares, vectors = np.linalg.eigh(rows @ rows.T)
-    kept = np.flatnonzero(squares > 1e-12 * max(squares[-1], 1e-300))[::-1]
-    return vectors[:, kept].T @ rows / np.sqrt(squares[kept])[:, None]
 
 
 def shrunk_correlation(rows: Array, target: Array | None = None) -> Array:

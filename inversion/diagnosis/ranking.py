@@ -95,7 +95,8 @@ class Problem:
         for block in system.blocks:
             of = np.flatnonzero(own[block.rows])
             covariance = (block.F + self.known.typical(block.kind) ** 2 * block.U)[np.ix_(of, of)]
-            misfit += (solve_triangular(cholesky(covariance, lower=True), white[block.rows[of]], lower=True) ** 2).sum(axis=0)
+            factor = cholesky(covariance, lower=True)
+            misfit += (solve_triangular(factor, white[block.rows[of]], lower=True) ** 2).sum(axis=0)
         return points[int(misfit.argmin())]
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:

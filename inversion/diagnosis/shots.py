@@ -18,7 +18,6 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
 from birdstrike.inversion.diagnosis.setup import Setup
-from birdstrike.inversion.estimation.mesh_correction import PREDICTABLE
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
@@ -215,16 +214,15 @@ class Shot:
 
     @cached_property
     def scatter(self) -> Array:
-        """(n, r) factor of the covariance by which single runs on the fine mesh leave what is smooth in the parameters.
+        """(n, r) factor of the covariance of a single run's scatter on the fine mesh, from runs that were repeated.
 
-        A shot is a single run of a bird that breaks up: it scatters at least as the runs do, anew in every shot.
+        A shot is a single run of a bird that breaks up: it scatters as the runs do, anew in every shot.
         """
-        along, rows = self.sample(self.setup.mesh.along), self.sample(self.setup.mesh.rest)
-        if not len(rows):
+        rows = self.sample(self.setup.repeats)
+        if not np.any(rows):
             return np.zeros((len(self.record.values), 0))
         ends = np.cumsum([len(trace.values) for trace in self.record.traces])[:-1]
-        rest = np.hstack(common_factors(np.split(rows, ends, axis=1)))
-        return np.vstack([along, np.sqrt(1.0 - PREDICTABLE) * rest]).T
+        return np.hstack(common_factors(np.split(rows, ends, axis=1))).T
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -25,7 +25,6 @@ from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.gaussian_process import GaussianProcess
-from birdstrike.surrogate.run_scatter import left_out
 
 FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
 FINE_RUNS = 10  # fine simulations: two parameters' linear trend and seven degrees of freedom
@@ -43,7 +42,7 @@ class MeshCorrection:
     """m(z) = mean + sum of scores(z) directions, on the stacked grid.
 
     mean: (grid,) SI; directions: (c, grid) SI; processes: of the scores; errors: (n, grid) leave-one-out errors of the
-    points; rest: (n, grid) of them what no process predicts, of each by the others' components.
+    points; rest: (n, grid) of them what no process predicts.
     """
 
     mean: Array
@@ -73,7 +72,7 @@ class MeshCorrection:
                 kept.append(c)
                 processes.append(process)
                 errors = errors - np.outer(scores[:, c] * n / (n - 1.0) - (scores[:, c] - process.loo), rows[c])
-        rest = left_out(differences / scale, len(kept)) * scale
+        rest = ((differences - mean) - scores[:, kept] @ rows[kept]) * n / (n - 1.0)
         return cls(mean, rows[kept], tuple(processes), errors, rest)
 
     def at(self, z: Array) -> Array:
@@ -102,12 +101,6 @@ class MeshCorrection:
         sizes = [np.sqrt(max(float(one.predict(z[None])[1][0]) - one.nugget, 0.0)) for one in self.processes]
         rest = np.sqrt(PREDICTABLE / max(len(self.rest), 1)) * self.rest
         return np.vstack([np.array(sizes).reshape(-1, 1) * self.directions, rest])
-
-    @property
-    def along(self) -> Array:
-        """(c, grid) one standard deviation each: how far single runs scatter along the predicted directions."""
-        sizes = [np.sqrt(one.nugget) for one in self.processes]
-        return np.array(sizes).reshape(-1, 1) * self.directions
 
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
