@@ -99,7 +99,7 @@ class VerletList:
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
             self.neighbour = np.empty(int(1.05 * self.start[-1]) + 1, np.uint32)
-        near = np.empty((MOST_THREADS, len(x)), np.uint8)
+        near = np.empty((MOST_THREADS, (2 * REACH + 1) * int(np.diff(cell_start).max())), np.uint8)
         list_neighbours(*cells, members, self.start, near, self.neighbour)
         self.built_at[:] = x[: self.n]
         self.rebuilds += 1

@@ -94,7 +94,8 @@ def border_is_bare(point, nodes, quad, side, others, owner, quads, alive):
 def follow_sheet(followed, x, nodes, sheet, target, gap, facet, foot, hidden, side, distance):
     """Foot of each particle that is followed on a sheet, as of the side that it is on.
 
-    followed: (k,) particle numbers; sheet: quads and across (e, 4), alive (e,), start (4 e + 1,) and others of each side, owner (4 e,); target: quads
+    followed: (k,) particle numbers.
+    sheet: quads and across (e, 4), alive (e,), start (4 e + 1,) and others of each side, owner (4 e,); target: quads
     and alive of all facets; gap (e,) [m]. In and out: facet (n,), foot (n, 6), hidden (n,): what touches nothing until
     it is clear, side (n,): 1 where the facets' normals point, -1, or 0 before it is known; out: distance (n,) [m] from
     the sheet, touched or not. The distance in the foot is counted on the particle's side, infinite of what touches
