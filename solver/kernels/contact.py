@@ -164,8 +164,8 @@ def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
 def follow_facets(followed, x, nodes, quads, across, alive, gap, facet, foot, past_rim):
     """Foot of each particle that is followed, walking to the neighbouring facet when it leaves its own.
 
-    followed: (k,) particle numbers; they lie together, so that threads share them and not all particles; across: (e, 4)
-    facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; alive: (e,) facets that
+    followed: (k,) particle numbers, shared out among the threads; of all particles most would fall to one of them;
+    across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; alive: (e,) facets that
     have not torn; in and out: facet (n,), foot (n, 6), past_rim (n,). Beyond the rim, and over a torn facet, the
     distance is set to infinity: nothing to touch there. A particle that comes back from there within the gap (e,) [m]
     came in from beside: the springs know nothing of it until it has been clear of the surface on the impact side, for a

@@ -84,8 +84,8 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
 
     Rows are filled up with their own particle: its pair with itself has no distance and exerts nothing, and the pair
     loops run in whole vectors. Distances go first, in vectors, into near (threads, longest column of
-    cells), bytes; then every candidate is written, then kept or written over: no branch has to be guessed. Unsigned indices spare the test for
-    negative ones, which costs as much as the rest.
+    cells), bytes; then every candidate is written, then kept or written over: no branch has to be guessed. Unsigned
+    indices spare the test for negative ones, which costs as much as the rest.
     """
     for a in prange(n):
         if not active[a]:
