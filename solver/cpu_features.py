@@ -26,7 +26,7 @@ def wait_briefly() -> None:
     """Let OpenMP threads that wait spin for some 0.2 ms, then sleep, unless the user has said otherwise.
 
     A simulation has a dozen short parallel loops a step. Threads that sleep at once take longer to wake than such a
-    loop lasts: two of them gained nothing on the reference strike, and 1.2 to 1.7 x so. Threads that spin for ever take the
+    loop lasts: two gained nothing on the reference strike, and 1.2 to 1.7 x so. Threads that spin for ever take the
     cores from every other process: with one of them on two cores, 15 times as long. Read when OpenMP loads, hence here.
     """
     if "OMP_WAIT_POLICY" not in os.environ:
