@@ -11,7 +11,7 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.kernels.contact import contact_forces, follow_facets
 from birdstrike.solver.kernels.friction import friction_forces
-from birdstrike.solver.kernels.motion import push_particles
+from birdstrike.solver.kernels.motion import predict_push, push_particles
 from birdstrike.solver.kernels.neighbours import largest_displacement_squared
 from birdstrike.solver.kernels.sheet_contact import follow_sheet
 from birdstrike.solver.kernels.sums import work_of_forces
@@ -46,7 +46,7 @@ class SheetContact:
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
-        self.any_watched = False
+        self.followed = np.empty(0, np.int64)
 
     def search(self, bird: BirdBody, target: Target) -> None:
         """Nearest facet of every particle near the sheet, and which particles may touch before the next search."""
@@ -54,10 +54,10 @@ class SheetContact:
         near = np.all((x > surface.min(axis=0) - self.reach) & (x < surface.max(axis=0) + self.reach), axis=1)
         self.place(x, near, target)
         self.foot[~near, 2] = np.inf
-        self.follow(bird, target, near)
+        self.follow(bird, target, np.flatnonzero(near))
         height = self.distance if self.sheet.two_sided else self.foot[:, 2]
         self.watched = bird.active[: bird.n] & (height < self.reach)
-        self.any_watched = bool(self.watched.any())
+        self.followed = np.flatnonzero(self.watched)
 
     def place(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
         """Begin at the facet whose centre is nearest; on a sheet with two sides, those that touch stay where they are.
@@ -76,17 +76,17 @@ class SheetContact:
             self.facet[moved] = alive[KDTree(centres).query(x[moved])[1]]
         self.foot[moved, :2] = 0.0
 
-    def follow(self, bird: BirdBody, target: Target, watched: NDArray[np.bool_]) -> None:
-        """Feet of the watched particles on the sheet as it is now."""
+    def follow(self, bird: BirdBody, target: Target, followed: NDArray[np.int64]) -> None:
+        """Feet of these particles (k,) on the sheet as it is now."""
         if not self.sheet.two_sided:
             surface = (target.x, self.quads, self.across, self.alive, self.gap)
-            follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+            follow_facets(followed, bird.x, *surface, self.facet, self.foot, self.past_rim)
             return
         borders = (self.sheet.start, self.sheet.others, self.sheet.owner)
         sheet = (self.quads, self.across, self.alive, *borders)
         state = (self.facet, self.foot, self.past_rim, self.side, self.distance)
         whole = (target.quads, target.alive)
-        follow_sheet(bird.n, bird.x, target.x, sheet, whole, self.gap, watched, *state)
+        follow_sheet(followed, bird.x, target.x, sheet, whole, self.gap, *state)
 
 
 class Contact:
@@ -171,8 +171,8 @@ class Contact:
         if torn or not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
         for sheet in self.sheets:
-            if sheet.any_watched:
-                sheet.follow(bird, plate, sheet.watched)
+            if len(sheet.followed):
+                sheet.follow(bird, plate, sheet.followed)
             sheet.overlap_before, sheet.overlap = sheet.overlap, sheet.overlap_before
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
@@ -187,7 +187,7 @@ class Contact:
         self.on_bird[:], self.on_plate[:] = 0.0, 0.0
         self.touching, self.deepest, self.stored, self.passed = 0, 0.0, 0.0, 0
         for sheet in self.sheets:
-            if not sheet.any_watched:
+            if not len(sheet.followed):
                 sheet.overlap[:] = 0.0
                 continue
             where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot, sheet.overlap)
@@ -219,7 +219,7 @@ class Contact:
 
     def predict_kick(self, bird: BirdBody, half: float) -> None:
         """What the coming kick will have added to the bird's velocities by the whole step, half [s] from now."""
-        np.divide(half * self.on_bird, bird.masses[:, None], out=bird.push[: bird.n])
+        predict_push(bird.n, half, bird.masses, self.on_bird, bird.push)
 
     def kick(self, bird: BirdBody, dt: float, past: float) -> None:
         """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""

@@ -91,9 +91,10 @@ def border_is_bare(point, nodes, quad, side, others, owner, quads, alive):
 
 
 @njit(cache=True, parallel=True)
-def follow_sheet(n, x, nodes, sheet, target, gap, watched, facet, foot, hidden, side, distance):
-    """Foot of each watched particle on a sheet, as of the side that it is on.
+def follow_sheet(followed, x, nodes, sheet, target, gap, facet, foot, hidden, side, distance):
+    """Foot of each particle that is followed on a sheet, as of the side that it is on.
 
+    followed: (k,) particle numbers.
     sheet: quads and across (e, 4), alive (e,), start (4 e + 1,) and others of each side, owner (4 e,); target: quads
     and alive of all facets; gap (e,) [m]. In and out: facet (n,), foot (n, 6), hidden (n,): what touches nothing until
     it is clear, side (n,): 1 where the facets' normals point, -1, or 0 before it is known; out: distance (n,) [m] from
@@ -102,9 +103,8 @@ def follow_sheet(n, x, nodes, sheet, target, gap, watched, facet, foot, hidden, 
     """
     quads, across, alive, start, others, owner = sheet
     all_quads, all_alive = target
-    for a in prange(n):
-        if not watched[a]:
-            continue
+    for i in prange(followed.shape[0]):
+        a = followed[i]
         facet[a], border = walk_on_sheet(x[a], nodes, quads, across, alive, facet[a], foot[a])
         distance[a] = abs(foot[a, 2])
         f = facet[a]
