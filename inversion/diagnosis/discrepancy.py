@@ -25,7 +25,7 @@ REMAINDER = {"displacement": 0.005, "strain": 0.01}
 OTHER_REMAINDER = 0.03
 """Of the peak: independent part of a shot beside a baseline (brief of the second design: 0.5 % displacement, 3 % force:
 a repeated shot of one rig scatters by as much; a strain is a derivative, hence between)."""
-SPREAD_OWN = 2.0  # factor, one standard deviation, within which the independent part is known: marginalised
+SPREAD_OWN = 1.3  # factor, one standard deviation, within which the independent part is known: marginalised
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record gives it within a factor; too large costs little
 FEWER = 6  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0

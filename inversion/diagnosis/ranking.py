@@ -83,7 +83,7 @@ class Problem:
     def _likeliest(self, group: str, system: System) -> Array:
         """(k,) the point of least misfit of a group's records by themselves, at the amplitudes' prior mean."""
         setup = next(shot.setup for shot in self.shots if shot.group == group)
-        unit = Sobol(len(setup.lows), seed=0).random(STARTS)
+        unit = Sobol(len(setup.lows), rng=0).random(STARTS)
         points = np.vstack([np.clip(0.5, setup.lows, setup.highs), setup.lows + unit * (setup.highs - setup.lows)])
         own = np.repeat([shot.group == group for shot in self.shots], [len(shot.record.values) for shot in self.shots])
         curves = [shot.sample(shot.setup.grid(points)) for shot in self.shots if shot.group == group]
