@@ -6,8 +6,8 @@ energy_balance and checks; `sensors/`, what is recorded. Loops over particles an
 solutions to verify against in `reference/`.
 """
 
-from birdstrike.solver.cpu_features import sleep_when_idle, use_full_vectors
+from birdstrike.solver.cpu_features import use_full_vectors, wait_briefly
 
 # Before any kernel compiles or runs, and the same in every process: the cache of compiled code is keyed by the target.
 use_full_vectors()
-sleep_when_idle()
+wait_briefly()

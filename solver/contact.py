@@ -11,7 +11,7 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.kernels.contact import contact_forces, follow_facets
 from birdstrike.solver.kernels.friction import friction_forces
-from birdstrike.solver.kernels.motion import push_particles
+from birdstrike.solver.kernels.motion import predict_push, push_particles
 from birdstrike.solver.kernels.neighbours import largest_displacement_squared
 from birdstrike.solver.kernels.sheet_contact import NOTHING, find_feet, settle_feet
 from birdstrike.solver.kernels.sums import work_of_forces
@@ -49,24 +49,25 @@ class SheetContact:
         self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
         self.barred = np.zeros(bird.n, np.bool_)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
-        self.any_watched = False
+        self.followed = np.empty(0, np.int64)
 
-    def find(self, bird: BirdBody, target: Target) -> NDArray[np.bool_]:
-        """Nearest facet of every particle near the sheet, (n,)."""
+    def find(self, bird: BirdBody, target: Target) -> NDArray[np.int64]:
+        """Nearest facet of every particle near the sheet, and which these are (k,)."""
         x, surface = bird.x[: bird.n], target.x[self.nodes]
         near = np.all((x > surface.min(axis=0) - self.reach) & (x < surface.max(axis=0) + self.reach), axis=1)
         self.place(x, near, target)
         self.foot[~near, 2] = np.inf
         self.borders[self.number, ~near] = NOTHING
-        self.follow(bird, target, near)
-        return near
+        followed = np.flatnonzero(near)
+        self.follow(bird, target, followed)
+        return followed
 
     def watch(self, bird: BirdBody) -> None:
         """Which particles may touch before the next search."""
         height = self.distance if self.sheet.two_sided else self.foot[:, 2]
         self.watched = bird.active[: bird.n] & (height < self.reach)
         self.borders[self.number, ~self.watched] = NOTHING
-        self.any_watched = bool(self.watched.any())
+        self.followed = np.flatnonzero(self.watched)
 
     def place(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
         """Begin at the facet whose centre is nearest; on a sheet with two sides, those that touch stay where they are.
@@ -85,22 +86,22 @@ class SheetContact:
             self.facet[moved] = alive[KDTree(centres).query(x[moved])[1]]
         self.foot[moved, :2] = 0.0
 
-    def follow(self, bird: BirdBody, target: Target, watched: NDArray[np.bool_]) -> None:
-        """Feet of the watched particles on the sheet as it is now; of one with two sides they are settled later."""
+    def follow(self, bird: BirdBody, target: Target, followed: NDArray[np.int64]) -> None:
+        """Feet of these particles (k,) on the sheet as it is now; of one with two sides they are settled later."""
         if not self.sheet.two_sided:
             surface = (target.x, self.quads, self.across, self.alive, self.gap)
-            follow_facets(bird.n, bird.x, *surface, watched, self.facet, self.foot, self.past_rim)
+            follow_facets(followed, bird.x, *surface, self.facet, self.foot, self.past_rim)
             return
         sheet, state = (self.quads, self.across, self.alive), (self.facet, self.foot, self.borders[self.number])
-        find_feet(bird.n, bird.x, target.x, sheet, watched, *state, self.distance)
+        find_feet(followed, bird.x, target.x, sheet, *state, self.distance)
 
-    def settle(self, bird: BirdBody, alive: NDArray[np.bool_], watched: NDArray[np.bool_]) -> None:
+    def settle(self, alive: NDArray[np.bool_], followed: NDArray[np.int64]) -> None:
         """Which feet are touched, once those on all sheets are known; alive (f,): facets of the target."""
         if not self.sheet.two_sided:
             return
         meeting = (self.sheet.start, self.sheet.others, self.sheet.beside, self.sheet.first)
         state = (self.facet, self.foot, self.past_rim, self.barred, self.side, self.distance)
-        settle_feet(bird.n, meeting, alive, self.borders, self.number, self.gap, watched, *state)
+        settle_feet(followed, meeting, alive, self.borders, self.number, self.gap, *state)
 
 
 class Contact:
@@ -174,7 +175,7 @@ class Contact:
             sheet.alive = alive[sheet.sheet.facets]
         near = [sheet.find(bird, plate) for sheet in self.sheets]
         for sheet, those in zip(self.sheets, near, strict=True):
-            sheet.settle(bird, alive, those)
+            sheet.settle(alive, those)
             sheet.watch(bird)
         self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), int(np.count_nonzero(alive))
 
@@ -189,11 +190,11 @@ class Contact:
         if torn or not moved < (0.5 * BAND * self.spacing) ** 2:
             self.search(bird, plate)
         for sheet in self.sheets:
-            if sheet.any_watched:
-                sheet.follow(bird, plate, sheet.watched)
+            if len(sheet.followed):
+                sheet.follow(bird, plate, sheet.followed)
         for sheet in self.sheets:
-            if sheet.any_watched:
-                sheet.settle(bird, alive, sheet.watched)
+            if len(sheet.followed):
+                sheet.settle(alive, sheet.followed)
             sheet.overlap_before, sheet.overlap = sheet.overlap, sheet.overlap_before
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before
@@ -208,7 +209,7 @@ class Contact:
         self.on_bird[:], self.on_plate[:] = 0.0, 0.0
         self.touching, self.deepest, self.stored, self.passed = 0, 0.0, 0.0, 0
         for sheet in self.sheets:
-            if not sheet.any_watched:
+            if not len(sheet.followed):
                 sheet.overlap[:] = 0.0
                 continue
             where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot, sheet.overlap)
@@ -240,7 +241,7 @@ class Contact:
 
     def predict_kick(self, bird: BirdBody, half: float) -> None:
         """What the coming kick will have added to the bird's velocities by the whole step, half [s] from now."""
-        np.divide(half * self.on_bird, bird.masses[:, None], out=bird.push[: bird.n])
+        predict_push(bird.n, half, bird.masses, self.on_bird, bird.push)
 
     def kick(self, bird: BirdBody, dt: float, past: float) -> None:
         """Contact forces act on the bird for dt [s] when the share `past` of its own step is over."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
-from numba.core import config
 
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories, Snapshot
@@ -18,11 +15,10 @@ from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.solver.checks import run_checks, warnings_of
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.sensors.recording import Recorder
+from birdstrike.solver.threads import MOST_THREADS, Team, limited_threads
 from birdstrike.solver.version import SOLVER_VERSION
 
 GIVEN_WAY = 0.2  # plastic strain, or deflection over the shorter side, beyond which a mesh of flat facets folds
-MOST_THREADS: int = config.NUMBA_NUM_THREADS  # pyright: ignore[reportAttributeAccessIssue]
-"""What the process may use, even where it has been lowered before this module is imported."""
 AUDIT_EVERY = 20  # steps of the bird
 
 
@@ -39,23 +35,12 @@ def simulate(
     without influence on the bits; progress: called with the share done. Raises RunFailed (unstable, unbalanced,
     non-finite) and UserError (a geometry that cannot be built).
     """
-    with limited_threads(threads or case.solver.threads or MOST_THREADS):
-        return histories_of(case, step_factor, progress or silent)
+    with limited_threads(threads or case.solver.threads or MOST_THREADS) as team:
+        return histories_of(case, step_factor, progress or silent, team)
 
 
-@contextmanager
-def limited_threads(wanted: int) -> Iterator[None]:
-    """At most this many threads for numba's parallel loops; afterwards as many as before."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(min(wanted, MOST_THREADS))
-    try:
-        yield
-    finally:
-        numba.set_num_threads(before)
-
-
-def histories_of(case: Case, step_factor: float, progress: Callable[[float], None]) -> Histories:
-    """As `simulate`, with the threads as they are."""
+def histories_of(case: Case, step_factor: float, progress: Callable[[float], None], team: Team) -> Histories:
+    """As `simulate`, on this team of threads."""
     started = time.perf_counter()
     coupling = Coupling(case, step_factor)
     recorder = Recorder(coupling, case.sensors, coupling.steps)
@@ -64,6 +49,7 @@ def histories_of(case: Case, step_factor: float, progress: Callable[[float], Non
     def audited(share: float) -> None:
         state.note(coupling)
         progress(share)
+        team.follow_load()
 
     try:
         snapshots = run(coupling, recorder, case.time.snapshots, audited)

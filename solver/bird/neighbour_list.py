@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba.core import config
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import RunFailed
@@ -19,9 +18,9 @@ from birdstrike.solver.kernels.neighbours import (
     mean_displacement,
     sort_into_cells,
 )
+from birdstrike.solver.threads import MOST_THREADS
 
 SKIN = 0.18  # of the support, of the rows; they are complete until two particles may have closed that much
-MOST_THREADS: int = config.NUMBA_NUM_THREADS  # pyright: ignore[reportAttributeAccessIssue]
 NEAR = 0.05  # of the support, of their near part, which is sorted out anew the more often
 
 
@@ -100,7 +99,7 @@ class VerletList:
         np.cumsum(self.start, out=self.start)
         if self.start[-1] > len(self.neighbour):
             self.neighbour = np.empty(int(1.05 * self.start[-1]) + 1, np.uint32)
-        near = np.empty((MOST_THREADS, len(x)), np.uint8)
+        near = np.empty((MOST_THREADS, (2 * REACH + 1) * int(np.diff(cell_start).max())), np.uint8)
         list_neighbours(*cells, members, self.start, near, self.neighbour)
         self.built_at[:] = x[: self.n]
         self.rebuilds += 1

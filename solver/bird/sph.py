@@ -16,7 +16,7 @@ from birdstrike.solver.kernels.columns import ROW
 from birdstrike.solver.kernels.motion import drift_particles, kick_particles
 from birdstrike.solver.kernels.null_material import update_null_material
 from birdstrike.solver.kernels.smoothing import slope_constant
-from birdstrike.solver.kernels.sph import pack_state, pair_forces
+from birdstrike.solver.kernels.sph import RATE, pack_state, pair_forces
 from birdstrike.solver.kernels.sums import total, weighted_square
 from birdstrike.solver.kernels.velocity_gradient import pack_midpoint, rate_of_deformation
 
@@ -71,10 +71,11 @@ class Bird:
         self.work, self.heating = np.zeros(rows), np.zeros(rows)
         self.stored = np.zeros(rows)
         self.active, self.eroded_now = np.ones(rows, np.bool_), np.zeros(rows, np.bool_)
-        self.drho_dt, self.deformation = np.zeros(rows), np.zeros((rows, 6))
+        self.drho_dt = np.zeros(rows)
         self.acceleration, self.acceleration_before = np.zeros((rows, 3)), np.zeros((rows, 3))
         self.dissipation = np.zeros((rows, 2))
         self.row = aligned_zeros(rows, ROW)
+        self.deformation = self.row[:, RATE : RATE + 6]  # a million particles pay for no copy
         self.masses = np.full(self.n, mass)
         self.cells = np.empty((0, 8), np.int64)
         self.energies: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
@@ -142,7 +143,7 @@ class Bird:
         """Accelerations and dissipated powers at the whole step."""
         mu = self.material.viscosity
         rows = self.list.rows
-        state = (self.rho, self.p, self.c, self.deformation)
+        state = (self.rho, self.p, self.c)
         motion = (self.x, self.v, self.push, self.acceleration, self.acceleration_before)
         pack_state(len(self.x), *motion, *state, dt, self.row)
         self.acceleration, self.acceleration_before = self.acceleration_before, self.acceleration

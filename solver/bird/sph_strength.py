@@ -88,7 +88,7 @@ class SolidBird(Bird):
             *state,
             self.stress_row,
         )
-        fluid = (self.rho, self.p, self.c, self.deformation)
+        fluid = (self.rho, self.p, self.c)
         motion = (self.x, self.v, self.push, self.acceleration, self.acceleration_before)
         pack_state(len(self.x), *motion, *fluid, dt, self.row)
         self.acceleration, self.acceleration_before = self.acceleration_before, self.acceleration

@@ -161,18 +161,18 @@ def walk_to_foot(point, nodes, quads, across, alive, facet, foot):
 
 
 @njit(cache=True, parallel=True)
-def follow_facets(n, x, nodes, quads, across, alive, gap, watched, facet, foot, past_rim):
-    """Foot of each watched particle, walking to the neighbouring facet when it leaves its own.
+def follow_facets(followed, x, nodes, quads, across, alive, gap, facet, foot, past_rim):
+    """Foot of each particle that is followed, walking to the neighbouring facet when it leaves its own.
 
+    followed: (k,) particle numbers, shared out among the threads; of all particles most would fall to one of them;
     across: (e, 4) facet beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1 at the rim; alive: (e,) facets that
     have not torn; in and out: facet (n,), foot (n, 6), past_rim (n,). Beyond the rim, and over a torn facet, the
     distance is set to infinity: nothing to touch there. A particle that comes back from there within the gap (e,) [m]
     came in from beside: the springs know nothing of it until it has been clear of the surface on the impact side, for a
     spring that starts stretched would make energy from nothing.
     """
-    for a in prange(n):
-        if not watched[a]:
-            continue
+    for i in prange(followed.shape[0]):
+        a = followed[i]
         facet[a] = walk_to_foot(x[a], nodes, quads, across, alive, facet[a], foot[a])
         past_rim[a] = foot[a, 2] == math.inf or (past_rim[a] and foot[a, 2] < gap[facet[a]])
         if past_rim[a]:

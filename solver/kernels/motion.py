@@ -29,6 +29,14 @@ def push_particles(n, dt, past, mass, force, v, lag):
 
 
 @njit(cache=True, parallel=True)
+def predict_push(n, half, mass, force, push):
+    """What forces (n, 3) [N] on masses (n,) [kg] add to velocities in half [s], into push (n, 3) [m/s]."""
+    for a in prange(n):
+        for c in range(3):
+            push[a, c] = half * force[a, c] / mass[a]
+
+
+@njit(cache=True, parallel=True)
 def drift_particles(n, dt, v, x):
     """x += dt v for n particles."""
     for a in prange(n):

@@ -26,7 +26,7 @@ def sort_into_cells(x, active, edge, lower, shape, cell_start, members, sorted_x
     shape: (3,) cells; out: cell_start (cells + 1,), members (N,) particle numbers and sorted_x (3, N) positions in
     cell order.
     """
-    cell = np.empty(x.shape[0], np.int64)
+    cell = np.empty(x.shape[0], np.uint32)
     cell_start[:] = 0
     for a in range(x.shape[0]):
         if active[a]:
@@ -83,9 +83,9 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
     """Fill the rows that `start` leaves: neighbours in order of cell, then of number, on any number of threads.
 
     Rows are filled up with their own particle: its pair with itself has no distance and exerts nothing, and the pair
-    loops run in whole vectors. Distances go first, in vectors, into near (threads, N), scratch of bytes; then every
-    candidate is written, then kept or written over: no branch has to be guessed. Unsigned indices spare the test for
-    negative ones, which costs as much as the rest.
+    loops run in whole vectors. Distances go first, in vectors, into near (threads, longest column of
+    cells), bytes; then every candidate is written, then kept or written over: no branch has to be guessed. Unsigned
+    indices spare the test for negative ones, which costs as much as the rest.
     """
     for a in prange(n):
         if not active[a]:
@@ -97,11 +97,11 @@ def list_neighbours(n, x, active, cutoff, edge, lower, shape, cell_start, sorted
             first, last = column_of_cells(a, x, edge, lower, shape, cell_start, side)
             for m in range(np.uint64(first), np.uint64(last)):
                 dx, dy, dz = xa - sorted_x[0, m], ya - sorted_x[1, m], za - sorted_x[2, m]
-                close[m] = dx * dx + dy * dy + dz * dz < cutoff * cutoff
+                close[m - np.uint64(first)] = dx * dx + dy * dy + dz * dz < cutoff * cutoff
             for m in range(np.uint64(first), np.uint64(last)):
                 b = members[m]
                 neighbour[place] = b
-                place += np.uint64(close[m]) & np.uint64(b != a)
+                place += np.uint64(close[m - np.uint64(first)]) & np.uint64(b != a)
         for rest in range(np.int64(place), start[a + 1]):
             neighbour[rest] = a
 

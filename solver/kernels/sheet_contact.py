@@ -137,16 +137,15 @@ def nearest_on_sheet(point, nodes, quads, across, alive, facet, foot, room):
 
 
 @njit(cache=True, parallel=True)
-def find_feet(n, x, nodes, sheet, watched, facet, foot, border, distance):
-    """Nearest point of a sheet to each watched particle, whichever side it is on.
+def find_feet(followed, x, nodes, sheet, facet, foot, border, distance):
+    """Nearest point of a sheet to each particle that is followed, whichever side it is on.
 
-    sheet: quads and across (e, 4), alive (e,). In and out: facet (n,), foot (n, 6); out: border (n,): the side that the
-    particle is beyond, INSIDE or NOTHING; distance (n,) [m] from the sheet.
+    followed: (k,) particle numbers; sheet: quads and across (e, 4), alive (e,). In and out: facet (n,), foot (n, 6);
+    out: border (n,): the side that the particle is beyond, INSIDE or NOTHING; distance (n,) [m] from the sheet.
     """
     quads, across, alive = sheet
-    for a in prange(n):
-        if not watched[a]:
-            continue
+    for i in prange(followed.shape[0]):
+        a = followed[i]
         room = foot[a].copy()
         facet[a], border[a] = nearest_on_sheet(x[a], nodes, quads, across, alive, facet[a], foot[a], room)
         distance[a] = abs(foot[a, 2]) if border[a] != NOTHING else math.inf
@@ -170,22 +169,21 @@ def border_state(others, sheets, first, alive, borders, a):
 
 
 @njit(cache=True, parallel=True)
-def settle_feet(n, meeting, alive, borders, number, gap, watched, facet, foot, hidden, barred, side, distance):
+def settle_feet(followed, meeting, alive, borders, number, gap, facet, foot, hidden, barred, side, distance):
     """Which of the found feet are touched, and from which side.
 
-    meeting: start (4 e + 1,), others, their sheets, and whether they come first, by side of a facet; alive (f,) of all
-    facets; borders (s, n) of all sheets; number: of this one; gap (e,) [m]. In and out: foot (n, 6); hidden (n,): what
-    touches nothing until it is clear; barred (n,): what another sheet kept off a border within the gap; side (n,): 1
-    where the facets' normals point, -1, or 0 before it is known. The distance in the foot is then counted on the
-    particle's side, infinite of what touches nothing, and so is its normal.
+    followed: (k,) particle numbers; meeting: start (4 e + 1,), others, their sheets, and whether they come first, by
+    side of a facet; alive (f,) of all facets; borders (s, n) of all sheets; number: of this one; gap (e,) [m]. In and
+    out: foot (n, 6); hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a
+    border within the gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in
+    the foot is then counted on the particle's side, infinite of what touches nothing, and so is its normal.
 
     A border that is laid bare by a tear is not touched by what was within the gap: a spring that starts stretched would
     make energy from nothing.
     """
     start, others, sheets, first = meeting
-    for a in prange(n):
-        if not watched[a]:
-            continue
+    for i in prange(followed.shape[0]):
+        a = followed[i]
         f, border = facet[a], borders[number, a]
         if border == NOTHING:
             foot[a, 2] = math.inf

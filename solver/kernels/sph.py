@@ -24,6 +24,7 @@ from birdstrike.solver.kernels.smoothing import slope
 from birdstrike.solver.kernels.velocity_gradient import PAIR_MATH
 
 TINY = 1e-200  # against 0/0
+RATE = 9  # first of the columns that hold the rate of deformation
 
 
 @njit(cache=True, inline="always")
@@ -42,8 +43,8 @@ def shock_share(d):
 
 
 @njit(cache=True, parallel=True)
-def pack_state(n, x, v, push, last, last_but_one, rho, p, c, deformation, dt, row):
-    """State at the whole step.
+def pack_state(n, x, v, push, last, last_but_one, rho, p, c, dt, row):
+    """State at the whole step; the rate of deformation lies in the rows already.
 
     Velocities are predicted by half a kick of the mean of the last two accelerations (n, 3): see `stable_step`; push:
     (n, 3) [m/s], half the kick of outer forces.
@@ -54,10 +55,8 @@ def pack_state(n, x, v, push, last, last_but_one, rho, p, c, deformation, dt, ro
             row[a, 3 + i] = v[a, i] + push[a, i] + 0.25 * dt * (last[a, i] + last_but_one[a, i])
         row[a, 6] = p[a] / (rho[a] * rho[a])
         row[a, 7] = 1.0 / rho[a]
-        row[a, 8] = c[a] * shock_share(deformation[a])
-        row[a, 15] = (deformation[a, 0] + deformation[a, 1] + deformation[a, 2]) / 3.0
-        for i in range(6):
-            row[a, 9 + i] = deformation[a, i]
+        row[a, 8] = c[a] * shock_share(row[a, RATE:])
+        row[a, 15] = (row[a, RATE] + row[a, RATE + 1] + row[a, RATE + 2]) / 3.0
 
 
 @njit(cache=True, parallel=True, fastmath=PAIR_MATH)

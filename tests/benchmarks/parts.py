@@ -86,7 +86,9 @@ def rate_together(processes: int, threads: int, particles: int = 4500, seconds: 
 def bytes_per_particle(bird: Bird) -> float:
     """Of all arrays that the bird and its neighbour list hold."""
     held = [*vars(bird).values(), *vars(bird.list).values()]
-    return sum(value.nbytes for value in held if isinstance(value, np.ndarray)) / bird.n
+    arrays = [value for value in held if isinstance(value, np.ndarray)]
+    owners = [value if value.base is None else value.base for value in arrays]  # a view takes nothing
+    return sum({id(owner): owner.nbytes for owner in owners}.values()) / bird.n
 
 
 def peak_memory() -> float:

@@ -229,7 +229,7 @@ def test_the_foot_goes_round_the_corner_of_a_hole():
     contact.search(bird, plate)
     assert (plate.quads[contact.sheets[0].facet[0]] == start).all()
     bird.x[0, :2] = 0.0211, 0.0201
-    contact.sheets[0].follow(bird, plate, np.ones(1, np.bool_))
+    contact.sheets[0].follow(bird, plate, np.zeros(1, np.int64))
     assert contact.sheets[0].foot[0, 2] == pytest.approx(0.003)
     assert plate.x[plate.quads[contact.sheets[0].facet[0]]].mean(axis=0)[:2] == pytest.approx([0.03, 0.03])
 

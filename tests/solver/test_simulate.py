@@ -29,7 +29,7 @@ def two_threads():
 def test_a_late_import_does_not_take_a_lowered_thread_count_for_all_there_are():
     numba.set_num_threads(1)
     try:
-        late = runpy.run_path(find_spec("birdstrike.solver.simulate").origin)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
+        late = runpy.run_path(find_spec("birdstrike.solver.threads").origin)  # pyright: ignore[reportOptionalMemberAccess, reportArgumentType]
     finally:
         numba.set_num_threads(MOST)
     assert late["MOST_THREADS"] == MOST
