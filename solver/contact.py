@@ -13,7 +13,7 @@ from birdstrike.solver.kernels.contact import contact_forces, follow_facets
 from birdstrike.solver.kernels.friction import friction_forces
 from birdstrike.solver.kernels.motion import predict_push, push_particles
 from birdstrike.solver.kernels.neighbours import largest_displacement_squared
-from birdstrike.solver.kernels.sheet_contact import follow_sheet
+from birdstrike.solver.kernels.sheet_contact import NOTHING, find_feet, settle_feet
 from birdstrike.solver.kernels.sums import work_of_forces
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.sheets import Sheet, sheets_of, whole_sheet
@@ -31,11 +31,13 @@ class SheetContact:
     gap, most (e,): distance from a facet's mid-surface at which contact begins, and the overlap beyond which a particle
     has passed through it [m]. On a sheet that is touched from one side, `past_rim` (n,) marks the particles that came
     in from beside; on one that is touched from both, what was over a facet when it tore; neither touches anything until
-    it is clear. side (n,): that of the particle, 1 where the sheet's normals point, see `kernels.sheet_contact`.
+    it is clear. side (n,): that of the particle, 1 where the sheet's normals point; borders (s, n): the border of each
+    sheet that it is beyond, `number` being this one's; barred (n,): see `kernels.sheet_contact`.
     """
 
-    def __init__(self, sheet: Sheet, target: Target, bird: BirdBody) -> None:
+    def __init__(self, sheet: Sheet, target: Target, bird: BirdBody, borders: NDArray[np.int64], number: int) -> None:
         self.sheet, self.quads, self.across = sheet, sheet.quads, sheet.across
+        self.borders, self.number = borders, number
         thickness = 2.0 * target.skin[sheet.facets]
         self.gap = 0.5 * thickness + bird.skin
         self.most = 0.5 * (thickness + bird.spacing)
@@ -45,18 +47,26 @@ class SheetContact:
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
+        self.barred = np.zeros(bird.n, np.bool_)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
         self.followed = np.empty(0, np.int64)
 
-    def search(self, bird: BirdBody, target: Target) -> None:
-        """Nearest facet of every particle near the sheet, and which particles may touch before the next search."""
+    def find(self, bird: BirdBody, target: Target) -> NDArray[np.int64]:
+        """Nearest facet of every particle near the sheet, and which these are (k,)."""
         x, surface = bird.x[: bird.n], target.x[self.nodes]
         near = np.all((x > surface.min(axis=0) - self.reach) & (x < surface.max(axis=0) + self.reach), axis=1)
         self.place(x, near, target)
         self.foot[~near, 2] = np.inf
-        self.follow(bird, target, np.flatnonzero(near))
+        self.borders[self.number, ~near] = NOTHING
+        followed = np.flatnonzero(near)
+        self.follow(bird, target, followed)
+        return followed
+
+    def watch(self, bird: BirdBody) -> None:
+        """Which particles may touch before the next search."""
         height = self.distance if self.sheet.two_sided else self.foot[:, 2]
         self.watched = bird.active[: bird.n] & (height < self.reach)
+        self.borders[self.number, ~self.watched] = NOTHING
         self.followed = np.flatnonzero(self.watched)
 
     def place(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
@@ -68,7 +78,7 @@ class SheetContact:
         if self.sheet.two_sided:
             torn = ~self.alive[self.facet]
             self.past_rim |= torn & near
-            self.side[~near], self.past_rim[~near], self.distance[~near] = 0, False, np.inf
+            self.side[~near], self.past_rim[~near], self.barred[~near], self.distance[~near] = 0, False, False, np.inf
             moved = near & (torn | (self.overlap == 0.0))
         alive = np.flatnonzero(self.alive)
         if len(alive):
@@ -77,16 +87,21 @@ class SheetContact:
         self.foot[moved, :2] = 0.0
 
     def follow(self, bird: BirdBody, target: Target, followed: NDArray[np.int64]) -> None:
-        """Feet of these particles (k,) on the sheet as it is now."""
+        """Feet of these particles (k,) on the sheet as it is now; of one with two sides they are settled later."""
         if not self.sheet.two_sided:
             surface = (target.x, self.quads, self.across, self.alive, self.gap)
             follow_facets(followed, bird.x, *surface, self.facet, self.foot, self.past_rim)
             return
-        borders = (self.sheet.start, self.sheet.others, self.sheet.owner)
-        sheet = (self.quads, self.across, self.alive, *borders)
-        state = (self.facet, self.foot, self.past_rim, self.side, self.distance)
-        whole = (target.quads, target.alive)
-        follow_sheet(followed, bird.x, target.x, sheet, whole, self.gap, *state)
+        sheet, state = (self.quads, self.across, self.alive), (self.facet, self.foot, self.borders[self.number])
+        find_feet(followed, bird.x, target.x, sheet, *state, self.distance)
+
+    def settle(self, alive: NDArray[np.bool_], followed: NDArray[np.int64]) -> None:
+        """Which feet are touched, once those on all sheets are known; alive (f,): facets of the target."""
+        if not self.sheet.two_sided:
+            return
+        meeting = (self.sheet.start, self.sheet.others, self.sheet.beside, self.sheet.first)
+        state = (self.facet, self.foot, self.past_rim, self.barred, self.side, self.distance)
+        settle_feet(followed, meeting, alive, self.borders, self.number, self.gap, *state)
 
 
 class Contact:
@@ -109,7 +124,8 @@ class Contact:
         self.stiffness = bird.bulk_modulus * self.spacing
         self.side, quads, across = seen_from(bird, plate)
         cut = [whole_sheet(quads, across)] if plate.one_sided else sheets_of(plate.x, plate.quads)
-        self.sheets = [SheetContact(sheet, plate, bird) for sheet in cut]
+        borders = np.full((len(cut), bird.n), NOTHING)
+        self.sheets = [SheetContact(sheet, plate, bird, borders, number) for number, sheet in enumerate(cut)]
         self.gap = float(max(sheet.gap.max() for sheet in self.sheets))
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
@@ -157,7 +173,10 @@ class Contact:
         alive = plate.alive
         for sheet in self.sheets:
             sheet.alive = alive[sheet.sheet.facets]
-            sheet.search(bird, plate)
+        near = [sheet.find(bird, plate) for sheet in self.sheets]
+        for sheet, those in zip(self.sheets, near, strict=True):
+            sheet.settle(alive, those)
+            sheet.watch(bird)
         self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), int(np.count_nonzero(alive))
 
     def update_forces(self, bird: BirdBody, plate: Target) -> None:
@@ -173,6 +192,9 @@ class Contact:
         for sheet in self.sheets:
             if len(sheet.followed):
                 sheet.follow(bird, plate, sheet.followed)
+        for sheet in self.sheets:
+            if len(sheet.followed):
+                sheet.settle(alive, sheet.followed)
             sheet.overlap_before, sheet.overlap = sheet.overlap, sheet.overlap_before
         self.on_bird_before, self.on_bird = self.on_bird, self.on_bird_before
         self.on_plate_before, self.on_plate = self.on_plate, self.on_plate_before

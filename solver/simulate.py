@@ -55,7 +55,10 @@ def histories_of(case: Case, step_factor: float, progress: Callable[[float], Non
         snapshots = run(coupling, recorder, case.time.snapshots, audited)
         figures = summarise(case, coupling)
     except RunFailed as failure:
-        raise state.explained(failure) from failure
+        explained = state.explained(failure)
+        if explained is failure:
+            raise  # one that is its own cause could not be pickled: reducers of exceptions follow causes
+        raise explained from failure
     clock = np.array(case.time.instants)
     channels = recorder.sampled(clock, case.instrument)
     units = {name: sensor.unit for name, sensor in case.sensors.items()}

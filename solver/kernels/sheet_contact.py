@@ -1,124 +1,204 @@
 """Feet of particles on sheets of facets that can be touched from both sides and at their borders.
 
-A sheet is a part of the surface on which every side of a facet has at most one neighbour (see `target.sheets`). Over
-its inside a particle stays on the side that it came from, however deep it is pressed; beyond a border it touches the
-border's edge, along the line from there, and may change sides.
+A sheet is a part of the surface on which every side of a facet has at most one neighbour (see `target.sheets`). A
+particle touches it at the point that is nearest: between facets that face each other as in a valley, no less than over
+a ridge, so that what a spring stores never jumps. Over a sheet's inside a particle stays on the side that it came from,
+however deep it is pressed; beyond a border it touches the border's edge, along the line from there, and may change
+sides. Where sheets meet at an edge, one of them lets it be touched, by what is over none of them.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet, sides_beyond
+from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, foot_on_facet, set_normal, sides_beyond
+from birdstrike.solver.kernels.triangle_contact import clamp_to_triangle, share_along
 
 INSIDE, NOTHING = -1, -2
+HOLE = 32
+"""Torn facets of a hole that are looked around, the nearest by sides first."""
+FREE, OWN, BARRED = 0, 1, 2
+NEARER = 1.0 - 1e-9
+"""Of a distance, by which another facet must be nearer: on a ridge both are as far, and the particle stays."""
 
 
 @njit(cache=True)
-def walk_on_sheet(point, nodes, quads, across, alive, facet, foot):
-    """The facet nearest to the point's foot, walking from `facet`, and the border side that the point is beyond.
-
-    INSIDE: it is beyond none, over a facet or a ridge; NOTHING: `facet` has torn. foot: as of `foot_on_facet`, clamped
-    to the border or the ridge.
-    """
-    came_from = -1
-    for _ in range(64):
-        if not (alive[facet] and foot_on_facet(point, nodes, quads[facet], foot)):
-            return facet, NOTHING
+def nearest_on_facet(point, nodes, quad, foot):
+    """As `foot_on_facet`, at the facet's nearest point: on its edge the normal is the line from there to the point."""
+    if not foot_on_facet(point, nodes, quad, foot):
+        return False
+    if abs(foot[0]) <= OUTSIDE and abs(foot[1]) <= OUTSIDE:
+        return True
+    if quad[2] == quad[3]:
+        clamp_to_triangle(point, nodes, quad, foot)
+        return True
+    least = math.inf
+    for side in range(4):
+        one, other = ends_of_side(quad, side)
+        share, squared = share_along(point, nodes, one, other)
+        if squared < least:
+            least = squared
+            along, end = 2.0 * share - 1.0, -1.0 if side % 2 == 0 else 1.0
+            foot[0], foot[1] = (end, along) if side < 2 else (along, end)
+    set_normal(point, nodes, quad, foot)
+    distance = math.sqrt(least)
+    if distance > 0.0:
+        turned = (1.0 if foot[2] >= 0.0 else -1.0) / distance
+        foot[2] = turned * least
         xi, eta = foot[0], foot[1]
-        if abs(xi) <= OUTSIDE and abs(eta) <= OUTSIDE:
-            return facet, INSIDE
-        first, second = sides_beyond(quads[facet], xi, eta)
-        beyond = beyond_side(across, alive, facet, first)
-        around = beyond < 0
-        if around and min(abs(xi), abs(eta)) > OUTSIDE:
-            beyond = beyond_side(across, alive, facet, second)
-        if beyond < 0 or beyond == came_from:
-            clamp_to_facet(point, nodes, quads[facet], foot)
-            return facet, (first if around else INSIDE)
-        came_from = facet
-        facet = beyond
-        foot[0] = foot[1] = 0.0
-    clamp_to_facet(point, nodes, quads[facet], foot)
-    return facet, INSIDE
-
-
-@njit(cache=True)
-def border_is_bare(point, nodes, quad, side, others, owner, quads, alive):
-    """Whether a point beyond a border side can touch its edge.
-
-    others: facets of other sheets at that edge, numbers in quads (f, 4) and alive (f,) of the whole target. Where none
-    is left the edge is free. Else the sheet that owns the edge lets it be touched where the point is beyond all of them
-    too: the outer side of a sharp fold.
-    """
-    left = 0
-    i = quad[3] if side == 0 else (quad[1] if side == 1 else (quad[0] if side == 2 else quad[2]))
-    j = quad[0] if side == 0 else (quad[2] if side == 1 else (quad[1] if side == 2 else quad[3]))
-    for number in others:
-        if not alive[number]:
-            continue
-        left += 1
-        if not owner:
-            return False
-        squared = inward = off = 0.0
         for c in range(3):
-            squared += (nodes[j, c] - nodes[i, c]) ** 2
-        for c in range(3):
-            centre = 0.25 * (
-                nodes[quads[number, 0], c]
-                + nodes[quads[number, 1], c]
-                + nodes[quads[number, 2], c]
-                + nodes[quads[number, 3], c]
-            )
-            inward += (centre - nodes[i, c]) * (nodes[j, c] - nodes[i, c])
-            off += (point[c] - nodes[i, c]) * (nodes[j, c] - nodes[i, c])
-        behind = 0.0
-        for c in range(3):
-            edge = nodes[j, c] - nodes[i, c]
-            centre = 0.25 * (
-                nodes[quads[number, 0], c]
-                + nodes[quads[number, 1], c]
-                + nodes[quads[number, 2], c]
-                + nodes[quads[number, 3], c]
-            )
-            tangent = centre - nodes[i, c] - inward / squared * edge
-            behind += tangent * (point[c] - nodes[i, c] - off / squared * edge)
-        if behind > 0.0:
-            return False
+            low = (1.0 - xi) * nodes[quad[0], c] + (1.0 + xi) * nodes[quad[1], c]
+            high = (1.0 - xi) * nodes[quad[3], c] + (1.0 + xi) * nodes[quad[2], c]
+            foot[3 + c] = turned * (point[c] - 0.25 * ((1.0 - eta) * low + (1.0 + eta) * high))
     return True
 
 
-@njit(cache=True, parallel=True)
-def follow_sheet(followed, x, nodes, sheet, target, gap, facet, foot, hidden, side, distance):
-    """Foot of each particle that is followed on a sheet, as of the side that it is on.
+@njit(cache=True, inline="always")
+def ends_of_side(quad, side):
+    """Nodes of a quadrilateral's side, in the order in which its coordinate grows."""
+    if side == 0:
+        return quad[0], quad[3]
+    if side == 1:
+        return quad[1], quad[2]
+    if side == 2:
+        return quad[0], quad[1]
+    return quad[3], quad[2]
 
-    followed: (k,) particle numbers.
-    sheet: quads and across (e, 4), alive (e,), start (4 e + 1,) and others of each side, owner (4 e,); target: quads
-    and alive of all facets; gap (e,) [m]. In and out: facet (n,), foot (n, 6), hidden (n,): what touches nothing until
-    it is clear, side (n,): 1 where the facets' normals point, -1, or 0 before it is known; out: distance (n,) [m] from
-    the sheet, touched or not. The distance in the foot is counted on the particle's side, infinite of what touches
-    nothing, and so is its normal.
+
+@njit(cache=True, inline="always")
+def is_on_side(quad, xi, eta, side):
+    """Whether a nearest point is on a side of the facet; at a triangle's tip it is on two, whatever xi."""
+    if side > 1:
+        return eta <= -1.0 if side == 2 else eta >= 1.0
+    at_tip = eta >= 1.0 and quad[2] == quad[3]
+    return at_tip or (xi <= -1.0 if side == 0 else xi >= 1.0)
+
+
+@njit(cache=True)
+def nearer_of(point, nodes, quads, facet, other, foot, room):
+    """The other facet where it is nearer to the point than foot, which is then there; else the facet."""
+    room[0] = room[1] = 0.0
+    if not nearest_on_facet(point, nodes, quads[other], room) or abs(room[2]) >= NEARER * abs(foot[2]):
+        return facet
+    foot[:] = room
+    return other
+
+
+@njit(cache=True)
+def nearest_around_hole(point, nodes, quads, across, alive, facet, torn, foot, room):
+    """As `nearer_of`, of the facets around the hole that a torn facet is in; around its first HOLE if it is larger."""
+    hole = np.empty(HOLE, np.int64)
+    hole[0], count, at = torn, 1, 0
+    while at < count:
+        for side in range(4):
+            other = across[hole[at], side]
+            if other < 0 or other == facet:
+                continue
+            if alive[other]:
+                facet = nearer_of(point, nodes, quads, facet, other, foot, room)
+            elif count < HOLE and not (hole[:count] == other).any():
+                hole[count] = other
+                count += 1
+        at += 1
+    return facet
+
+
+@njit(cache=True)
+def nearest_on_sheet(point, nodes, quads, across, alive, facet, foot, room):
+    """The facet nearest to the point, from `facet` on over sides and holes, and the border that the point is beyond.
+
+    INSIDE: it is beyond none, over a facet, a ridge or a valley; NOTHING: `facet` has torn. foot: as of
+    `nearest_on_facet`; room (6,).
     """
-    quads, across, alive, start, others, owner = sheet
-    all_quads, all_alive = target
+    if not (alive[facet] and nearest_on_facet(point, nodes, quads[facet], foot)):
+        return facet, NOTHING
+    for _ in range(64):
+        first, second = sides_beyond(quads[facet], foot[0], foot[1])
+        nearest = facet
+        for side in (first, second):
+            beyond = across[facet, side]
+            if beyond < 0:
+                continue
+            if alive[beyond]:
+                nearest = nearer_of(point, nodes, quads, nearest, beyond, foot, room)
+            else:
+                nearest = nearest_around_hole(point, nodes, quads, across, alive, nearest, beyond, foot, room)
+        if nearest == facet:
+            break
+        facet = nearest
+    first, second = sides_beyond(quads[facet], foot[0], foot[1])
+    for side in (first, second):
+        if is_on_side(quads[facet], foot[0], foot[1], side) and beyond_side(across, alive, facet, side) < 0:
+            return facet, side
+    return facet, INSIDE
+
+
+@njit(cache=True, parallel=True)
+def find_feet(followed, x, nodes, sheet, facet, foot, border, distance):
+    """Nearest point of a sheet to each particle that is followed, whichever side it is on.
+
+    followed: (k,) particle numbers; sheet: quads and across (e, 4), alive (e,). In and out: facet (n,), foot (n, 6);
+    out: border (n,): the side that the particle is beyond, INSIDE or NOTHING; distance (n,) [m] from the sheet.
+    """
+    quads, across, alive = sheet
     for i in prange(followed.shape[0]):
         a = followed[i]
-        facet[a], border = walk_on_sheet(x[a], nodes, quads, across, alive, facet[a], foot[a])
-        distance[a] = abs(foot[a, 2])
-        f = facet[a]
-        if border == NOTHING:
-            foot[a, 2] = distance[a] = math.inf
+        room = foot[a].copy()
+        facet[a], border[a] = nearest_on_sheet(x[a], nodes, quads, across, alive, facet[a], foot[a], room)
+        distance[a] = abs(foot[a, 2]) if border[a] != NOTHING else math.inf
+
+
+@njit(cache=True, inline="always")
+def border_state(others, sheets, first, alive, borders, a):
+    """FREE: no other facet is left at this edge; OWN: particle a, beyond it, touches it here; BARRED: it does not.
+
+    others: facets of other sheets at that edge; sheets: theirs; first: whether the edge is theirs before it is this
+    sheet's; alive (f,); borders (s, n) of all sheets.
+    """
+    state = FREE
+    for k in range(len(others)):
+        if not alive[others[k]]:
             continue
-        if border != INSIDE:
-            place = 4 * f + border
-            there = others[start[place] : start[place + 1]]
-            if not border_is_bare(x[a], nodes, quads[f], border, there, owner[place], all_quads, all_alive):
-                foot[a, 2] = math.inf
-                continue
+        if first[k] or borders[sheets[k], a] == INSIDE:
+            return BARRED
+        state = OWN
+    return state
+
+
+@njit(cache=True, parallel=True)
+def settle_feet(followed, meeting, alive, borders, number, gap, facet, foot, hidden, barred, side, distance):
+    """Which of the found feet are touched, and from which side.
+
+    followed: (k,) particle numbers; meeting: start (4 e + 1,), others, their sheets, and whether they come first, by
+    side of a facet; alive (f,) of all facets; borders (s, n) of all sheets; number: of this one; gap (e,) [m]. In and
+    out: foot (n, 6); hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a
+    border within the gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in
+    the foot is then counted on the particle's side, infinite of what touches nothing, and so is its normal.
+
+    A border that is laid bare by a tear is not touched by what was within the gap: a spring that starts stretched would
+    make energy from nothing.
+    """
+    start, others, sheets, first = meeting
+    for i in prange(followed.shape[0]):
+        a = followed[i]
+        f, border = facet[a], borders[number, a]
+        if border == NOTHING:
+            foot[a, 2] = math.inf
+            continue
         if border != INSIDE or side[a] == 0 or distance[a] >= gap[f]:
             side[a] = 1 if foot[a, 2] >= 0.0 else -1
+        if border != INSIDE:
+            there = slice(start[4 * f + border], start[4 * f + border + 1])
+            state = border_state(others[there], sheets[there], first[there], alive, borders, a)
+            if state == BARRED:
+                barred[a] = distance[a] < gap[f]
+                foot[a, 2] = math.inf
+                continue
+            hidden[a] = hidden[a] or (barred[a] and state == FREE)
+        barred[a] = False
         for c in range(2, 6):
             foot[a, c] *= side[a]
         hidden[a] = hidden[a] and foot[a, 2] < gap[f]

@@ -33,8 +33,9 @@ class Sheet:
 
     facets (e,): numbers in the target; quads (e, 4): their corners, wound alike; across (e, 4): neighbour in the sheet
     beyond the sides xi < -1, xi > 1, eta < -1, eta > 1, or -1;
-    others: numbers in the target of other sheets' facets at side k = 4 f + s, `others[start[k] : start[k + 1]]`;
-    owner (4 e,): whether the sheet owns the edge of that side; two_sided: touched from both sides and at its borders.
+    others: numbers in the target of the other facets at the edge of side k = 4 f + s, but for one that goes on from it
+    smoothly, `others[start[k] : start[k + 1]]`; beside: the sheets that they are of; first: whether the edge is theirs
+    before it is this facet's, as long as they live; two_sided: touched from both sides and at its borders.
     """
 
     quads: Numbers
@@ -42,7 +43,8 @@ class Sheet:
     facets: Numbers
     start: Numbers
     others: Numbers = field(default_factory=lambda: np.empty(0, np.int64))
-    owner: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
+    beside: Numbers = field(default_factory=lambda: np.empty(0, np.int64))
+    first: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
     two_sided: bool = True
 
 
@@ -69,7 +71,7 @@ def sheets_of(nodes: Array, quads: Numbers) -> list[Sheet]:
         if pair is not None:
             pairs[edge] = pair
     label, turned = _wound_alike(quads, pairs)
-    return [_sheet(np.flatnonzero(label == one), quads, turned, edges, pairs) for one in range(label.max() + 1)]
+    return [_sheet(np.flatnonzero(label == one), quads, label, turned, edges, pairs) for one in range(label.max() + 1)]
 
 
 def _smoothest(nodes: Array, quads: Numbers, edge: Edge, places: Sequence[int]) -> tuple[int, int] | None:
@@ -110,12 +112,14 @@ def _wound_alike(quads: Numbers, pairs: Pairs) -> tuple[Numbers, NDArray[np.bool
     return label, turned
 
 
-def _sheet(facets: Numbers, quads: Numbers, turned: NDArray[np.bool_], edges: Edges, pairs: Pairs) -> Sheet:
-    """The sheet of these facets, with what it meets at its borders."""
+def _sheet(
+    facets: Numbers, quads: Numbers, label: Numbers, turned: NDArray[np.bool_], edges: Edges, pairs: Pairs
+) -> Sheet:
+    """The sheet of these facets, with what it meets at its borders; those that go on smoothly have an edge first."""
     local = {int(facet): i for i, facet in enumerate(facets)}
     own = quads[facets].copy()
-    across, owner = np.full((len(facets), 4), -1), np.zeros((len(facets), 4), np.bool_)
-    others: list[list[list[int]]] = [[[] for _ in range(4)] for _ in facets]
+    across = np.full((len(facets), 4), -1)
+    meeting: list[list[list[tuple[int, bool]]]] = [[[] for _ in range(4)] for _ in facets]
     triangle = is_triangle(own)
     for i, facet in enumerate(facets):
         swapped = SWAPPED_TRIANGLE if triangle[i] else SWAPPED
@@ -126,10 +130,16 @@ def _sheet(facets: Numbers, quads: Numbers, turned: NDArray[np.bool_], edges: Ed
             place, to = 4 * int(facet) + side, swapped[side] if turned[facet] else side
             if pair is not None and place in pair:
                 across[i, to] = local[(pair[0] if place == pair[1] else pair[1]) // 4]
-            else:
-                others[i][to] = [other // 4 for other in places if other != place]
-                owner[i, to] = pair is None and bool(places) and place == places[0]
-    flat = [entry for facet in others for entry in facet]
+            meeting[i][to] = _met(place, places, pair or ())
+    flat = [entry for facet in meeting for entry in facet]
     start = np.concatenate([[0], np.cumsum([len(entry) for entry in flat])]).astype(np.int64)
-    listed = np.array([number for entry in flat for number in entry], np.int64)
-    return Sheet(own, across, facets, start, listed, owner.ravel())
+    others = np.array([number for entry in flat for number, _ in entry], np.int64)
+    first = np.array([ahead for entry in flat for _, ahead in entry], np.bool_)
+    return Sheet(own, across, facets, start, others, label[others].astype(np.int64), first)
+
+
+def _met(place: int, places: Sequence[int], pair: Sequence[int]) -> list[tuple[int, bool]]:
+    """Facets of other sheets at the edge of a side, and whether they have it first: a smooth pair, then in order."""
+    if place in pair:
+        return [(other // 4, False) for other in places if other not in pair]
+    return [(other // 4, other in pair or other < place) for other in places if other != place]

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Snapshot
 from birdstrike.data.vtu import write_fields
@@ -54,16 +53,6 @@ def test_json_has_a_schema_version_and_null_for_what_is_not_finite(tmp_path: Pat
     write_json(tmp_path / "r.json", content)
     found = json.loads((tmp_path / "r.json").read_text())
     assert found == {"schema_version": 1, "a": 1.5, "n": 3, "x": [None, None, 2.0], "b": True, "v": [1.0, 1.0]}
-
-
-def test_errors_cross_a_process_border_whole() -> None:
-    import pickle
-
-    error = pickle.loads(pickle.dumps(CaseError(["one", "two"], "case x: 2 errors")))
-    assert (error.errors, error.heading, error.exit_code) == (["one", "two"], "case x: 2 errors", 1)
-    assert isinstance(error, UserError)
-    failed = pickle.loads(pickle.dumps(RunFailed("unstable", "lower solver.courant")))
-    assert (failed.reason, failed.remedy, failed.exit_code) == ("unstable", "lower solver.courant", 2)
 
 
 def test_vtu_files_hold_the_snapshot(tmp_path: Path) -> None:

@@ -183,6 +183,83 @@ def test_an_angle_s_outer_corner_is_touched_once():
     assert contact.on_bird[0] == pytest.approx([-push, 0.0, push], abs=1e-3 * push)
 
 
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_particle_that_leaves_one_facet_of_a_valley_for_the_other_gains_nothing(triangles):
+    """A skin bent by 30 degrees over a blade: where the first facet ends, the second has been nearer for a while."""
+    slope = np.tan(np.radians(15.0))
+    target = stiffened((0.0,), triangles=triangles)
+    target.x[:, 2] += slope * np.abs(target.x[:, 0])
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-0.015, 0.015, 31), [-0.013, 0.0, 0.017]))
+    height = 0.5 * (THICKNESS[0] + SPACING) / np.cos(np.radians(15.0)) + 1e-4
+    start = np.column_stack([x, y, slope * np.abs(x) + height])
+    bird = particles(start, np.tile([60.0, 0.0, -30.0], (len(x), 1)))
+    energy, gained = bird.kinetic_energy(), 0.0
+    assert len(sheets_of(target.x, target.quads)) == 2
+    contact = Contact(bird, target)
+    for step in range(1200):
+        contact.update_forces(bird, target)
+        contact.update_energies(bird, target, 2e-7 if step else 0.0)
+        gained = max(gained, contact.stored - contact.energies["contact"])
+        bird.v[: bird.n] += (2e-7 if step else 1e-7) * contact.on_bird / bird.masses[:, None]
+        bird.x[: bird.n] += 2e-7 * bird.v[: bird.n]
+    assert gained < 1e-4 * energy
+    assert bird.kinetic_energy() + contact.stored == pytest.approx(energy, rel=1e-3)
+
+
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_sharp_fold_of_warped_facets_is_touched_from_all_around(triangles):
+    """Particles thrown past the edge between a web and a foot that has been bent: none of it is left out or late."""
+    one = grid(np.array([0.0, -0.05, 0.0]), X, Y, (3, CELLS))
+    other = grid(np.array([0.0, -0.05, 0.0]), -Z, Y, (3, CELLS))
+    nodes, quads, _ = joined(one, other)
+    sag = np.where(np.round(nodes[:, 1] / SIZE + 0.5) % 2 == 1, 0.2, -0.2)
+    nodes[:, 2] -= (sag + 0.2) * nodes[:, 0]
+    quads = cut(quads, crossed=True) if triangles else quads
+    target = target_of(nodes, quads, np.zeros(len(quads), np.int64))
+    y = np.linspace(-0.045, 0.045, 46)
+    start = np.column_stack([np.full_like(y, -0.004), y, np.full_like(y, 0.008)])
+    bird = particles(start, np.tile([25.0, 0.0, -25.0], (len(y), 1)))
+    energy = bird.kinetic_energy()
+    contact = fly(target, bird, 3000, 1e-7)
+    assert len(contact.sheets) == 2
+    assert bird.kinetic_energy() == pytest.approx(energy, rel=2e-3)
+    assert abs(contact.energies["contact"]) < 1e-3 * energy
+
+
+@pytest.mark.parametrize("triangles", [False, True])
+def test_the_rims_of_a_hole_are_touched_in_time(triangles):
+    """Particles that fly about in a torn skin's plane, from rim to rim and into corners, keep their energy."""
+    target = stiffened((), triangles=triangles)
+    middle = target.x[target.quads].mean(axis=1)
+    target.alive[(np.abs(middle[:, :2] - [0.01, 0.0]) < 0.03).all(axis=1)] = False
+    target.alive[(np.abs(middle[:, :2] - [0.05, 0.02]) < 0.01).all(axis=1)] = False
+    rng = np.random.default_rng(4)
+    start = np.column_stack([rng.uniform([-0.01, -0.02], [0.03, 0.02], (60, 2)), np.zeros(60)])
+    turn = rng.uniform(0.0, 2.0 * np.pi, 60)
+    bird = particles(start, 60.0 * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(60)]))
+    energy = bird.kinetic_energy()
+    contact = fly(target, bird, 4000, 2e-7)
+    assert np.count_nonzero(np.abs(bird.v[:60] @ [1.0, 1.0, 0.0] - 60.0 * (np.cos(turn) + np.sin(turn))) > 1.0) > 30
+    assert bird.kinetic_energy() + contact.stored == pytest.approx(energy, rel=2e-3)
+    assert contact.stored - contact.energies["contact"] < 1e-3 * energy
+
+
+def test_what_lies_over_a_border_that_a_tear_lays_bare_gains_nothing():
+    """A blade's edge under a skin, within reach of a particle on the skin: it has sprung open, and pushes nothing."""
+    target = stiffened()
+    skin = np.abs(target.x[target.quads][:, :, 2]).max(axis=1) == 0.0
+    height = 0.5 * (THICKNESS[0] + SPACING) + 1e-4
+    assert height < 0.5 * (THICKNESS[1] + SPACING), "within the gap of the thicker blade"
+    bird = particles(np.array([[0.0, 0.013, height]]), np.array([[0.0, 0.0, -10.0]]))
+    contact = Contact(bird, target)
+    contact.update_forces(bird, target)
+    target.alive[skin] = False
+    for _ in range(20):
+        contact.update_forces(bird, target)
+        assert contact.touching == 0
+        bird.x[: bird.n] += 1e-6 * bird.v[: bird.n]
+
+
 def test_overlapping_skins_are_touched_one_after_the_other():
     """Two parallel skins 6 mm apart: a particle above touches the upper alone, with the gap of its own thickness."""
     one = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))

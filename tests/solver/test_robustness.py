@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copyreg
+import pickle
 import re
+from types import TracebackType
 
 import numpy as np
 import pytest
@@ -47,6 +50,24 @@ def test_a_courant_violation_names_the_courant_number(factor):
     """No case can ask for it (solver.courant ends at 1), so the stable step itself is multiplied."""
     with pytest.raises(RunFailed, match=r"lower solver\.courant"):
         simulate(tiny(), step_factor=factor)
+
+
+@pytest.mark.parametrize("held", [None, PlateState(strain=1.0)])
+def test_a_run_that_fails_crosses_a_process_border(monkeypatch, held):
+    """With and without the plate's state in it; a failure that is its own cause sends reducers of exceptions round."""
+    if held:
+        monkeypatch.setattr("birdstrike.solver.simulate.PlateState", lambda: held)
+        monkeypatch.setattr(held, "note", lambda _: None, raising=False)
+    with pytest.raises(RunFailed) as caught:
+        simulate(tiny(), step_factor=40.0)
+    failure = caught.value
+    assert failure.__cause__ is not failure
+    assert ("given way" in failure.reason) == (held is not None)
+    reducers = pytest.importorskip("tblib.pickling_support")
+    monkeypatch.setitem(copyreg.dispatch_table, RunFailed, reducers.pickle_exception)
+    monkeypatch.setitem(copyreg.dispatch_table, TracebackType, reducers.pickle_traceback)
+    again = pickle.loads(pickle.dumps(failure))
+    assert (again.reason, again.remedy) == (failure.reason, failure.remedy)
 
 
 def test_a_courant_number_above_1_is_refused():
