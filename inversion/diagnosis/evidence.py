@@ -58,21 +58,18 @@ NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that mov
 
 @dataclass(frozen=True)
 class Grams:
-    """X^T C^-1 X of any columns at any node. x: (p, m) of each kind, in its diagonal coordinates; weights: (amplitudes,
-    p) of each kind; index: (combinations,) amplitude of each kind; logdet: (nodes,) log det C; of: (nodes,) combination
-    of amplitudes at each node.
+    """X^T C^-1 X of any columns at any combination of amplitudes. x: (p, m) of each kind, in its diagonal coordinates;
+    weights: (nodes, p) of each kind; index: (combinations,) node of each kind; logdet: (combinations,) log det C.
     """
 
     x: tuple[Array, ...]
     weights: tuple[Array, ...]
     index: tuple[np.ndarray, ...]
     logdet: Array
-    of: Indices
 
     @classmethod
-    def made(cls, blocks: Sequence[Block], columns: Array, amplitudes: Array) -> Grams:
-        """From the blocks' diagonal coordinates; amplitudes: (nodes, kinds)."""
-        combinations, of = np.unique(amplitudes, axis=0, return_inverse=True)
+    def of(cls, blocks: Sequence[Block], columns: Array, combinations: Array) -> Grams:
+        """From the blocks' diagonal coordinates."""
         x, weights, indices, logdet = [], [], [], np.zeros(len(combinations))
         for i, block in enumerate(blocks):
             values, index = np.unique(combinations[:, i], return_inverse=True)
@@ -80,17 +77,16 @@ class Grams:
             weights.append(1.0 / (1.0 + values[:, None] ** 2 * block.lam))
             indices.append(index)
             logdet += (block.logdet - np.log(weights[-1]).sum(axis=1))[index]
-        return cls(tuple(x), tuple(weights), tuple(indices), logdet[of], of)
+        return cls(tuple(x), tuple(weights), tuple(indices), logdet)
 
     def at(self, nodes: Indices, columns: Sequence[int]) -> Array:
         """(nodes, q, q) of some columns."""
-        combinations, of = np.unique(self.of[nodes], return_inverse=True)
-        whole = np.zeros((len(combinations), len(columns), len(columns)))
+        whole = np.zeros((len(nodes), len(columns), len(columns)))
         for x, weights, index in zip(self.x, self.weights, self.index, strict=True):
             own = x[:, np.asarray(columns)]
-            used, back = np.unique(index[combinations], return_inverse=True)
+            used, back = np.unique(index[nodes], return_inverse=True)
             whole += np.array([own.T @ (weights[i][:, None] * own) for i in used])[back]
-        return whole[of]
+        return whole
 
     def node(self, number: int) -> Array:
         """(m, m) of one combination, all columns."""
@@ -168,7 +164,7 @@ class ModelTester:
         for label, h in self.places.items():
             columns[:, 0] += h * columns[:, system.at[label].start]
         self.columns = columns
-        self.grams = Grams.made(system.blocks, columns, self.combinations)
+        self.grams = Grams.of(system.blocks, columns, self.combinations)
 
     @cached_property
     def rotation(self) -> Array:
@@ -195,7 +191,7 @@ class ModelTester:
     def other_grams(self) -> Grams:
         """With something else in the error: of the residual and the free directions alone."""
         few = self.columns[:, : self.system.at["nuisance"].stop]
-        return Grams.made(self.system.other, few, self.combinations)
+        return Grams.of(self.system.other, few, self.combinations)
 
     @property
     def free(self) -> np.ndarray:
@@ -223,58 +219,40 @@ class ModelTester:
         S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
         return Reduced(S, W, np.linalg.slogdet(own)[1])
 
-    @property
-    def labels(self) -> list[str]:
-        """Effects that have a signature in the system."""
-        return [
+    @cached_property
+    def singles(self) -> tuple[dict[str, int], Reduced]:
+        """The residual and every effect's signature at all nodes; label -> place among them, 0 the residual."""
+        labels = [
             name
             for name in self.system.at
             if name not in ("y", "J", "unnamed", "nuisance", "changed") and not name.startswith("error of ")
         ]
-
-    @cached_property
-    def singles(self) -> tuple[dict[str, int], Reduced]:
-        """The residual and every effect's signature at all nodes; label -> place among them, 0 the residual."""
-        labels = self.labels
         columns = [0, *(self.system.at[name].start for name in labels)]
         return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
             self.grams, np.arange(len(self.combinations)), columns
         )
 
     def model(
-        self,
-        hypothesis: Hypothesis,
-        sizes: Sequence[float] | None = None,
-        only: Indices | None = None,
-        alone: bool = False,
+        self, hypothesis: Hypothesis, sizes: Sequence[float] | None = None, only: Indices | None = None
     ) -> Evidence:
         """One model; sizes: h for the errors of its effects' signatures, by default those fitted without errors.
 
-        only: nodes that are evaluated; the others' posterior weight is taken as 0; alone: whether no other model is
-        evaluated on this system, so that what several would share is not worth its cost.
+        only: nodes that are evaluated; the others' posterior weight is taken as 0.
         """
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
         if hypothesis.label == SOMETHING_ELSE:
             reduced = self.reduced(self.other_grams, nodes, [0])
             return self._evaluated(hypothesis, nodes, reduced, np.zeros((1, 0)), self.other_grams)
-        reduced = self._alone(members, nodes) if alone else self._among_singles(members, nodes)
+        index, quick = self.singles
+        at = [0, *(index[label] for label in members)]
+        reduced = Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
         first = self._evaluated(hypothesis, nodes, reduced, self._factors(len(members), []), self.grams)
         if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
         columns, factor = self._with_signature_errors(members, np.asarray(first.h if sizes is None else sizes))
         return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
-
-    def _alone(self, members: Sequence[str], nodes: Indices) -> Reduced:
-        """The residual and some effects' signatures."""
-        return self.reduced(self.grams, nodes, [0, *(self.system.at[label].start for label in members)])
-
-    def _among_singles(self, members: Sequence[str], nodes: Indices) -> Reduced:
-        """The same, cut out of `singles`."""
-        index, quick = self.singles
-        at = [0, *(index[label] for label in members)]
-        return Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
 
     def _with_signature_errors(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
         """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations.
@@ -349,7 +327,7 @@ class ModelTester:
     def shared(self) -> frozenset[str]:
         """Effects with the signature of an unnamed error: where no baseline parts the two, they are one magnitude."""
         unnamed, at = self.columns[:, self.system.at["unnamed"]], self.system.at
-        own = {label: self.columns[:, at[label].start, None] for label in self.labels}
+        own = {label: self.columns[:, at[label].start, None] for label in self.singles[0]}
         return frozenset(
             label
             for label, column in own.items()

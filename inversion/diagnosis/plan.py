@@ -29,8 +29,7 @@ COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
 RUNS = 25  # of the campaign
 RESPONSE_PARTICLES = 3000  # of the simulations with effects: friction drowns in the scatter of a bird of 1000 particles
-REPEATED = 4  # fine simulations: each tells the scatter at hundreds of instants
-JITTER = 0.1  # of the spacing: fine runs and pairs of the design have a lattice each, so that their mean has none
+JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
 LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
 GENTLER = {"plate_preload": 0.5}
 """Plausible sizes where LEVEL leaves the linear range: a fifth of the buckling load is the size of a preload, and the
@@ -105,14 +104,8 @@ class Plan:
         return self.spread[:FINE_RUNS]
 
     def meshes(self) -> dict[str, Case]:
-        """The fine simulations, each on a lattice of its own: what one lattice does to all runs would not be seen.
-
-        Some are repeated on another lattice: by what they differ single runs scatter.
-        """
-        points, n = self.fine_points(), len(self.unit)
-        found = {f"fine {i}": self.on_lattice(self.at(self.fine, i), i) for i in points}
-        again = {f"again {i}": self.on_lattice(self.at(self.fine, i), n + i) for i in points[:REPEATED]}
-        return found | again
+        """The fine simulations."""
+        return {f"fine {i}": self.at(self.fine, i) for i in self.fine_points()}
 
     def on_lattice(self, case: Case, number: int) -> Case:
         """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird."""

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
@@ -34,10 +32,9 @@ from birdstrike.inversion.diagnosis.hypotheses import (
     hypotheses,
 )
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
 
 STEPS = 6
-STARTS = 128  # points of the ranges among which a fit begins
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -69,51 +66,29 @@ class Problem:
     scale: float = MAGNITUDE_SCALE
     apart: tuple[float, ...] = BIRDS_APART
 
-    @cached_property
     def start(self) -> Places:
-        """No effect; each group's parameters where its records are likeliest among points that fill the ranges.
-
-        The error's covariance is that of the middle of the ranges. From there alone a fit could end in a local minimum:
-        the curves bend most where the bird's viscosity is small.
-        """
-        middle = Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
-        system = build(self.shots, self.found, middle, self.known, self.shapes, self.options)
-        return Places({group: self._likeliest(group, system) for group in system.groups}, {})
-
-    def _likeliest(self, group: str, system: System) -> Array:
-        """(k,) the point of least misfit of a group's records by themselves, at the amplitudes' prior mean."""
-        setup = next(shot.setup for shot in self.shots if shot.group == group)
-        unit = Sobol(len(setup.lows), rng=0).random(STARTS)
-        points = np.vstack([np.clip(0.5, setup.lows, setup.highs), setup.lows + unit * (setup.highs - setup.lows)])
-        own = np.repeat([shot.group == group for shot in self.shots], [len(shot.record.values) for shot in self.shots])
-        curves = [shot.sample(shot.setup.grid(points)) for shot in self.shots if shot.group == group]
-        left = np.zeros((len(own), len(points)))
-        left[own] = np.hstack([shot.record.values for shot in self.shots if shot.group == group])[:, None]
-        left[own] -= np.hstack(curves).T
-        misfit = np.zeros(len(points))
-        white = Whitener(system.noise)(left)
-        for block in system.blocks:
-            of = np.flatnonzero(own[block.rows])
-            covariance = (block.F + self.known.typical(block.kind) ** 2 * block.U)[np.ix_(of, of)]
-            factor = cholesky(covariance, lower=True)
-            misfit += (solve_triangular(factor, white[block.rows[of]], lower=True) ** 2).sum(axis=0)
-        return points[int(misfit.argmin())]
+        """The middle of the ranges, no effect."""
+        return Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
-        """Gauss-Newton with the amplitudes' posterior; on the way, only where that has weight."""
-        fit = self._tested(hypothesis, start or self.start)
+        """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
+        places = start or self.start()
+        members = hypothesis.members
+        fit = self._tested(hypothesis, places, members)
         for _ in range(steps):
-            places = self._moved(fit, hypothesis)
-            moved = max(float(np.abs(places.z[g] - fit.places.z[g]).max()) for g in places.z)
-            fit = self._tested(hypothesis, places, _kept([fit.evidence]))
+            following = self._moved(fit, hypothesis)
+            moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
+            places = following
+            fit = self._tested(hypothesis, places, members)
             if moved < CLOSE:
                 break
-        return replace(fit, evidence=_evidence(fit.tester, hypothesis, fit.places)) if steps else fit
+        return fit
 
-    def _tested(self, hypothesis: Hypothesis, places: Places, only: Indices | None = None) -> Fit:
+    def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
-        return Fit(places, system, tester, _evidence(tester, hypothesis, places, only))
+        sizes = [places.h[one.label] for one in members] if places.h else None
+        return Fit(places, system, tester, tester.model(hypothesis, sizes))
 
     def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
         """The posterior mean, inside the emulator's box and the effects' limits."""
@@ -130,19 +105,13 @@ class Problem:
         return Places(z, h)
 
 
-def _evidence(tester: ModelTester, hypothesis: Hypothesis, places: Places, only: Indices | None = None) -> Evidence:
-    """A model at its own places."""
-    sizes = [places.h[one.label] for one in hypothesis.members] if places.h else None
-    return tester.model(hypothesis, sizes, only, alone=True)
-
-
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the signatures' errors
 CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the signatures' errors will not bring it back
-NODES_KEPT = 0.01  # of a model's posterior: nodes at which pairs, and steps of a refit, are evaluated
+NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,8 +26,7 @@ class Setup:
     """What the simulations of a plan tell.
 
     time: (m,) [s]; channels: the sensors, stacked in this order on a grid of (channels * m,) values; runs: histories by
-    label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs; repeats: (r, channels *
-    m) by what runs on two lattices of the fine mesh differ, over the root of two.
+    label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs.
     """
 
     plan: Plan
@@ -40,7 +39,6 @@ class Setup:
     lows: Array
     highs: Array
     runs: Mapping[str, Histories]
-    repeats: Array
 
     def grid(self, z: Array) -> Array:
         """(q, channels * m) curves with the mesh correction at fractions z (q, k) of the ranges."""
@@ -111,15 +109,13 @@ def make_setup(
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
     parts = (plan, data.time, tuple(channels), emulator)
     none = MeshCorrection.none(len(data.time) * len(channels))
-    stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
+    bare = Setup(*parts, none, {}, {}, lows, highs, runs)
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
-    twice = [stacks[f"fine {i}"] - stacks[f"again {i}"] for i in fine if f"again {i}" in runs]
-    repeats = np.sqrt(0.5) * np.array(twice).reshape(-1, len(data.time) * len(channels))
-    bare = Setup(*parts, none, {}, {}, lows, highs, runs, repeats)
+    stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
     mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
     responses, lost = learn_responses(plan, stacks, len(channels))
-    return replace(bare, mesh=mesh, responses=responses, refused={**plan.refused, **lost})
+    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

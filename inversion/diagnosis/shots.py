@@ -21,7 +21,6 @@ from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
-from birdstrike.surrogate.run_scatter import common_factors
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
@@ -211,18 +210,6 @@ class Shot:
             return self.instrument_signature(clock, grid) / clock.size
         response = self.setup.responses[effect]
         return self.sample(response.at(z)[None])[0] / response.known.size
-
-    @cached_property
-    def scatter(self) -> Array:
-        """(n, r) factor of the covariance of a single run's scatter on the fine mesh, from runs that were repeated.
-
-        A shot is a single run of a bird that breaks up: it scatters as the runs do, anew in every shot.
-        """
-        rows = self.sample(self.setup.repeats)
-        if not np.any(rows):
-            return np.zeros((len(self.record.values), 0))
-        ends = np.cumsum([len(trace.values) for trace in self.record.traces])[:-1]
-        return np.hstack(common_factors(np.split(rows, ends, axis=1))).T
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -135,8 +135,7 @@ def build(
     local = weights if lengths is None else 1.0 / np.asarray(lengths)
     change = np.maximum(local, weights)
     near = np.array([[alike(a, b, local) for b in z] for a in z])
-    shared = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
-    directions = np.hstack([shared, np.asarray(block_diag(*(shot.scatter for shot in shots)))])
+    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
     numerical = white(directions)
     cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
     variances = np.split((directions**2).sum(axis=1), cuts)

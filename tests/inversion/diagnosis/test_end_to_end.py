@@ -18,11 +18,8 @@ from birdstrike.inversion.diagnosis.diagnose import (
     named_records,
     stated_bird,
 )
-from birdstrike.inversion.diagnosis.plan import REPEATED
-from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.simulate import simulate
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import tiny
 
@@ -100,29 +97,6 @@ def test_the_second_call_simulates_nothing_and_says_the_same(laboratory: Laborat
     assert after["confidence_set"] == before["confidence_set"]
 
 
-def test_a_record_scatters_as_single_runs_do(laboratory: Laboratory) -> None:
-    """Further lattices at the repeated places differ by what the setup states, within what four repeats can tell."""
-    ranking, (one, *_) = laboratory.answered[0]
-    plan, setup = one.setup.plan, one.setup
-    points = [i for i in plan.fine_points() if f"again {i}" in setup.runs]
-    assert len(points) == REPEATED
-    third = [simulate(plan.on_lattice(plan.at(plan.fine, i), 100 + i)) for i in points]
-    first = [setup.runs[f"fine {i}"] for i in points]
-    curves = [np.array([stack(run, setup.time, setup.channels) for run in runs]) for runs in (third, first)]
-    found = np.mean(one.sample(curves[0] - curves[1]) ** 2 / 2.0, axis=0)
-    stated = (one.scatter**2).sum(axis=1)
-    for i, _ in enumerate(setup.channels):
-        of = one.record.channel == i
-        assert 0.4 < np.sqrt(stated[of].mean() / found[of].mean()) < 2.5
-    assert ranking.fits["none"].system.numerical_variance(one.name).mean() > stated.mean()
-
-
-def test_a_fit_begins_where_the_records_are_likeliest(laboratory: Laboratory) -> None:
-    """The bird of the clean record has a third of the range of viscosities."""
-    start = laboratory.answered[0][0].problem.start
-    assert float(start.z["baseline clean"][0]) == pytest.approx((400.0 - 100.0) / 900.0, abs=0.15)
-
-
 def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
     """The clean record is the second shot: what the first alone has is an effect of that shot."""
     folder = laboratory.folder
@@ -169,15 +143,16 @@ def test_the_case_states_the_bird_of_its_baselines(laboratory: Laboratory) -> No
 
 
 def test_an_uncertainty_that_the_case_states_explains_what_it_can(laboratory: Laboratory) -> None:
-    """A speed known to 8 m/s makes a wrong speed less of an explanation; an angle's effect is not simulated."""
+    """A speed known to 8 m/s explains a part of what edges that let go do; an angle's effect is not simulated."""
     folder = laboratory.folder
     words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
     stated = ("speed=8 m/s", "angle=1 deg")
     result = laboratory.diagnose("stated", *words, *(w for s in stated for w in ("--set", f"inversion.nuisance.{s}")))
     assert result.exit_code == 0, result.output
     found, exact = laboratory.content("stated"), laboratory.content()
-    gains = [next(e["log_evidence"] for e in one["effects"] if e["name"] == "impact_speed") for one in (found, exact)]
-    assert gains[0] < gains[1] - 1.0
+    for name in ("clamp_rotation", "impact_speed"):
+        gains = [next(e["log_evidence"] for e in one["effects"] if e["name"] == name) for one in (found, exact)]
+        assert gains[0] < gains[1] - 1.0, name
     lines = [line for line in found["warnings"] if "inversion.nuisance" in line]
     assert len(lines) == 1
     assert "inversion.nuisance of angle is not carried" in lines[0]
