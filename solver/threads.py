@@ -11,9 +11,8 @@ from numba.core import config
 
 MOST_THREADS: int = config.NUMBA_NUM_THREADS  # pyright: ignore[reportAttributeAccessIssue]
 """What the process may use, even where it has been lowered before this module is imported."""
-UNDISTURBED = (
-    0.75  # share of a period that a thread is at work in, waiting for others included; disturbed ones fall to 0.5
-)
+UNDISTURBED = 0.75
+"""Share of a period that a thread is at work in, waiting for others included; disturbed ones fall to 0.5."""
 PATIENCE = (4, 64)  # periods before one thread more is tried again: at first, and at most
 
 

@@ -112,6 +112,8 @@ def clamp_to_facet(point, nodes, quad, foot):
         foot[2] = side * distance
         for c in range(3):
             foot[3 + c] /= distance
+    else:
+        set_normal(point, nodes, quad, foot)
 
 
 @njit(cache=True, inline="always")

@@ -14,8 +14,8 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, foot_on_facet, set_normal, sides_beyond
-from birdstrike.solver.kernels.triangle_contact import clamp_to_triangle, share_along
+from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet, sides_beyond
+from birdstrike.solver.kernels.triangle_contact import share_along
 
 INSIDE, NOTHING = -1, -2
 HOLE = 32
@@ -32,27 +32,16 @@ def nearest_on_facet(point, nodes, quad, foot):
         return False
     if abs(foot[0]) <= OUTSIDE and abs(foot[1]) <= OUTSIDE:
         return True
-    if quad[2] == quad[3]:
-        clamp_to_triangle(point, nodes, quad, foot)
-        return True
-    least = math.inf
-    for side in range(4):
-        one, other = ends_of_side(quad, side)
-        share, squared = share_along(point, nodes, one, other)
-        if squared < least:
-            least = squared
-            along, end = 2.0 * share - 1.0, -1.0 if side % 2 == 0 else 1.0
-            foot[0], foot[1] = (end, along) if side < 2 else (along, end)
-    set_normal(point, nodes, quad, foot)
-    distance = math.sqrt(least)
-    if distance > 0.0:
-        turned = (1.0 if foot[2] >= 0.0 else -1.0) / distance
-        foot[2] = turned * least
-        xi, eta = foot[0], foot[1]
-        for c in range(3):
-            low = (1.0 - xi) * nodes[quad[0], c] + (1.0 + xi) * nodes[quad[1], c]
-            high = (1.0 - xi) * nodes[quad[3], c] + (1.0 + xi) * nodes[quad[2], c]
-            foot[3 + c] = turned * (point[c] - 0.25 * ((1.0 - eta) * low + (1.0 + eta) * high))
+    if quad[2] != quad[3]:
+        least = math.inf
+        for side in range(4):
+            one, other = ends_of_side(quad, side)
+            share, squared = share_along(point, nodes, one, other)
+            if squared < least:
+                least = squared
+                along, end = 2.0 * share - 1.0, -1.0 if side % 2 == 0 else 1.0
+                foot[0], foot[1] = (end, along) if side < 2 else (along, end)
+    clamp_to_facet(point, nodes, quad, foot)
     return True
 
 
