@@ -263,6 +263,15 @@ def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tu
     assert any("times of day were read, and count from the first row" in line for line in found.provenance)
 
 
+@pytest.mark.parametrize("pattern", ["hh:mm:ss", "[HH:MM:SS,fff]", "dd.mm.yyyy hh:mm:ss.000"])
+def test_a_row_of_units_may_say_how_the_clock_is_written(tmp_path: Path, pattern: str) -> None:
+    day = "24.11.2026 " if "yyyy" in pattern else ""
+    rows = "".join(f"{day}10:15:30,00{k};{k},5\n" for k in range(5))
+    found = imported(tmp_path / "a.csv", f"# Versuch 4\nZeit;Weg\n{pattern};mm\n{rows}", ImportOptions({"w": "Weg"}))
+    assert np.allclose(found.time, 1e-3 * np.arange(5))
+    assert np.allclose(found.channels["w"], 1e-3 * (np.arange(5) + 0.5))
+
+
 @pytest.mark.parametrize(
     ("head", "asked"),
     [
