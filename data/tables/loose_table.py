@@ -57,6 +57,7 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
 _UNIT = (
     re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
+    re.compile(r"(?P<name>[^/\s]+)/(?P<unit>[^/\s]+)"),  # displacement/mm
     re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # displacement_mm
 )
 
@@ -513,12 +514,18 @@ def head_of(name: str, unit: str | None) -> Head:
 def _head(cell: str, unit: str | None) -> Head:
     """Name and unit of a header's cell, in one of the usual spellings."""
     for match in _matches(cell):
-        if unit is None and _is_unit(match["unit"]):
+        if unit is None and _is_unit(match["unit"]) and not _is_quotient(cell):
             return Head(match["name"].strip(), _ratio(match["unit"].strip()), cell)
     bracket = _UNIT[0].fullmatch(cell.strip())
     if unit is None and bracket is not None and _measures_something(bracket["unit"]):
         return Head(bracket["name"].strip(), None, cell, bracket["unit"].strip())
     return Head(cell, unit, cell)
+
+
+def _is_quotient(cell: str) -> bool:
+    """Whether a cell is itself a unit, such as m/s or µm/m, and no name with a unit behind a stroke: t is the time."""
+    above, stroke, below = cell.strip().partition("/")
+    return bool(stroke) and above != "t" and _is_unit(above) and _is_unit(below)
 
 
 def _ratio(unit: str) -> str:
