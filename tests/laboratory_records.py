@@ -417,7 +417,7 @@ KINDS = (
     Kind("bracket that rings at 3 kHz, 0.1 mm", plain(with_noise(0.02, lambda s: 0.1 * np.where(s.clock > 0.2, np.sin(6.0 * np.pi * (s.clock - 0.2)), 0.0))), before=0.3, word="cannot produce", answer=False),
     Kind("turned round and offset by 1.2 mm", plain(lambda s: 1.2 - with_noise(0.03)(s)), before=0.5, word="--scale displacement_centre=-1", answer=False),
     Kind("clock of twice the rate", plain(with_noise(0.02)), ("--sensor", CENTRE, "--rate", "400 kHz"), 0.3, word="correct the rate", answer=False),
-    Kind("hum of 50 Hz, offset of -0.8 mm, pre-trigger of 8 ms, seconds", hum_in_seconds, before=8.0, word="before contact"),
+    Kind("hum of 50 Hz, offset of -0.8 mm, pre-trigger of 8 ms, seconds", hum_in_seconds, before=8.0, word="its zero is taken from there"),
     Kind("turned round, and trigger 0.4 ms late", plain(lambda s: -with_noise(0.03)(s)), before=0.2, late=0.4, word="--scale displacement_centre=-1", answer=False),
     Kind("drift of -0.15 mm/ms and offset of 0.3 mm, pre-trigger of 1 ms", plain(with_noise(0.03, lambda s: 0.3 - 0.15 * s.clock)), before=1.0, word="a drift"),
     Kind("laser and gauge clipped, strain in %", both_clipped, ("--sensor", f"{CENTRE}=Laser", "--sensor", f"{STRAIN}=DMS"), 0.5, word="are clipped"),
