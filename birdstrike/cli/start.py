@@ -298,8 +298,8 @@ def last_screen(closed: Mapping[str, Any], loop: Path) -> Iterator[str]:
         yield from (f"  {line}" for line in diagnosis_lines(closed["diagnosis"]))
     warnings = list(dict.fromkeys(closed["warnings"]))
     yield from (f"  Warning: {line}" for line in warnings[:MOST_WARNINGS])
-    if len(warnings) > MOST_WARNINGS:
-        yield f"  {len(warnings) - MOST_WARNINGS} more warnings in the report."
+    if more := len(warnings[MOST_WARNINGS:]):
+        yield f"  {more} more warning{'s' if more > 1 else ''} in the report."
     yield f"Report: {closed['paths']['report']}; the case: {closed['case_file']}; the answers: {closed['answers']}"
     yield f"Next: open the report in a browser; the cards: {command_line('export', loop)}"
 

@@ -48,12 +48,16 @@ _CLOCK = re.compile(
 )
 """hh:mm:ss.ffffff or mm:ss.ffffff, with or without a date before it, AM or PM behind it."""
 
+_CLOCK_PATTERN = re.compile(r"(?:[DdMmYy./\-]+[ T]+)?[Hh]{1,2}:[Mm]{1,2}(?::[Ss]{1,2}(?:[.,][Ff0SsMm]+)?)?")
+"""How some loggers write in the row of units what their clock looks like: hh:mm:ss.fff, dd.mm.yyyy hh:mm:ss."""
+
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<mark>[.,])\d{3}")
 """A number that is a thousand or a thousandth: 1,234."""
 
 _UNIT = (
     re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\])]*)[\])]"),  # displacement [mm], displacement (mm)
     re.compile(r"(?P<name>.+?)\s+/\s+(?P<unit>\S+)"),  # displacement / mm
+    re.compile(r"(?P<name>[^/\s]+)/(?P<unit>[^/\s]+)"),  # displacement/mm
     re.compile(rf"(?P<name>.+)_(?P<unit>{'|'.join(map(re.escape, AS_SUFFIX))})"),  # displacement_mm
 )
 
@@ -436,7 +440,7 @@ def _heads(lines: Sequence[str], delimiter: str, width: int) -> tuple[tuple[Head
     units: list[str | None] = [None] * width
     lowest = next((k for k, cells in enumerate(nearest[:-1]) if _are_units(cells)), None)
     if lowest is not None and lowest <= 2:
-        units = [cell.strip("[]()").strip() or None for cell in nearest[lowest]]
+        units = [_unit_text(cell) or None for cell in nearest[lowest]]
         nearest = nearest[lowest + 1 :]
     named = nearest and any(re.search("[A-Za-z]", cell) for cell in nearest[0])
     heads = (
@@ -475,10 +479,16 @@ def _holds_a_number(cells: Sequence[str]) -> bool:
 
 def _are_units(cells: Sequence[str]) -> bool:
     """Whether a line's cells are units of what sensors give, or empty; below a unit of time, units of anything."""
-    bare = [cell.strip("[]()").strip() for cell in cells]
+    bare = [_unit_text(cell) for cell in cells]
     if any(bare) and all(map(_is_unit, bare)):
         return True
     return _is_unit(bare[0]) and si_unit(bare[0]) == "s" and all(not c or _measures_something(c) for c in bare)
+
+
+def _unit_text(cell: str) -> str:
+    """A cell of a row of units without its brackets; seconds where it says how a clock is written."""
+    text = cell.strip("[]()").strip()
+    return "s" if _CLOCK_PATTERN.fullmatch(text) else text
 
 
 def _is_unit(cell: str) -> bool:
@@ -504,12 +514,18 @@ def head_of(name: str, unit: str | None) -> Head:
 def _head(cell: str, unit: str | None) -> Head:
     """Name and unit of a header's cell, in one of the usual spellings."""
     for match in _matches(cell):
-        if unit is None and _is_unit(match["unit"]):
+        if unit is None and _is_unit(match["unit"]) and not _is_quotient(cell):
             return Head(match["name"].strip(), _ratio(match["unit"].strip()), cell)
     bracket = _UNIT[0].fullmatch(cell.strip())
     if unit is None and bracket is not None and _measures_something(bracket["unit"]):
         return Head(bracket["name"].strip(), None, cell, bracket["unit"].strip())
     return Head(cell, unit, cell)
+
+
+def _is_quotient(cell: str) -> bool:
+    """Whether a cell is itself a unit, such as m/s or µm/m, and no name with a unit behind a stroke: t is the time."""
+    above, stroke, below = cell.strip().partition("/")
+    return bool(stroke) and above != "t" and _is_unit(above) and _is_unit(below)
 
 
 def _ratio(unit: str) -> str:

@@ -78,13 +78,15 @@ def _nearest(dataset: Dataset, channel: Channel, name: str) -> float:
 class _Beside:
     """A channel beside the runs, at every shift (s,) [s] of its clock.
 
-    end: of the runs [s]; peaks: (runs,) of the runs, SI; correlation: (s, runs); residual: (s,) root mean square
-    distance of the nearest run; allowed: (s,) True at the shifts that a fit may choose.
+    end: of the runs [s]; peaks: (runs,) of the runs, SI; seen: (runs,) of the runs at the instants of the record that
+    are left, because a clipped or broken record has lost its own peak; correlation: (s, runs); residual: (s,) root mean
+    square distance of the nearest run; allowed: (s,) True at the shifts that a fit may choose.
     """
 
     channel: Channel
     end: float
     peaks: Array
+    seen: Array
     shifts: Array
     correlation: Array
     residual: Array
@@ -108,10 +110,10 @@ class _Beside:
             scale = np.linalg.norm(runs, axis=1) * np.linalg.norm(channel.values)
             correlation[k] = runs @ y / np.maximum(scale, 1e-300)
             residual[k] = float(np.sqrt(((runs - y) ** 2).mean(axis=1)).min())
-        end = float(clock[-1])
-        return cls(
-            channel, end, np.abs(curves).max(axis=1), shifts, correlation, residual, np.abs(shifts) <= limit + 1e-12
-        )
+        peaks = np.abs(curves).max(axis=1)
+        seen = np.array([np.abs(np.interp(channel.times, clock, curve)).max() for curve in curves])
+        allowed = np.abs(shifts) <= limit + 1e-12
+        return cls(channel, float(clock[-1]), peaks, seen, shifts, correlation, residual, allowed)
 
 
 def _finding(beside: _Beside) -> str:
@@ -139,8 +141,10 @@ def _finding(beside: _Beside) -> str:
             f"displacement counts positive in the direction of the push, strain in tension; import it again with "
             f"--scale {name}=-1"
         )
+    low, high = float(beside.seen.min()), float(beside.seen.max())
+    span = f"{quantity(low, channel.unit)} .. {quantity(high, channel.unit)}"
     if not low / FAR <= peak <= FAR * high and np.abs(allowed).max() > ALIKE:
-        factor = peak / float(np.median(beside.peaks))
+        factor = peak / float(np.median(beside.seen))
         return (
             f"{plain(name)} has the shape of the runs and another size: it peaks at {quantity(peak, channel.unit)} "
             f"where they do at {span}, {_slip(factor)}; import it again with the right --unit, or a --scale"

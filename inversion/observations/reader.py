@@ -49,7 +49,7 @@ AT_REST = 1e-4  # of a run's peak
 ZERO_WORTH = 0.25  # of the noise: a smaller reading at rest changes nothing
 MEANING = {
     CLIPPED: "the fit does not know the curve there, and a peak is larger than the record says; give the sensor a "
-    "larger range in the next shot",
+    "larger range in the next shot, or look for why the logger stopped there",
     SATURATED: "the sensor or its amplifier stood at its end, and the fit does not know the curve; give it a larger "
     "range in the next shot",
     DROPOUT: "samples that the logger has lost would pull the fit; look at the cable and the logger",
@@ -368,7 +368,9 @@ def _jumping(name: str, unit: str, times: Array, values: Array) -> tuple[str, ..
     if not len(places):
         return ()
     step, count = quantity(float(values[places[0] + 1] - values[places[0]]), unit, 2), len(places)
-    where = f"at {1e3 * times[places[0]]:.4g} ms" + (f" (and {count - 1} times more)" if count > 1 else "")
+    where = f"at {1e3 * times[places[0]]:.4g} ms" + (
+        "" if count == 1 else " (and once more)" if count == 2 else f" (and {count - 1} times more)"
+    )
     text = (
         f"{plain(name)} jumps by {step} between neighbouring readings {where}, which a plate does not: an overflow of "
         "the converter, a loose cable, or two records in one? The fit takes it for the plate's motion; look at the "

@@ -93,7 +93,7 @@ def _with_rows(case: Case, rows: list[VerificationRow]) -> Iterator[Aspect]:
     if case.impact.friction:
         named = tuple(row for row in rows if "friction" in row.name.lower())
         yield Aspect("friction", named, "" if named else "no row checks friction between bird and target")
-    yield _family(rows, "energy and momentum of a whole impact", "Energy balance", "Books of the reference")
+    yield _family(rows, "energy and momentum of a whole impact", "Energy balance")
     yield _family(rows, "a whole impact against another code", "The OpenRadioss strike")
 
 

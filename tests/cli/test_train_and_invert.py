@@ -73,6 +73,8 @@ def test_prints_parameters_errors_verdict_and_next_step(loop: Path) -> None:
     last = found.output.strip().splitlines()[-1]
     assert str(loop / "inversion") in last
     assert f"Next: birdstrike report {loop}" in last
+    assert "hold-out" not in found.output, "the standing rule is said once, in docs/theory.md"
+    assert "every fifth" not in found.output
 
 
 def test_parameter_that_is_not_identified_is_shown_as_its_range(loop: Path) -> None:

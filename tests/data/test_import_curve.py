@@ -263,6 +263,28 @@ def test_a_clock_of_the_day_counts_from_its_first_row(tmp_path: Path, stamps: tu
     assert any("times of day were read, and count from the first row" in line for line in found.provenance)
 
 
+@pytest.mark.parametrize(("head", "unit"), [("Time/s\tw/mm", 1e-3), ("t/s\tDMS/%", 1e-2), ("t/s\tF/kN", 1e3)])
+def test_a_stroke_parts_name_and_unit_without_blanks(tmp_path: Path, head: str, unit: float) -> None:
+    name = head.split("\t")[1].split("/")[0]
+    found = imported(tmp_path / "a.txt", f"{head}\n0\t0.5\n1E-3\t1.5\n", ImportOptions({"w": name}))
+    assert np.allclose(found.time, [0.0, 1e-3])
+    assert np.allclose(found.channels["w"], [0.5 * unit, 1.5 * unit])
+
+
+def test_a_unit_with_a_stroke_in_it_is_no_name(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match='column "m/s" has no unit'):
+        imported(tmp_path / "a.txt", "t [s]\tm/s\n0\t0.5\n1\t1.5\n", ImportOptions({"w": "m/s"}))
+
+
+@pytest.mark.parametrize("pattern", ["hh:mm:ss", "[HH:MM:SS,fff]", "dd.mm.yyyy hh:mm:ss.000"])
+def test_a_row_of_units_may_say_how_the_clock_is_written(tmp_path: Path, pattern: str) -> None:
+    day = "24.11.2026 " if "yyyy" in pattern else ""
+    rows = "".join(f"{day}10:15:30,00{k};{k},5\n" for k in range(5))
+    found = imported(tmp_path / "a.csv", f"# Versuch 4\nZeit;Weg\n{pattern};mm\n{rows}", ImportOptions({"w": "Weg"}))
+    assert np.allclose(found.time, 1e-3 * np.arange(5))
+    assert np.allclose(found.channels["w"], 1e-3 * (np.arange(5) + 0.5))
+
+
 @pytest.mark.parametrize(
     ("head", "asked"),
     [

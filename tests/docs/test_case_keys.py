@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import re
+import tomllib
 from typing import Any
 
 import pytest
@@ -37,3 +39,12 @@ def test_every_quantity_of_a_case_stands_on_it_with_its_unit(say: Any) -> None:
         mark = quantity_at(key)
         assert mark is not None
         assert units[key] == (mark.shown or "number"), key
+
+
+def test_the_template_names_the_page_that_has_its_keys() -> None:
+    template = (ROOT / "data" / "templates" / "case.toml").read_text(encoding="utf-8")
+    (named,) = re.findall(r"All keys: (\S+\.md)\.", template)
+    page = (ROOT / named).read_text(encoding="utf-8")
+    sections = [key for key, table in tomllib.loads(template).items() if isinstance(table, dict)]
+    assert sections
+    assert [section for section in sections if f"`{section}." not in page] == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -104,6 +105,10 @@ def test_a_curve_edited_in_place_is_found_set_aside_and_run_again(tmp_path: Path
     assert (out / "curves.csv").read_bytes() == before
     assert (victim.parent / f"{victim.name}.corrupt").exists()
     assert inventory(out).damaged == []  # the run has been made again
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # and nothing is said of it any more
+        campaign(out, diary=diary)
+    assert len(attempts(diary)) == 7
     victim.unlink()
     assert inventory(out).damaged == [f"{victim.name}.corrupt"]
 

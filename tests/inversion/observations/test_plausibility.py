@@ -62,6 +62,16 @@ def test_a_late_or_early_trigger_is_named_with_the_shift_that_mends_it(dataset: 
     assert not said(measured, dataset, time_offset=0.2e-3), "the case allows it: the fit finds it"
 
 
+def test_a_record_that_has_lost_its_peak_is_not_taken_for_one_in_another_unit(dataset: Dataset) -> None:
+    """Clipped at a tenth of the peak, or broken off before a tenth of it: beside the runs' own peaks it is small."""
+    whole = shot().channels[CHANNEL]
+    early = CLOCK < 0.38e-3
+    for values in (np.minimum(whole, 0.1 * whole.max()), np.where(early, whole, np.nan)):
+        assert not any("another size" in text for text in said(replace(shot(), channels={CHANNEL: values}), dataset))
+    small = replace(shot(1e-3), channels={CHANNEL: np.where(CLOCK < 0.9e-3, 1e-3 * whole, np.nan)})
+    assert "near a thousand" in said(small, dataset)[0]
+
+
 def test_a_good_record_raises_no_word(dataset: Dataset) -> None:
     for share in (0.1, 0.45, 0.9):
         assert not said(record(truth(share), CLOCK, SIGMA), dataset)

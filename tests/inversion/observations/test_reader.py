@@ -105,7 +105,7 @@ def test_what_is_left_out_or_correlated_says_what_it_means_and_what_to_do() -> N
     (channel,) = read_record(spoilt(), EXPECTED)
     cut, single = channel.warnings
     assert "are clipped (the same reading in a row) and are left out: the fit does not know the curve there" in cut
-    assert cut.endswith("give the sensor a larger range in the next shot")
+    assert "give the sensor a larger range in the next shot, or look for why the logger stopped there" in cut
     assert "is far off its neighbours and is left out: single readings would pull the fit; look at the record" in single
     smooth = np.convolve(measured().channels[CHANNEL], np.full(4, 0.25), "same")
     (text,) = read_record(measured(channels={CHANNEL: smooth}), replace(EXPECTED, noise={}))[0].remarks
