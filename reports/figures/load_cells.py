@@ -31,11 +31,11 @@ def load_cells_figure(time: Array, cells: Mapping[str, Array], total: Array | No
     below.plot(at, shown(summed, "N")[0], color=BLACK, lw=1.4, label="sum of the cells")
     if total is not None:
         below.plot(at, shown(total, "N")[0], color=VERMILION, lw=1.2, ls="--", label="whole reaction")
-    above.axhline(0.0, color=BLACK, lw=0.6)
     above.set_ylabel("Force of each load cell [kN]")
     below.set_ylabel("Sum [kN]")
     below.set_xlabel("Time on the simulation's clock [ms]")
     below.set_xlim(float(at[0]), float(at[-1]))
     handles = [line for axes in (above, below) for line in axes.lines]
     figure.legend(handles=handles, loc="outside upper left", ncols=5, handlelength=2.6, columnspacing=1.6)
+    above.axhline(0.0, color=BLACK, lw=0.6)
     return figure

@@ -109,7 +109,15 @@ def _solid(scene: Scene, box: tuple[Array, Array]) -> dict[str, Any]:
         "low": _rounded(1e3 * box[0]),
         "high": _rounded(1e3 * box[1]),
         "up": scene.up,
+        "size": round(1e3 * _typical_side(scene), 2),
     }
+
+
+def _typical_side(scene: Scene) -> float:
+    """Root of the facets' mean area [m]."""
+    corners = scene.resting[scene.sheets.quads]
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+    return float(np.sqrt(areas.mean()))
 
 
 def _nodes(snapshots: Sequence[Snapshot], box: tuple[Array, Array]) -> str:
@@ -220,7 +228,8 @@ def _caption(seen: Mapping[str, Sequence[Snapshot]], scene: Scene, solid: bool) 
         return (
             f"The simulations in motion, {frames} instants each. Above: the bird from the front, coloured by pressure, "
             f"and every sheet that the plane y = {where} cuts, in its part's colour, to scale; a gap is a failed "
-            "shell. Below: the deformed mesh in space, failed shells left out, and the bird; drag to turn it. Failed "
+            "shell. Below: the deformed mesh in space, failed shells left out, and the bird; drag to turn it. Parts "
+            "do not touch each other in the simulation, so a sheet that came loose may cross another. Failed "
             f"shells at the end, of {len(scene.sheets.quads)}: {'; '.join(torn)}. Largest displacement of any shell: "
             f"{'; '.join(parts)}."
         )
