@@ -18,7 +18,9 @@ from birdstrike.solver.target.links.rivets import RivetData, Rivets
 from birdstrike.solver.target.links.ties import TieData, Ties
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
+from birdstrike.solver.target.shell_block import ShellBlock
 from birdstrike.solver.target.supports import NAMED
+from birdstrike.solver.target.triangle_block import TriangleBlock
 from tests.solver.target.triangles import cut
 
 METAL = TARGET_LAWS.validate(
@@ -95,6 +97,7 @@ def all_strains(target: Target) -> np.ndarray:
     """Membrane strains (e, 3) of the last step in x and y, of quadrilaterals and of triangles."""
     found = []
     for block in target.blocks:
+        assert isinstance(block, ShellBlock | TriangleBlock)
         turn = block.frame.reshape(-1, 3, 3)[:, :2, :2]
         half = 0.5 * block.strain[:, 2]
         tensor = np.stack([block.strain[:, 0], half, half, block.strain[:, 1]], axis=1).reshape(-1, 2, 2)
