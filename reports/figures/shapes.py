@@ -22,7 +22,9 @@ from birdstrike.reports.figures.views import (
     draw_bird,
     draw_section,
     grid_of_views,
+    head_of,
     nearest,
+    part_legend,
     window,
 )
 
@@ -44,17 +46,18 @@ def shapes_figure(models: Mapping[str, Sequence[Snapshot]], instants: Sequence[f
     every = [snapshot for snapshots in chosen.values() for snapshot in snapshots]
     norm = pressure_scale(every)
     x_limits, z_limits = window(every, scene)
-    columns, rows = len(models), len(instants)
+    columns, rows, names = len(models), len(instants), scene.sheets.names
     cell = column_width(columns, WIDE if columns > 1 else WIDE / 2 + 0.8)
     paint = {"s": dot_area(scene.spacing, cell, x_limits), "cmap": PRESSURE_COLOURS, "norm": norm}
     heights = [cell * float(np.ptp(z_limits) / np.ptp(x_limits))] * rows
-    figure, grid, (below,) = grid_of_views(columns, cell, heights, [BETWEEN] * (rows - 1), 1)
+    figure, grid, (below,) = grid_of_views(columns, cell, heights, [BETWEEN] * (rows - 1), 1, head_of(names))
+    part_legend(figure, names)
     for column, (title, snapshots) in enumerate(chosen.items()):
         grid[0, column].set_title(title[:1].upper() + title[1:], fontsize=8.5)
         for row, snapshot in enumerate(snapshots):
             axes = grid[row, column]
             draw_section(axes, snapshot, scene)
-            draw_bird(axes, snapshot, (2, scene.up), paint, shown(snapshot.pressure, "Pa")[0])
+            draw_bird(axes, snapshot, (2, scene.up), paint, shown(snapshot.pressure, "Pa")[0], scene.middle)
             axes.set(xlim=x_limits, ylim=z_limits, aspect="equal")
             axes.grid(False)
             time = float(milliseconds(np.asarray(snapshot.time)))

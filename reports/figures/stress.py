@@ -25,7 +25,7 @@ from birdstrike.reports.figures.views import (
     dot_area,
     draw_bird,
     grid_of_views,
-    mid_line,
+    section_outlines,
     window,
 )
 
@@ -89,28 +89,22 @@ def stress_figure(models: Mapping[str, Snapshot], scene: Scene) -> Figure:
 
 
 def _front(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: float) -> None:
-    """Bird by its stress; the plate's section along its mid line by the stress of the shells beside that line."""
+    """Bird by its stress; the target as the plane cuts it by the stress of its shells."""
     up = scene.up
-    beside = np.flatnonzero(np.isin(snapshot.quads, mid_line(scene.resting)).any(axis=1))
-    nodes, half = shown(snapshot.nodes, "m")[0], 0.5e3 * scene.thickness
-    strips, values = [], []
-    for q in beside:
-        x, z = nodes[snapshot.quads[q], 0], up * nodes[snapshot.quads[q], 2]
-        left, right = int(np.argmin(x)), int(np.argmax(x))
-        ends = (x[left], z[left]), (x[right], z[right])
-        strips.append([(a, b + side * half) for side, pair in ((1, ends), (-1, ends[::-1])) for a, b in pair])
-        values.append(float(shown(snapshot.plate_stress[q : q + 1], "Pa")[0][0]))
-    if strips:
-        paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
-        axes.add_collection(PolyCollection(strips, array=np.array(values), **paint))
-    draw_bird(axes, snapshot, (2, up), scales.paint(dots), _stress(snapshot, scales))
+    strips, live, _ = section_outlines(snapshot, scene)
+    values = shown(snapshot.plate_stress[live], "Pa")[0]
+    if len(strips):
+        paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.7, "zorder": 3}
+        axes.add_collection(PolyCollection(list(strips), array=values, **paint))
+    draw_bird(axes, snapshot, (2, up), scales.paint(dots), _stress(snapshot, scales), scene.middle)
     axes.grid(False)
 
 
 def _top(axes: Axes, snapshot: Snapshot, scene: Scene, scales: Scales, dots: float) -> None:
-    """Shells by their largest stress through the thickness, and above them the bird by its own."""
-    corners = shown(scene.resting[snapshot.quads][:, :, :2], "m")[0]
-    values = shown(snapshot.plate_stress, "Pa")[0]
+    """Shells by their largest stress through the thickness, upper sheets last, and above them the bird by its own."""
+    order = np.argsort(scene.up * scene.resting[snapshot.quads][:, :, 2].mean(axis=1), kind="stable")
+    corners = shown(scene.resting[snapshot.quads[order]][:, :, :2], "m")[0]
+    values = shown(snapshot.plate_stress[order], "Pa")[0]
     paint = {"cmap": PLATE_COLOURS, "norm": scales.plate, "edgecolors": "face", "linewidths": 0.3}
     axes.add_collection(PolyCollection(list(corners), array=values, **paint))
     draw_bird(axes, snapshot, (1, scene.up), scales.paint(dots), _stress(snapshot, scales))

@@ -8,13 +8,18 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array, Snapshot
-from birdstrike.reports.figures.quantities import shown
+from birdstrike.reports.figures.cut import Sheets, cut, strips
+from birdstrike.reports.figures.quantities import shown, words
 from birdstrike.reports.figures.style import GREY
+from birdstrike.reports.figures.target import PART_COLOURS
 
 LEFT, RIGHT, TOP, BETWEEN, BOTTOM, BAR = 0.65, 0.15, 0.32, 0.12, 0.55, 0.6
 """Margins of a grid of views, gap between its columns, room below it for the x axis and for each colour bar [in]."""
@@ -22,7 +27,7 @@ LEFT, RIGHT, TOP, BETWEEN, BOTTOM, BAR = 0.65, 0.15, 0.32, 0.12, 0.55, 0.6
 ENDS: Mapping[str, Any] = {"extend": "both", "extendfrac": 0.02}
 """A colour bar beyond whose ends there are values."""
 
-PLATE_FACE, PLATE_EDGE = "#9FB4C4", "#4A5A66"
+PLATE_FACE = "#9FB4C4"
 
 
 def push_direction(snapshots: Sequence[Snapshot]) -> float:
@@ -59,13 +64,16 @@ class Scene:
     """What all views of one simulation share.
 
     resting: (m, 3) [m], the plate's nodes before the impact; thickness: of the plate [m]; spacing: of the bird's pieces
-    [m], at which they are drawn; up: +1 or -1, the sense of z that is drawn upwards, so that the bird comes from above.
+    [m], at which they are drawn; up: +1 or -1, the sense of z that is drawn upwards, so that the bird comes from above;
+    sheets: the target's facets; middle: y [m] of the plane in which the target is cut.
     """
 
     resting: Array
     thickness: float
     spacing: float
     up: float
+    sheets: Sheets
+    middle: float = 0.0
 
 
 def column_width(columns: int, width: float) -> float:
@@ -74,17 +82,18 @@ def column_width(columns: int, width: float) -> float:
 
 
 def grid_of_views(
-    columns: int, cell: float, heights: Sequence[float], gaps: Sequence[float], bars: int
+    columns: int, cell: float, heights: Sequence[float], gaps: Sequence[float], bars: int, head: float = 0.0
 ) -> tuple[Figure, NDArray[np.object_], list[Axes]]:
     """Axes of fixed size, and below them axes for colour bars: no layout has to be searched for.
 
     Only the first column and the rows with room below them have ticks, all views of a row or column having one scale.
 
-    cell: width of a column; heights: of the rows; gaps: below each row but the last, all in inches.
+    cell: width of a column; heights: of the rows; gaps: below each row but the last; head: room above the titles, all
+    in inches.
     """
     width = LEFT + RIGHT + columns * cell + BETWEEN * (columns - 1)
-    height = TOP + sum(heights) + sum(gaps) + BOTTOM + BAR * bars
-    figure, top = Figure(figsize=(width, height)), height - TOP
+    height = head + TOP + sum(heights) + sum(gaps) + BOTTOM + BAR * bars
+    figure, top = Figure(figsize=(width, height)), height - head - TOP
     grid = np.empty((len(heights), columns), dtype=object)
     for row, (tall, gap) in enumerate(zip(heights, (*gaps, 0.0), strict=True)):
         for column in range(columns):
@@ -106,24 +115,57 @@ def dot_area(spacing: float, inches: float, limits: Array) -> float:
 
 
 def draw_bird(
-    axes: Axes, snapshot: Snapshot, plane: tuple[int, float], paint: Mapping[str, Any], values: Array
+    axes: Axes,
+    snapshot: Snapshot,
+    plane: tuple[int, float],
+    paint: Mapping[str, Any],
+    values: Array,
+    middle: float = 0.0,
 ) -> None:
-    """Pieces as dots by `values` (n,), those nearest the viewer (or the mid-plane) last; eroded ones small and grey.
+    """Pieces as dots by `values` (n,), those nearest the viewer (or the plane y = `middle`) last; eroded ones grey.
 
     plane: the coordinate drawn upwards (1: top view, 2: front view) and the sense of z that is up.
     """
     upward, up = plane
     sign = up if upward == 2 else 1.0
-    depth = np.abs(snapshot.particles[:, 1]) if upward == 2 else -up * snapshot.particles[:, 2]
+    depth = np.abs(snapshot.particles[:, 1] - middle) if upward == 2 else -up * snapshot.particles[:, 2]
     order = np.argsort(depth)[::-1]
     where, alive = shown(snapshot.particles[order], "m")[0], ~snapshot.eroded[order]
     axes.scatter(where[~alive, 0], sign * where[~alive, upward], s=1.5, color=GREY, linewidths=0)
     axes.scatter(where[alive, 0], sign * where[alive, upward], c=values[order][alive], linewidths=0, **paint)
 
 
+def section_outlines(snapshot: Snapshot, scene: Scene) -> tuple[Array, NDArray[np.intp], NDArray[np.int64]]:
+    """Outlines (k, 4, 2) [mm] of the facets that the plane cuts, the place of each in snapshot and sheets."""
+    segments, live = cut(snapshot.nodes, snapshot.quads, scene.middle)
+    facet = scene.sheets.numbers(snapshot.quads[live])
+    outlines = strips(segments, scene.sheets.thickness[facet]) * (1.0, scene.up)
+    return shown(outlines, "m")[0], live, facet
+
+
 def draw_section(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
-    """The plate's section along its long mid line, to scale."""
-    line = mid_line(scene.resting)
-    x, z = shown(snapshot.nodes[line, 0], "m")[0], scene.up * shown(snapshot.nodes[line, 2], "m")[0]
-    half = float(shown(np.asarray(scene.thickness / 2), "m")[0])
-    axes.fill_between(x, z - half, z + half, color=PLATE_FACE, linewidth=0.5, edgecolor=PLATE_EDGE)
+    """The target as the plane cuts it, to scale: every sheet that is crossed, in its part's colour, torn ones not."""
+    outlines, _, facet = section_outlines(snapshot, scene)
+    colours = part_colours(scene.sheets.names)[scene.sheets.part[facet]]
+    lines = {"facecolors": colours, "edgecolors": 0.72 * colours, "linewidths": 0.7, "zorder": 3}
+    axes.add_collection(PolyCollection(list(outlines), **lines))
+
+
+def part_colours(names: Sequence[str]) -> Array:
+    """Red, green, blue (p, 3) of every part, as in the picture of the set-up; of a plate alone, that of plates."""
+    if len(names) == 1:
+        return np.array([to_rgb(PLATE_FACE)])
+    return np.array([to_rgb(PART_COLOURS[number % len(PART_COLOURS)]) for number in range(len(names))])
+
+
+def part_legend(figure: Figure, names: Sequence[str]) -> None:
+    """The parts' colours along the upper edge, where there are several."""
+    if len(names) > 1:
+        pairs = zip(part_colours(names), names, strict=True)
+        patches = [Patch(facecolor=tuple(c), edgecolor=GREY, label=words(name)) for c, name in pairs]
+        figure.legend(handles=patches, loc="upper center", ncols=min(len(names), 6), handlelength=1.4)
+
+
+def head_of(names: Sequence[str]) -> float:
+    """Room [in] that `part_legend` takes."""
+    return 0.26 * -(-len(names) // 6) if len(names) > 1 else 0.0

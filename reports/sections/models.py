@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from birdstrike.data.histories import Histories
+from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, Warnings, drawing
 from birdstrike.reports.comparison.clock import on_clock
 from birdstrike.reports.comparison.end_state import impulse
 from birdstrike.reports.comparison.models import STANDARD
+from birdstrike.reports.figures.load_cells import load_cells_figure
 from birdstrike.reports.figures.models import RUNNING, ModelCurve, RecordCurve, models_figure
 from birdstrike.reports.figures.quantities import quantity, shown_span, significant, words
 from birdstrike.reports.results.findings import percent
@@ -18,6 +19,7 @@ from birdstrike.reports.results.measurement import origin, peak
 from birdstrike.reports.results.results import Model, Results
 from birdstrike.reports.sections.curves import noise
 from birdstrike.reports.sections.models_tables import constants_table, end_state_table, errors_table, scores
+from birdstrike.solver.sensors.reaction_force import ReactionForce
 
 
 def section(results: Results) -> Section:
@@ -27,7 +29,42 @@ def section(results: Results) -> Section:
         blocks.append(Warnings(warned))
     tables = (errors_table(results), end_state_table(results), constants_table(results))
     figures = (_figure(results, channel) for channel in _channels(results))
-    return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *tables[1:]))
+    cells = [_load_cells(results)] if len(_cells(results)) > 1 else []
+    return Section("models", "The bird models side by side", (*blocks, *tables[:1], *figures, *cells, *tables[1:]))
+
+
+def _cells(results: Results) -> tuple[str, ...]:
+    """Sensors that read the reaction of one set of supports, where a simulation of the inverted bird has them."""
+    run = results.models[results.best].run if results.best in results.models else None
+    sensors = results.case.sensors.items()
+    held = (name for name, sensor in sensors if isinstance(sensor, ReactionForce) and sensor.support is not None)
+    return tuple(name for name in held if run is not None and name in run.channels)
+
+
+def _load_cells(results: Results) -> Picture:
+    """All load cells in one picture, of the inverted bird; a cell of the record has its own figure beside it."""
+    model, names = results.models[results.best], _cells(results)
+    assert model.run is not None
+    run, sensors = model.run, results.case.sensors
+    cells = {name: run.channels[name] for name in names}
+    whole = [n for n, s in sensors.items() if isinstance(s, ReactionForce) and s.support is None and n in run.channels]
+    figure = load_cells_figure(run.time, cells, run.channels[whole[0]] if whole else None)
+    parts = []
+    for name, force in cells.items():
+        at, top = peak(run.time, force)
+        given = significant(_given(run, force))
+        parts.append(f"{words(name)} {quantity(top, 'N')} at {quantity(at, 's')}, {given} N s")
+    shared = sum(_given(run, force) for force in cells.values())
+    text = (
+        f"Load cells, simulated with the {model.title} bird, as computed. "
+        f"Peak and impulse of each: {'; '.join(parts)}. Impulse of all: {significant(shared)} N s."
+    )
+    return drawing("load-cells", figure, text)
+
+
+def _given(run: Histories, force: Array) -> float:
+    """Impulse of a force up to the end [N s]."""
+    return float(impulse(run.time, force)[-1])
 
 
 def _warnings(results: Results) -> Iterator[str]:
@@ -88,7 +125,8 @@ def ranking(results: Results) -> str:
 
 def _channels(results: Results) -> tuple[str, ...]:
     """Channels of the record first, then the case's other sensors."""
-    others = tuple(name for name in results.case.sensors if name not in results.channels)
+    together = _cells(results) if len(_cells(results)) > 1 else ()
+    others = tuple(name for name in results.case.sensors if name not in (*results.channels, *together))
     run = next(iter(finished(results).values()), None)
     return (*results.channels, *(name for name in others if run is not None and name in run.channels))
 

@@ -9,13 +9,14 @@ import numpy as np
 from birdstrike.data.histories import Snapshot
 from birdstrike.reports.blocks import Block, Paragraph, Picture, Section, photograph
 from birdstrike.reports.comparison.models import PICTURE_TIME
+from birdstrike.reports.figures.cut import Sheets
 from birdstrike.reports.figures.quantities import milliseconds, quantity, shown
 from birdstrike.reports.figures.shapes import shapes_figure
 from birdstrike.reports.figures.stress import stress_figure
 from birdstrike.reports.figures.views import Scene, nearest, push_direction
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections.animation import animation
-from birdstrike.solver.build import rest_mesh
+from birdstrike.solver.build import aimed_at, rest_mesh
 
 SHAPES = (0.25, 0.5, 0.75, 1.0)  # of the time from contact to the end, where the case names no snapshots
 
@@ -39,7 +40,11 @@ def section(results: Results) -> Section:
 def _scene(results: Results, snapshots: Sequence[Snapshot]) -> Scene:
     bird, plate = results.case.bird, results.case.plate
     spacing = (bird.volume / len(snapshots[0].particles)) ** (1.0 / 3.0)
-    return Scene(rest_mesh(results.case).nodes, plate.thickness, spacing, -push_direction(snapshots))
+    mesh, target = rest_mesh(results.case), results.case.target
+    thick = plate.thickness if target is None else {name: part.thickness for name, part in target.parts.items()}
+    middle = float(aimed_at(results.case)[1])
+    up = -push_direction(snapshots)
+    return Scene(mesh.nodes, plate.thickness, spacing, up, Sheets.of(mesh, thick), middle)
 
 
 def _stress(results: Results, seen: dict[str, tuple[Snapshot, ...]], scene: Scene) -> Picture:

@@ -13,6 +13,7 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of
 from birdstrike.solver.target.section import ShellMaterial
+from tests.solver.target.triangles import cut
 
 STEEL = ShellMaterial(200e9, 0.3, 7800.0)
 SPACING, THICKNESS = 5e-3, 0.004
@@ -23,10 +24,11 @@ def particles(x: np.ndarray, v: np.ndarray) -> Bird:
     return Bird(x, v, SEED.rho0 * SPACING**3, 1.2 * SPACING, SEED, (1.0, 2.0))
 
 
-def saddle() -> Target:
+def saddle(triangles: bool) -> Target:
     mesh = plate_mesh(0.2, 0.2, (10, 10))
     mesh.nodes[:, 2] = 0.4 * (mesh.nodes[:, 0] ** 2 - mesh.nodes[:, 1] ** 2)
-    return plate_of(shell_mesh(mesh.nodes, mesh.quads), THICKNESS, STEEL, "free")
+    quads = cut(mesh.quads, crossed=True) if triangles else mesh.quads
+    return plate_of(shell_mesh(mesh.nodes, quads), THICKNESS, STEEL, "free")
 
 
 def sliding_saddle(plate: Target) -> tuple[Bird, Contact]:
@@ -41,9 +43,13 @@ def sliding_saddle(plate: Target) -> tuple[Bird, Contact]:
     return bird, contact
 
 
-def test_friction_conserves_linear_and_angular_momentum():
+both_shells = pytest.mark.parametrize("triangles", [False, True])
+
+
+@both_shells
+def test_friction_conserves_linear_and_angular_momentum(triangles):
     """Friction acts at the particle's height above the mid-surface: the shell gets the couple as well."""
-    plate = saddle()
+    plate = saddle(triangles)
     bird, contact = sliding_saddle(plate)
     friction = contact.friction
     assert friction is not None
@@ -54,9 +60,10 @@ def test_friction_conserves_linear_and_angular_momentum():
     assert np.abs(moment).max() < 1e-9 * scale * 0.1
 
 
-def test_friction_only_takes_energy():
+@both_shells
+def test_friction_only_takes_energy(triangles):
     """Its power on particles and nodes together is the sum of -|F| |slip|, also on a shell that moves and turns."""
-    plate = saddle()
+    plate = saddle(triangles)
     bird, contact = sliding_saddle(plate)
     friction = contact.friction
     assert friction is not None

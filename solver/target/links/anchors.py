@@ -30,6 +30,14 @@ class Foot:
     normal: Array
     facet: int
 
+    def row(self) -> dict[int, float]:
+        """Weight of each node, together 1: the last corner of a triangle is there twice, and has both shares."""
+        found: dict[int, float] = {}
+        for node, weight in zip(self.nodes, self.weights, strict=True):
+            if weight:
+                found[int(node)] = found.get(int(node), 0.0) + float(weight)
+        return found
+
 
 class Surface:
     """Shells of one part, to find places on."""
@@ -113,8 +121,7 @@ def weights_of_line(
         if length[node] > 0.0:
             rows[node] = {corner: weight / length[node] for corner, weight in row.items() if weight}
         else:
-            foot = surface.foot(nodes[node])
-            rows[node] = {int(c): float(w) for c, w in zip(foot.nodes, foot.weights, strict=True) if w}
+            rows[node] = surface.foot(nodes[node]).row()
     return rows
 
 

@@ -131,7 +131,7 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
             size = float(np.linalg.norm(gap))
             axes.append(gap / size if size > 1e-9 else feet[0].normal)
             points.append(0.5 * (places[0] + places[1]))
-            ends += [{int(n): float(w) for n, w in zip(f.nodes, f.weights, strict=True) if w} for f in feet]
+            ends += [foot.row() for foot in feet]
             constants.append(data.row())
     if not points:
         return None

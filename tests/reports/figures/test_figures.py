@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from birdstrike.reports.comparison.end_state import impulse
 from birdstrike.reports.figures.curves import VerifiedCurve, comparison_figure
+from birdstrike.reports.figures.cut import Sheets
 from birdstrike.reports.figures.design import design_figure
 from birdstrike.reports.figures.models import ModelCurve, RecordCurve, models_figure, running_mean
 from birdstrike.reports.figures.parameters import Mark, ParameterRow, parameters_figure
@@ -30,7 +31,7 @@ from birdstrike.reports.figures.views import Scene, mid_line, push_direction
 from tests.reports.synthetic import RECORD_TIMES, contact_force, displacement, plate, strike
 
 RUN = strike()
-RESTING = plate(0.0)[0]
+RESTING, QUADS = plate(0.0)
 RECORD = displacement(RECORD_TIMES, 5.65e-3, 2.45e-3)
 NAMES = ("bird.material.pressure_cutoff", "bird.material.viscosity", "bird.material.tension_erosion")
 
@@ -91,7 +92,8 @@ def models(channel: str = "displacement_centre") -> Figure:
     return models_figure(channel, "N" if force else "m", curves, record, 45.5, (0.0, 2.4e-3))
 
 
-SCENE = Scene(RESTING, 0.01, 0.008, 1.0)
+SHEETS = Sheets(QUADS, np.zeros(len(QUADS), np.int64), ("plate",), np.full(len(QUADS), 0.01))
+SCENE = Scene(RESTING, 0.01, 0.008, 1.0, SHEETS)
 TITLES = ("elastic", "hydrodynamic")
 
 

@@ -18,7 +18,10 @@ from birdstrike.solver.target.links.rivets import RivetData, Rivets
 from birdstrike.solver.target.links.ties import TieData, Ties
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
+from birdstrike.solver.target.shell_block import ShellBlock
 from birdstrike.solver.target.supports import NAMED
+from birdstrike.solver.target.triangle_block import TriangleBlock
+from tests.solver.target.triangles import cut
 
 METAL = TARGET_LAWS.validate(
     {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "10000 MPa"}
@@ -31,9 +34,12 @@ def level(x: tuple[float, float], y: tuple[float, float], cells: tuple[int, int]
     return Patch("", np.stack([*places, np.full_like(places[0], z)], axis=-1))
 
 
-def parts_of(patches: dict[str, Patch]) -> PartMesh:
-    """Patches that share no node, each a part with a set of its own name."""
+def parts_of(patches: dict[str, Patch], triangles: bool = False) -> PartMesh:
+    """Patches that share no node, each a part with a set of its own name; the last of triangles where asked for."""
     each = [merged([patch]) for patch in patches.values()]
+    if triangles:
+        nodes, quads, patch = each[-1]
+        each[-1] = nodes, cut(quads, crossed=True), np.repeat(patch, 2)
     offsets = np.cumsum([0, *(len(nodes) for nodes, _, _ in each)])
     quads = np.concatenate([quads + at for (_, quads, _), at in zip(each, offsets, strict=False)])
     part = np.repeat(np.arange(len(each)), [len(quads) for _, quads, _ in each])
@@ -45,13 +51,14 @@ def target_of(parts: PartMesh, links: LinkData, thickness: float = 2e-3) -> Targ
     return assembled(parts, dict.fromkeys(parts.parts, PartData(thickness, METAL)), {}, 0.0, links)
 
 
-def halves(left: int, right: int) -> PartMesh:
+def halves(left: int, right: int, triangles: bool = False) -> PartMesh:
     """A square of 120 mm in two halves, with so many shells each along the line between them."""
     return parts_of(
         {
             "left": level((-0.06, 0.0), (-0.06, 0.06), (2, left)),
             "right": level((0.0, 0.06), (-0.06, 0.06), (3, right)),
-        }
+        },
+        triangles,
     )
 
 
@@ -84,6 +91,35 @@ def fly(target: Target, steps: int, dt: float) -> float:
         before = target.kinetic_energy()
         target.kick_and_drift(dt if k else 0.5 * dt, dt, still)
     return 0.5 * (before + target.kinetic_energy()) + sum(target.energies.values())
+
+
+def all_strains(target: Target) -> np.ndarray:
+    """Membrane strains (e, 3) of the last step in x and y, of quadrilaterals and of triangles."""
+    found = []
+    for block in target.blocks:
+        assert isinstance(block, ShellBlock | TriangleBlock)
+        turn = block.frame.reshape(-1, 3, 3)[:, :2, :2]
+        half = 0.5 * block.strain[:, 2]
+        tensor = np.stack([block.strain[:, 0], half, half, block.strain[:, 1]], axis=1).reshape(-1, 2, 2)
+        there = np.einsum("eji,ejk,ekl->eil", turn, tensor, turn)
+        found.append(np.column_stack([there[:, 0, 0], there[:, 1, 1], 2.0 * there[:, 0, 1]]))
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("cells", [(2, 3), (4, 7), (3, 3)])
+def test_constant_strain_passes_a_tie_onto_triangles(cells):
+    """Quadrilaterals on one side, triangles on the other: every shell has the strain of the field, inner nodes rest."""
+    target = tied(halves(*cells, triangles=True))
+    assert len(target.blocks) == 2
+    target.v[:, :2] = target.x[:, :2] @ np.array([[1e-3, 4e-4], [4e-4, -5e-4]])
+    ties_in(target).follow(target.nodes, 0.0)
+    dt = 1e-6
+    target.update_forces(dt)
+    assert np.allclose(all_strains(target) / dt, [1e-3, -5e-4, 8e-4], rtol=0.0, atol=1e-8 * 1e-3)
+    target.share_forces(np.zeros_like(target.x))
+    inner = (np.abs(target.x[:, :2]) < 0.0599).all(axis=1)
+    assert inner.sum() > cells[0] - 1
+    assert np.abs(target.nodal[inner]).max() < 1e-8 * np.abs(target.nodal).max()
 
 
 @pytest.mark.parametrize("cells", [(2, 3), (4, 7), (3, 3)])
@@ -148,13 +184,14 @@ def test_a_tied_plate_vibrates_as_one_whose_nodes_are_merged():
 RIVET = RivetData(2e7, 3e7, 100.0, tension=3500.0, shear=4500.0)
 
 
-def lap_joint(rivet: RivetData = RIVET) -> Target:
+def lap_joint(rivet: RivetData = RIVET, triangles: bool = False) -> Target:
     """Two strips, one 2 mm behind the other, joined by one rivet at the origin."""
     parts = parts_of(
         {
             "front": level((-0.05, 0.01), (-0.01, 0.01), (6, 2)),
             "back": level((-0.01, 0.05), (-0.01, 0.01), (6, 2), -2e-3),
-        }
+        },
+        triangles,
     )
     row = Row(np.array([[0.0, 0.0, -1e-3]]), ("front", "back"))
     return target_of(parts, LinkData({}, (("row", row, rivet),)))
@@ -182,8 +219,10 @@ def test_a_lap_joint_breaks_at_its_strength_exactly_and_its_energy_is_counted(de
     assert not rivets_in(target).update_forces(target.nodes, dt)
 
 
-def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy():
-    target = lap_joint()
+@pytest.mark.parametrize("triangles", [False, True])
+def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy(triangles):
+    """Both of quadrilaterals, or the one behind of triangles."""
+    target = lap_joint(triangles=triangles)
     target.v[target.x[:, 2] < -1e-3] = [40.0, 5.0, -30.0]
     before, energy, dt = momenta(target), target.kinetic_energy(), 0.5 * target.stable_step()
     after = fly(target, 400, dt)
