@@ -15,7 +15,9 @@ from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
+    LEVEL,
     NO_RESIDUAL,
+    SIMULATION_SCATTER,
     Diagnosis,
     curves,
     discrepancy_figures,
@@ -39,7 +41,7 @@ from birdstrike.inversion.diagnosis.baseline import (
 from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import NONE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
@@ -167,7 +169,8 @@ class Pipeline:
     def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
-        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking))
+        ahead = ranking.ahead(_likeliest(ranking))
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking), ahead)
         chosen = self._chosen(ranking, verdict)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
@@ -297,6 +300,14 @@ class Pipeline:
                 "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
                 "baseline with a bird of the shot's own recipe"
             )
+        effect = _likeliest(ranking)
+        ahead = ranking.ahead(effect)
+        if chosen and ranking.presence[effect] >= LEVEL and ahead < SIMULATION_SCATTER:
+            found.append(
+                f"{effect} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
+                f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
+                "--seed, add a shot or a sensor, and trust the name that stays"
+            )
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
@@ -315,6 +326,12 @@ class Pipeline:
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
         return tuple(found[:MOST_WARNINGS])
+
+
+def _likeliest(ranking: Ranking) -> str:
+    """The effect that is likeliest to be there, alone or beside another."""
+    effects = (label for label in ranking.presence if label not in (NONE, SOMETHING_ELSE))
+    return max(effects, key=lambda label: ranking.presence[label])
 
 
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:

@@ -20,14 +20,16 @@ from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Response, updated
 from birdstrike.inversion.diagnosis.setup import Setup, stack
+from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.case import Case
 
 MOST = 3  # effects brought up to date in one round; the next takes those that are within reach then
 LEAST_SIZE = 1.0  # plausible sizes, never beyond the design's own: a smaller change is the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
-REPLICATES = 3  # pairs of runs, a fiftieth of a range apart, each on a lattice of its own: their scatter is independent
-APART = 0.02
+REPLICATES = 8  # pairs of runs, each on a lattice of its own and a little apart: their scatter is independent
+APART = 0.005  # of the ranges
+PLACE = 0.1  # of the ranges: fits nearer than that share the simulations without their effects
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single, at least
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
@@ -47,12 +49,17 @@ class Wanted:
         """Of the effect."""
         return self.response.known.name
 
+    @property
+    def place(self) -> str:
+        """The parameters in words."""
+        return " ".join(f"{one:g}" for one in self.z)
+
 
 def update(ranking: Ranking, simulations: Simulations) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
-    wanted = [_wanted(ranking, label, first.group) for label in _labels(ranking)]
+    wanted = [_wanted(ranking, label, first) for label in _labels(ranking)]
     wanted = [one for one in wanted if not _known(one)][:MOST]
     if not wanted:
         return problem
@@ -61,7 +68,7 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
     stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
     responses = dict(setup.responses)
     for one in wanted:
-        pairs = [(f"{one.name} there {i}", f"{one.name} without {i}") for i in range(REPLICATES)]
+        pairs = [(f"{one.name} there {i}", f"{one.place} without {i}") for i in range(REPLICATES)]
         changes = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
         if changes:
             responses[one.name] = updated(responses[one.name], one.b, np.array(changes), one.z)
@@ -118,7 +125,7 @@ def _labels(ranking: Ranking) -> list[str]:
     return found
 
 
-def _wanted(ranking: Ranking, label: str, group: str) -> Wanted:
+def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
     """Magnitude and parameters at the fit of one effect."""
     one, evidence = ranking.models[label].members[0], ranking.evidence[label]
     assert one.response is not None
@@ -130,7 +137,12 @@ def _wanted(ranking: Ranking, label: str, group: str) -> Wanted:
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
-    return Wanted(one.response, float(f"{b:.{DIGITS}g}"), np.round(fit.places.z[group], DIGITS))
+    return Wanted(one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.group], shot.setup))
+
+
+def _near(z: Array, setup: Setup) -> Array:
+    """The place of a grid over the ranges that is nearest to z (k,), inside the emulator's box."""
+    return np.round(np.clip(PLACE * np.round(z / PLACE), setup.lows, setup.highs), DIGITS)
 
 
 def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
@@ -139,6 +151,6 @@ def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
     for i in range(REPLICATES):
         z = np.clip(one.z + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
         base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, DIGITS))), len(plan.signs) + i)
-        cases[f"{one.name} without {i}"] = base
+        cases[f"{one.place} without {i}"] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
     return cases

@@ -27,7 +27,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
-from birdstrike.inversion.diagnosis.ranking import Fit, Standing, refit_pairs
+from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Response, Uncertainty, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
 
@@ -353,3 +353,24 @@ def test_an_effect_that_every_likely_model_holds_is_attributed_whatever_may_be_b
 ) -> None:
     presence = {NONE: 0.0, "e0": 1.0, "e1": other}
     assert verdict_of(presence, 0.001, 0.05, ("e0+e1", "e0")) == verdict
+
+
+@pytest.mark.parametrize(("ahead", "verdict"), [(12.0, "attributed"), (9.0, "ambiguous")])
+def test_what_other_simulations_could_turn_is_not_attributed(ahead: float, verdict: str) -> None:
+    assert verdict_of({NONE: 0.0, "e0": 0.99, "e1": 0.01}, 0.001, 0.05, ("e0",), None, ahead) == verdict
+
+
+SCORES = {"speed": 11.0, "speed+gain": 12.0, "mass": 4.0, "gain": 6.0, "clock": 9.0, "mass+gain": 8.0}
+
+
+@pytest.mark.parametrize(("label", "ahead"), [("speed", 3.0), ("gain", -1.0)])
+def test_lead_over_other_effects_counts_models_that_hang_on_simulations(label: str, ahead: float) -> None:
+    """The clock's exact signature is no rival of the gain's, but one of the speed's."""
+    effects = {
+        name: SimpleNamespace(label=name, response=name in ("speed", "mass")) for name in SCORES if "+" not in name
+    }
+    scores = SCORES | ({"speed": 13.0} if label == "gain" else {})
+    models: Any = {name: SimpleNamespace(members=[effects[one] for one in name.split("+")]) for name in scores}
+    standings: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
+    problem: Any = None
+    assert Ranking(problem, models, standings).ahead(label) == ahead
