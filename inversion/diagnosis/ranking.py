@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape
@@ -32,9 +34,10 @@ from birdstrike.inversion.diagnosis.hypotheses import (
     hypotheses,
 )
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build
 
 STEPS = 6
+STARTS = 128  # points of the ranges among which a fit begins
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -66,13 +69,39 @@ class Problem:
     scale: float = MAGNITUDE_SCALE
     apart: tuple[float, ...] = BIRDS_APART
 
+    @cached_property
     def start(self) -> Places:
-        """The middle of the ranges, no effect."""
-        return Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
+        """No effect; each group's parameters where its records are likeliest among points that fill the ranges.
+
+        The error's covariance is that of the middle of the ranges. From there alone a fit could end in a local minimum:
+        the curves bend most where the bird's viscosity is small.
+        """
+        middle = Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
+        system = build(self.shots, self.found, middle, self.known, self.shapes, self.options)
+        return Places({group: self._likeliest(group, system) for group in system.groups}, {})
+
+    def _likeliest(self, group: str, system: System) -> Array:
+        """(k,) the point of least misfit of a group's records by themselves, at the amplitudes' prior mean."""
+        setup = next(shot.setup for shot in self.shots if shot.group == group)
+        unit = Sobol(len(setup.lows), rng=0).random(STARTS)
+        points = np.vstack([np.clip(0.5, setup.lows, setup.highs), setup.lows + unit * (setup.highs - setup.lows)])
+        own = np.repeat([shot.group == group for shot in self.shots], [len(shot.record.values) for shot in self.shots])
+        curves = [shot.sample(shot.setup.grid(points)) for shot in self.shots if shot.group == group]
+        left = np.zeros((len(own), len(points)))
+        left[own] = np.hstack([shot.record.values for shot in self.shots if shot.group == group])[:, None]
+        left[own] -= np.hstack(curves).T
+        misfit = np.zeros(len(points))
+        white = Whitener(system.noise)(left)
+        for block in system.blocks:
+            of = np.flatnonzero(own[block.rows])
+            covariance = (block.F + self.known.typical(block.kind) ** 2 * block.U)[np.ix_(of, of)]
+            factor = cholesky(covariance, lower=True)
+            misfit += (solve_triangular(factor, white[block.rows[of]], lower=True) ** 2).sum(axis=0)
+        return points[int(misfit.argmin())]
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
         """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
-        places = start or self.start()
+        places = start or self.start
         members = hypothesis.members
         fit = self._tested(hypothesis, places, members)
         for _ in range(steps):

@@ -8,7 +8,7 @@ response bends.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,7 +46,7 @@ class Uncertainty:
 
     def at(self, a: Array) -> Array:
         """(q, grid) directions of the signature's error where signature and slopes weigh a (k + 1,)."""
-        size = np.sqrt(np.einsum("i,ijc,j->c", a, self.spread, a))
+        size = np.sqrt(np.maximum(np.einsum("i,ijc,j->c", a, self.spread, a), 0.0))
         return self.directions * _on_grid(size, self.directions.shape[1])
 
     def left(self, kept: Array) -> Uncertainty:
@@ -182,24 +182,51 @@ def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> fl
     return -0.5 * independent * (logdet + float(np.trace(np.linalg.solve(K, scores @ scores.T))))
 
 
-def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
-    """The response after simulations with and without b sizes of it at parameters z (k,); changes: (pairs, grid).
+@dataclass(frozen=True)
+class Change:
+    """Simulations with and without b plausible sizes of an effect at parameters z (k,). pairs: (pairs, grid) changes."""
+
+    name: str
+    b: float
+    z: Array
+    pairs: Array
+
+    @property
+    def apart(self) -> Array:
+        """(pairs, grid) from the mean of the pairs."""
+        return self.pairs - self.pairs.mean(axis=0)
+
+
+def scatter(changes: Sequence[Change], channels: int) -> Array:
+    """(r, grid) by what simulations differ that lattices alone part: rows whose sum of squares has mean 1 a channel.
+
+    All effects' pairs together: the few of one effect span a tenth of the directions in which their mean may err.
+    """
+    rows = []
+    for one in changes:
+        power = _by_channel((one.apart**2).sum(axis=0), channels)
+        rows.append(one.apart / np.sqrt(_on_grid(power, one.apart.shape[1])))
+    return np.vstack(rows) / np.sqrt(len(rows))
+
+
+def updated(response: Response, change: Change, rows: Array) -> Response:
+    """The response after simulations with and without the effect; rows: (r, grid) of `scatter`.
 
     Signature and slopes are conditioned on the simulations' mean, channel by channel (Kalman, J. Basic Eng. 82 (1960)
     35): what was learnt elsewhere of the change with the parameters stays, and so does its uncertainty. Where the two
     differ by more than chance allows, the difference is the old signature's error (DerSimonian & Laird, Control. Clin.
-    Trials 7 (1986) 177).
+    Trials 7 (1986) 177). The mean's own error is as large as these pairs scatter, and of the shape that all have.
     """
-    change, count = changes.mean(axis=0), len(changes)
-    a, channels = response.weights(z), response.uncertainties[0].spread.shape[-1]
+    mean, count, b = change.pairs.mean(axis=0), len(change.pairs), change.b
+    a, channels = response.weights(change.z), response.uncertainties[0].spread.shape[-1]
     covariance = np.sum([one.covariance for one in response.uncertainties], axis=0)
     learnt = np.einsum("i,ijc,j->c", a, covariance, a)
-    old, left = response.at(z), (changes - change) / np.sqrt(max(count - 1.0, 1.0) * count)
-    noise = _by_channel((left**2).sum(axis=0), channels)
-    h = _size(old, change, b, learnt, noise)
+    old = response.at(change.z)
+    noise = _by_channel((change.apart**2).sum(axis=0), channels) / (max(count - 1.0, 1.0) * count)
+    h = _size(old, mean, b, learnt, noise)
     if abs(h) < 1e-3 or np.sign(h) != np.sign(b):
         return response
-    innovation, left, seen = change / h - old, left / h, noise / h**2
+    innovation, seen = mean / h - old, noise / h**2
     apart = _by_channel(innovation**2, channels)
     excess = np.where(apart > BEYOND_CHANCE * (learnt + seen), apart - learnt - seen, 0.0)
     covariance[0, 0] += excess
@@ -208,7 +235,7 @@ def updated(response: Response, b: float, changes: Array, z: Array) -> Response:
     moved = _on_grid(gain, len(old)) * innovation
     first = np.zeros_like(covariance)
     first[0, 0] = 1.0
-    added = [Uncertainty(left, gain[:, None] * gain[None])]
+    added = [Uncertainty(rows * np.sqrt(_on_grid(seen, len(old))), gain[:, None] * gain[None])]
     if excess.any():
         direction = innovation * _on_grid(np.sqrt(excess / apart), len(old))
         added.append(Uncertainty(direction[None], first).left(kept))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import Plan
-from birdstrike.inversion.diagnosis.responses import Response, learn_responses
+from birdstrike.inversion.diagnosis.responses import Change, Response, learn_responses, scatter, updated
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
@@ -26,7 +27,8 @@ class Setup:
     """What the simulations of a plan tell.
 
     time: (m,) [s]; channels: the sensors, stacked in this order on a grid of (channels * m,) values; runs: histories by
-    label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs.
+    label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs; learnt: responses from
+    the two-level design; changes: simulations of single effects since.
     """
 
     plan: Plan
@@ -34,11 +36,27 @@ class Setup:
     channels: tuple[str, ...]
     emulator: Emulator
     mesh: MeshCorrection
-    responses: Mapping[str, Response]
+    learnt: Mapping[str, Response]
     refused: Mapping[str, str]
     lows: Array
     highs: Array
     runs: Mapping[str, Histories]
+    changes: tuple[Change, ...] = ()
+
+    @cached_property
+    def scatter(self) -> Array:
+        """(r, channels * m) by what single runs differ, of mean square 1 a channel; none before there are changes."""
+        if not self.changes:
+            return np.zeros((0, len(self.time) * len(self.channels)))
+        return scatter(self.changes, len(self.channels))
+
+    @cached_property
+    def responses(self) -> dict[str, Response]:
+        """What was learnt, brought up to date by the changes in their order."""
+        found = dict(self.learnt)
+        for one in self.changes:
+            found[one.name] = updated(found[one.name], one, self.scatter)
+        return found
 
     def grid(self, z: Array) -> Array:
         """(q, channels * m) curves with the mesh correction at fractions z (q, k) of the ranges."""

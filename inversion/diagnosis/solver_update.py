@@ -8,7 +8,6 @@ looked for is simulated beyond it, and the search goes on to there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.hypotheses import NONE, suspects
 from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
-from birdstrike.inversion.diagnosis.responses import Response, updated
+from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.case import Case
@@ -66,13 +65,13 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
     setup = first.setup
     runs = simulations.run({label: case for one in wanted for label, case in _cases(one, setup).items()})
     stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
-    responses = dict(setup.responses)
+    changes = list(setup.changes)
     for one in wanted:
         pairs = [(f"{one.name} there {i}", f"{one.place} without {i}") for i in range(REPLICATES)]
-        changes = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
-        if changes:
-            responses[one.name] = updated(responses[one.name], one.b, np.array(changes), one.z)
-    return _with_responses(problem, setup, responses)
+        found = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
+        if found:
+            changes.append(Change(one.name, one.b, one.z, np.array(found)))
+    return _on(problem, setup, replace(setup, changes=tuple(changes)))
 
 
 def _farther(response: Response, h: float) -> float:
@@ -100,9 +99,8 @@ def _bent(response: Response, b: float) -> bool:
     return abs(response.h(b)) < BENT * abs(b)
 
 
-def _with_responses(problem: Problem, old: Setup, responses: Mapping[str, Response]) -> Problem:
-    """The problem on setups with these responses; shots of other setups keep theirs."""
-    new = replace(old, responses=responses)
+def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
+    """The problem on another setup in the place of the old one; shots of other setups keep theirs."""
     shots = tuple(replace(shot, setup=new) if shot.setup is old else shot for shot in problem.shots)
     return replace(problem, shots=shots, found=suspects(shots))
 

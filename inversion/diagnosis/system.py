@@ -28,6 +28,7 @@ CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
 PHYSICAL = 0.5  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
+SCATTERED = 0.5  # of the rest, once simulations have shown how runs scatter; a test scatters for other reasons too
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
@@ -144,9 +145,9 @@ def build(
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options))
-        own = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, None))
         cut = np.ix_(rows, rows)
-        own = (1.0 - PHYSICAL) * own + PHYSICAL * white.both(_physical(shots, unnamed, kind, peaks))
+        own = (1.0 - PHYSICAL) * _unrepeated(shots, kind, places, shapes, peaks, change)
+        own = white.both(own + PHYSICAL * _physical(shots, unnamed, kind, peaks))
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
@@ -326,6 +327,37 @@ def _discrepancy(
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
     return whole
+
+
+def _unrepeated(
+    shots: Sequence[Shot],
+    kind: str,
+    places: Places,
+    shapes: Mapping[str, Shape],
+    peaks: Sequence[Array],
+    change: Array,
+) -> Array:
+    """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a process and a run's scatter."""
+    process = _discrepancy(shots, kind, places, shapes, peaks, change, None)
+    if not all(len(shot.setup.scatter) for shot in shots):
+        return process
+    return SCATTERED * _scattered(shots, kind, peaks) + (1.0 - SCATTERED) * process
+
+
+def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Array:
+    """(n, n) by what runs differ that lattices alone part, in the channels of one kind, for an amplitude of 1.
+
+    A bird that breaks up strikes anew in every shot: what one strike has by chance acts on all sensors at once.
+    """
+    blocks = []
+    for shot, peak in zip(shots, peaks, strict=True):
+        rows = shot.sample(shot.setup.scatter)
+        for i in range(len(peak)):
+            of = shot.record.channel == i
+            size = float(np.sqrt((rows[:, of] ** 2).sum(axis=0).mean())) if shot.kinds[i] == kind else 0.0
+            rows[:, of] *= peak[i] / size if size else 0.0
+        blocks.append(rows.T @ rows)
+    return np.asarray(block_diag(*blocks))
 
 
 def _physical(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, peaks: Sequence[Array]) -> Array:

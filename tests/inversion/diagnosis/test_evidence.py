@@ -28,7 +28,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
-from birdstrike.inversion.diagnosis.responses import Response, Uncertainty, updated
+from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
 
 POINTS, EFFECTS = 40, 5
@@ -245,6 +245,12 @@ def response(signature: np.ndarray, **more: Any) -> Response:
     return Response(None, signature, slopes, np.zeros(1), (error,), **more)  # pyright: ignore[reportArgumentType]
 
 
+def simulated(old: Response, b: float, pairs: np.ndarray, z: np.ndarray | None = None) -> Response:
+    """The response after these pairs alone."""
+    change = Change("a", b, np.zeros(1) if z is None else z, pairs)
+    return updated(old, change, scatter([change], 1))
+
+
 def test_a_response_that_bends_and_its_inverse() -> None:
     bent = response(np.ones(4), knots=((-5.0, -2.0), (0.0, 0.0), (1.0, 1.6), (3.0, 3.0)))
     assert bent.h(1.0) == pytest.approx(1.6)
@@ -256,7 +262,7 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
     """Two plausible sizes change the curves by three times the signature: the response is steeper than learnt."""
     old = response(np.ones(10))
     changes = 3.0 + 0.01 * np.random.default_rng(0).standard_normal((4, 10))
-    new = updated(old, 2.0, changes, np.zeros(1))
+    new = simulated(old, 2.0, changes)
     assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
     assert np.allclose(new.h(2.0) * new.signature, changes.mean(axis=0))
     assert new.h(-1.0) == old.h(-1.0)
@@ -264,14 +270,14 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
 
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
     old = response(np.ones(10))
-    assert updated(old, 2.0, -3.0 * np.ones((4, 10)), np.zeros(1)) is old
+    assert simulated(old, 2.0, -3.0 * np.ones((4, 10))) is old
 
 
 def test_the_scatter_of_simulations_does_not_pass_for_bending() -> None:
     """A noisy signature explains a change only in part; the rest is noise, and the magnitude stays what it is."""
     rng = np.random.default_rng(0)
     old = response(np.ones(200) + 0.1 * rng.standard_normal(200))
-    new = updated(old, 2.0, 2.0 * np.ones(200) + 0.4 * rng.standard_normal((3, 200)), np.zeros(1))
+    new = simulated(old, 2.0, 2.0 * np.ones(200) + 0.4 * rng.standard_normal((3, 200)))
     assert new.h(2.0) == pytest.approx(2.0)
     assert new.simulated == (2.0,)
 
@@ -283,7 +289,8 @@ def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_par
     error = Uncertainty(np.ones((1, 50)), prior[:, :, None])
     old = replace(first, slopes=np.full((1, 50), 0.5), uncertainties=(error,))
     changes = np.array([1.9, 2.0, 2.1])[:, None] * np.ones(50)
-    new, z, far = updated(old, 1.5, changes, np.array([0.4])), np.array([0.4]), np.array([-0.5])
+    z, far = np.array([0.4]), np.array([-0.5])
+    new = simulated(old, 1.5, changes, z)
     assert new.h(1.5) == pytest.approx(1.5)
     a, noise = np.array([1.0, 0.4]), 0.1**2 / 3.0 / 1.5**2
     gain = prior @ a / (a @ prior @ a + noise)
@@ -293,6 +300,30 @@ def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_par
         b = np.array([1.0, place[0]])
         assert np.allclose(new.at(place), b @ mean)
         assert np.allclose((new.error_at(place) ** 2).sum(axis=0), b @ left @ b)
+
+
+def test_pairs_of_all_effects_show_where_the_mean_of_a_few_may_err() -> None:
+    """Scatter in 30 directions of 200: eight pairs by themselves hold a quarter of their mean's error, 64 hold it all;
+    both know its size."""
+    rng = np.random.default_rng(4)
+    basis = np.linalg.qr(rng.standard_normal((200, 30)))[0].T
+
+    def drawn(mean: float) -> np.ndarray:
+        return mean + rng.standard_normal((8, 30)) @ basis
+
+    changes = [Change(name, 1.0, np.zeros(1), drawn(2.0)) for name in "abcdefgh"]
+    error = changes[0].pairs.mean(axis=0) - 2.0
+    held, sizes = {}, {}
+    for kind, of in {"own": changes[:1], "all": changes}.items():
+        added = updated(response(np.full(200, 2.0)), changes[0], scatter(of, 1)).uncertainties[1]
+        span = added.directions.T
+        left = error - span @ np.linalg.lstsq(span, error, rcond=1e-6)[0]
+        held[kind] = 1.0 - float(left @ left / (error @ error))
+        sizes[kind] = float((added.directions**2).sum())
+    assert held["own"] < 0.5
+    assert held["all"] > 0.99
+    assert sizes["all"] == pytest.approx(sizes["own"])
+    assert sizes["own"] == pytest.approx(error @ error, rel=0.5)
 
 
 def two_birds(shift: float) -> System:
