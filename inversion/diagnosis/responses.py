@@ -51,7 +51,7 @@ class Uncertainty:
 
     def left(self, kept: Array) -> Uncertainty:
         """Of coefficients that are replaced by `kept` (k + 1, k + 1, channels) times them."""
-        return replace(self, spread=np.einsum("ijc,jkc,lkc->ilc", kept, self.spread, kept))
+        return replace(self, spread=_left(self.spread, kept))
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,10 @@ class Response:
     """One effect's response.
 
     signature: (grid,) SI for h = 1 at the place `centre` (k,); slopes: (k, grid) its change with the parameters, over
-    one range; uncertainties: what is not known of them, by source; knots: magnitude in plausible sizes -> size h of the
-    response, both increasing, linear between; reach: plausible sizes up to which it was simulated; simulated:
-    magnitudes at which it was simulated by itself, in plausible sizes.
+    one range; uncertainties: what is not known of them, by source; scatter: (k + 1, k + 1, channels) covariance, SI,
+    of signature and slopes by the scatter of simulations of the effect alone; knots: magnitude in plausible sizes ->
+    size h of the response, both increasing, linear between; reach: plausible sizes up to which it was simulated;
+    simulated: magnitudes at which it was simulated by itself, in plausible sizes.
     """
 
     known: Known
@@ -69,6 +70,7 @@ class Response:
     slopes: Array
     centre: Array
     uncertainties: tuple[Uncertainty, ...]
+    scatter: Array | None = None
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
     simulated: tuple[float, ...] = ()
@@ -84,6 +86,20 @@ class Response:
     def error_at(self, z: Array) -> Array:
         """(q, grid) directions of the signature's error at z (k,), one standard deviation each."""
         return np.vstack([one.at(self.weights(z)) for one in self.uncertainties])
+
+    def scatter_at(self, z: Array) -> Array:
+        """(channels,) standard deviation of the signature at z (k,) by the scatter of simulations of it alone."""
+        a = self.weights(z)
+        return np.sqrt(np.maximum(np.einsum("i,ijc,j->c", a, self._scatter, a), 0.0))
+
+    @property
+    def covariance(self) -> Array:
+        """(k + 1, k + 1, channels) of signature and slopes, SI, mean over each channel."""
+        return np.sum([self._scatter, *(one.covariance for one in self.uncertainties)], axis=0)
+
+    @property
+    def _scatter(self) -> Array:
+        return np.zeros_like(self.uncertainties[0].spread) if self.scatter is None else self.scatter
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -184,7 +200,10 @@ def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> fl
 
 @dataclass(frozen=True)
 class Change:
-    """Simulations with and without b plausible sizes of an effect at parameters z (k,). pairs: (pairs, grid) changes."""
+    """Simulations with and without b plausible sizes of an effect at parameters z (k,).
+
+    pairs: (pairs, grid) changes.
+    """
 
     name: str
     b: float
@@ -198,28 +217,25 @@ class Change:
 
 
 def scatter(changes: Sequence[Change], channels: int) -> Array:
-    """(r, grid) by what simulations differ that lattices alone part: rows whose sum of squares has mean 1 a channel.
-
-    All effects' pairs together: the few of one effect span a tenth of the directions in which their mean may err.
-    """
+    """(r, grid) by what simulations differ that lattices alone part: draws, of mean square 1 over each channel."""
     rows = []
     for one in changes:
-        power = _by_channel((one.apart**2).sum(axis=0), channels)
+        power = _by_channel((one.apart**2).mean(axis=0), channels)
         rows.append(one.apart / np.sqrt(_on_grid(power, one.apart.shape[1])))
-    return np.vstack(rows) / np.sqrt(len(rows))
+    return np.vstack(rows)
 
 
-def updated(response: Response, change: Change, rows: Array) -> Response:
-    """The response after simulations with and without the effect; rows: (r, grid) of `scatter`.
+def updated(response: Response, change: Change) -> Response:
+    """The response after simulations with and without the effect.
 
     Signature and slopes are conditioned on the simulations' mean, channel by channel (Kalman, J. Basic Eng. 82 (1960)
     35): what was learnt elsewhere of the change with the parameters stays, and so does its uncertainty. Where the two
     differ by more than chance allows, the difference is the old signature's error (DerSimonian & Laird, Control. Clin.
-    Trials 7 (1986) 177). The mean's own error is as large as these pairs scatter, and of the shape that all have.
+    Trials 7 (1986) 177).
     """
     mean, count, b = change.pairs.mean(axis=0), len(change.pairs), change.b
-    a, channels = response.weights(change.z), response.uncertainties[0].spread.shape[-1]
-    covariance = np.sum([one.covariance for one in response.uncertainties], axis=0)
+    a, covariance = response.weights(change.z), response.covariance
+    channels = covariance.shape[-1]
     learnt = np.einsum("i,ijc,j->c", a, covariance, a)
     old = response.at(change.z)
     noise = _by_channel((change.apart**2).sum(axis=0), channels) / (max(count - 1.0, 1.0) * count)
@@ -233,21 +249,27 @@ def updated(response: Response, change: Change, rows: Array) -> Response:
     gain = np.einsum("ijc,j->ic", covariance, a) / (learnt + excess + seen)
     kept = np.eye(len(a))[:, :, None] - gain[:, None] * a[None, :, None]
     moved = _on_grid(gain, len(old)) * innovation
-    first = np.zeros_like(covariance)
-    first[0, 0] = 1.0
-    added = [Uncertainty(rows * np.sqrt(_on_grid(seen, len(old))), gain[:, None] * gain[None])]
+    uncertainties = [one.left(kept) for one in response.uncertainties]
     if excess.any():
+        first = np.zeros_like(covariance)
+        first[0, 0] = 1.0
         direction = innovation * _on_grid(np.sqrt(excess / apart), len(old))
-        added.append(Uncertainty(direction[None], first).left(kept))
+        uncertainties.append(Uncertainty(direction[None], first).left(kept))
     return replace(
         response,
         signature=response.signature + moved[0],
         slopes=response.slopes + moved[1:],
-        uncertainties=(*(one.left(kept) for one in response.uncertainties), *added),
+        uncertainties=tuple(uncertainties),
+        scatter=_left(response._scatter, kept) + gain[:, None] * gain[None] * seen,
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
         simulated=(*response.simulated, b),
     )
+
+
+def _left(spread: Array, kept: Array) -> Array:
+    """Of coefficients that are replaced by `kept` (k + 1, k + 1, channels) times them."""
+    return np.einsum("ijc,jkc,lkc->ilc", kept, spread, kept)
 
 
 def _size(old: Array, change: Array, b: float, learnt: Array, noise: Array) -> float:

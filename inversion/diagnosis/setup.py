@@ -45,7 +45,7 @@ class Setup:
 
     @cached_property
     def scatter(self) -> Array:
-        """(r, channels * m) by what single runs differ, of mean square 1 a channel; none before there are changes."""
+        """(r, channels * m) draws by which single runs differ, of mean square 1 a channel; none before the changes."""
         if not self.changes:
             return np.zeros((0, len(self.time) * len(self.channels)))
         return scatter(self.changes, len(self.channels))
@@ -55,7 +55,7 @@ class Setup:
         """What was learnt, brought up to date by the changes in their order."""
         found = dict(self.learnt)
         for one in self.changes:
-            found[one.name] = updated(found[one.name], one, self.scatter)
+            found[one.name] = updated(found[one.name], one)
         return found
 
     def grid(self, z: Array) -> Array:

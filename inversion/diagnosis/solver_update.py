@@ -23,7 +23,7 @@ from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.case import Case
 
 MOST = 3  # effects brought up to date in one round; the next takes those that are within reach then
-LEAST_SIZE = 1.0  # plausible sizes, never beyond the design's own: a smaller change is the runs' scatter
+LEAST_SIZE = 2.0  # plausible sizes, never beyond the design's own: a smaller change drowns in the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
 REPLICATES = 8  # pairs of runs, each on a lattice of its own and a little apart: their scatter is independent

@@ -339,7 +339,7 @@ def _unrepeated(
 ) -> Array:
     """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a process and a run's scatter."""
     process = _discrepancy(shots, kind, places, shapes, peaks, change, None)
-    if not all(len(shot.setup.scatter) for shot in shots):
+    if not all(len(shot.scatter) for shot in shots):
         return process
     return SCATTERED * _scattered(shots, kind, peaks) + (1.0 - SCATTERED) * process
 
@@ -351,11 +351,11 @@ def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Arra
     """
     blocks = []
     for shot, peak in zip(shots, peaks, strict=True):
-        rows = shot.sample(shot.setup.scatter)
-        for i in range(len(peak)):
+        rows = shot.scatter.copy()
+        for i, name in enumerate(shot.kinds):
             of = shot.record.channel == i
-            size = float(np.sqrt((rows[:, of] ** 2).sum(axis=0).mean())) if shot.kinds[i] == kind else 0.0
-            rows[:, of] *= peak[i] / size if size else 0.0
+            size = float(np.sqrt((rows[:, of] ** 2).sum(axis=0).mean()))
+            rows[:, of] *= peak[i] / size if name == kind and size else 0.0
         blocks.append(rows.T @ rows)
     return np.asarray(block_diag(*blocks))
 
@@ -411,7 +411,7 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
 
 
 def _signature_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
-    """(n, q) what is not known of a signature for h = 1: the regression's error, and its size and slow trends in time.
+    """(n, q) what is not known of a signature for h = 1: errors of regression and simulations, its size, slow trends.
 
     The trends, in each channel by itself, stand for what another sound model would answer.
     """
@@ -425,7 +425,12 @@ def _signature_error(one: Suspect, shots: Sequence[Shot], column: Array, places:
             regression.append(np.zeros((n, 0)))
             blocks.append(np.zeros((n, 0)))
             continue
-        regression.append(shot.sample(shot.setup.responses[one.name].error_at(places.z[shot.group])).T)
+        response, z = shot.setup.responses[one.name], places.z[shot.group]
+        scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
+        errors = [shot.sample(response.error_at(z))]
+        if scatter.any():
+            errors.append(shot.scatter * scatter[shot.record.channel])
+        regression.append(np.vstack(errors).T)
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))

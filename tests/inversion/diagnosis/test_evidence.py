@@ -30,6 +30,7 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
+from birdstrike.surrogate.run_scatter import common_factors
 
 POINTS, EFFECTS = 40, 5
 
@@ -247,8 +248,7 @@ def response(signature: np.ndarray, **more: Any) -> Response:
 
 def simulated(old: Response, b: float, pairs: np.ndarray, z: np.ndarray | None = None) -> Response:
     """The response after these pairs alone."""
-    change = Change("a", b, np.zeros(1) if z is None else z, pairs)
-    return updated(old, change, scatter([change], 1))
+    return updated(old, Change("a", b, np.zeros(1) if z is None else z, pairs))
 
 
 def test_a_response_that_bends_and_its_inverse() -> None:
@@ -299,31 +299,33 @@ def test_simulations_at_one_place_leave_what_is_known_of_the_change_with_the_par
     for place in (z, far):
         b = np.array([1.0, place[0]])
         assert np.allclose(new.at(place), b @ mean)
-        assert np.allclose((new.error_at(place) ** 2).sum(axis=0), b @ left @ b)
+        variance = (new.error_at(place) ** 2).sum(axis=0) + new.scatter_at(place) ** 2
+        assert np.allclose(variance, b @ left @ b)
 
 
-def test_pairs_of_all_effects_show_where_the_mean_of_a_few_may_err() -> None:
-    """Scatter in 30 directions of 200: eight pairs by themselves hold a quarter of their mean's error, 64 hold it all;
-    both know its size."""
-    rng = np.random.default_rng(4)
-    basis = np.linalg.qr(rng.standard_normal((200, 30)))[0].T
+def test_the_error_of_a_mean_of_few_pairs_is_known_from_the_pairs_of_all_effects() -> None:
+    """Scatter that is half smooth in time, half not. Beside a record's own noise, the error of eight pairs' mean is
+    what the pairs of eight effects say to a third, shrunk as a shot shrinks them; its own pairs say a tenth of it."""
+    rng, t, record = np.random.default_rng(4), np.linspace(0.0, 1.0, 100), 0.2
+    L = np.linalg.cholesky(matern52(np.abs(t[:, None] - t) / 0.1) + np.eye(100))
 
-    def drawn(mean: float) -> np.ndarray:
-        return mean + rng.standard_normal((8, 30)) @ basis
+    def change() -> Change:
+        return Change("a", 1.0, np.zeros(1), rng.standard_normal((8, 100)) @ L.T)
 
-    changes = [Change(name, 1.0, np.zeros(1), drawn(2.0)) for name in "abcdefgh"]
-    error = changes[0].pairs.mean(axis=0) - 2.0
-    held, sizes = {}, {}
-    for kind, of in {"own": changes[:1], "all": changes}.items():
-        added = updated(response(np.full(200, 2.0)), changes[0], scatter(of, 1)).uncertainties[1]
-        span = added.directions.T
-        left = error - span @ np.linalg.lstsq(span, error, rcond=1e-6)[0]
-        held[kind] = 1.0 - float(left @ left / (error @ error))
-        sizes[kind] = float((added.directions**2).sum())
-    assert held["own"] < 0.5
-    assert held["all"] > 0.99
-    assert sizes["all"] == pytest.approx(sizes["own"])
-    assert sizes["own"] == pytest.approx(error @ error, rel=0.5)
+    changes = [change() for _ in range(8)]
+    errors = np.array([change().pairs.mean(axis=0) for _ in range(100)])
+
+    def weighed(covariance: np.ndarray) -> float:
+        """Mean square of the errors, in the metric that they have beside the record's noise, to what was stated."""
+        inverse = np.linalg.inv(record**2 * np.eye(100) + covariance)
+        return float(np.einsum("ni,ij,nj->n", errors, inverse, errors).mean() / np.trace(inverse @ covariance))
+
+    size = float((np.array([one.apart for one in changes]) ** 2).mean() * 8.0 / 7.0 / 8.0)
+    rows = common_factors([scatter(changes, 1)])[0]
+    own = scatter(changes[:1], 1)
+    assert (scatter(changes, 1) ** 2).mean() == pytest.approx(1.0)
+    assert weighed(size * rows.T @ rows) == pytest.approx(1.0, rel=0.33)
+    assert weighed(size * own.T @ own / 8.0) > 10.0
 
 
 def two_birds(shift: float) -> System:
