@@ -9,7 +9,7 @@ half-normal prior: times 2 Phi(mean / sd) of the posterior.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -117,15 +117,25 @@ def birds_apart(stated: str) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Reduced:
-    """Some columns with parameters and unnamed errors integrated out, at some nodes.
+class Directions:
+    """What is integrated out beside a model's magnitudes. columns: (r,) of the system: the free directions, then what
+    is not known of the members' signatures; errors: prior deviations of the latter."""
 
-    S: (nodes, c, c) their information; W: (nodes, r, c) what the free directions take of them; logdet: (nodes,).
+    columns: Indices
+    errors: Array
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Some columns with parameters, unnamed errors and errors of signatures integrated out, at some nodes.
+
+    S: (nodes, c, c) their information; W: (nodes, r, c) what the directions take of them; logdet: (nodes,).
     """
 
     S: Array
     W: Array
     logdet: Array
+    directions: Directions
 
 
 class ModelTester:
@@ -208,16 +218,33 @@ class ModelTester:
         unnamed = np.repeat(self.unnamed[nodes, None], P.stop - P.start, axis=1)
         return np.hstack([J_mean, J_rest, unnamed, np.ones((len(nodes), N.stop - N.start))])
 
-    def reduced(self, grams: Grams, nodes: Indices, columns: Sequence[int]) -> Reduced:
-        """Columns with the free directions integrated out."""
-        free, d = self.free, self.sizes(nodes)
-        whole = grams.at(nodes, [*free, *columns])
-        r = len(free)
+    def directions(self, members: Sequence[str] = (), sizes: Sequence[float] | Array = ()) -> Directions:
+        """The free directions, and what is not known of the members' signatures at these sizes h."""
+        columns, deviations = [self.free], [np.zeros(0)]
+        for label, size in zip(members, sizes, strict=True):
+            for name, sd in ((f"error of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
+                if size and sd and name in self.system.at:
+                    own = self.system.at[name]
+                    columns.append(np.arange(own.start, own.stop))
+                    deviations.append(np.full(own.stop - own.start, abs(float(size)) * sd))
+        return Directions(np.concatenate(columns), np.concatenate(deviations))
+
+    def deviations_of(self, directions: Directions, nodes: Indices) -> Array:
+        """(nodes, r) prior standard deviations of directions."""
+        return np.hstack([self.sizes(nodes), np.tile(directions.errors, (len(nodes), 1))])
+
+    def reduced(
+        self, grams: Grams, nodes: Indices, columns: Sequence[int], directions: Directions | None = None
+    ) -> Reduced:
+        """Columns with directions, by default the free ones, integrated out."""
+        out = directions or self.directions()
+        d, r = self.deviations_of(out, nodes), len(out.columns)
+        whole = grams.at(nodes, [*out.columns, *columns])
         own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
         cross = d[:, :, None] * whole[:, :r, r:]
         W = np.linalg.solve(own, cross)
         S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
-        return Reduced(S, W, np.linalg.slogdet(own)[1])
+        return Reduced(S, W, np.linalg.slogdet(own)[1], out)
 
     @cached_property
     def singles(self) -> tuple[dict[str, int], Reduced]:
@@ -242,54 +269,43 @@ class ModelTester:
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
         if hypothesis.label == SOMETHING_ELSE:
-            reduced = self.reduced(self.other_grams, nodes, [0])
-            return self._evaluated(hypothesis, nodes, reduced, np.zeros((1, 0)), self.other_grams)
+            return self._evaluated(hypothesis, nodes, self.reduced(self.other_grams, nodes, [0]), self.other_grams)
         index, quick = self.singles
         at = [0, *(index[label] for label in members)]
-        reduced = Reduced(quick.S[nodes][:, at][:, :, at], quick.W[nodes][:, :, at], quick.logdet[nodes])
-        first = self._evaluated(hypothesis, nodes, reduced, self._factors(len(members), []), self.grams)
+        reduced = replace(
+            quick, S=quick.S[nodes][:, at][:, :, at], W=quick.W[nodes][:, :, at], logdet=quick.logdet[nodes]
+        )
+        first = self._evaluated(hypothesis, nodes, reduced, self.grams)
         if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
-        columns, factor = self._with_signature_errors(members, np.asarray(first.h if sizes is None else sizes))
-        return self._evaluated(hypothesis, kept, self.reduced(self.grams, kept, columns), factor, self.grams)
+        directions = self.directions(members, first.h if sizes is None else sizes)
+        return self._evaluated(
+            hypothesis, kept, self.reduced(self.grams, kept, self._columns(members), directions), self.grams
+        )
 
-    def _with_signature_errors(self, members: Sequence[str], sizes: Array) -> tuple[list[int], Array]:
-        """Columns of residual, signatures and what is not known of these at these sizes; their prior deviations.
+    def _columns(self, members: Sequence[str]) -> list[int]:
+        """Of the residual and of effects' signatures."""
+        return [0, *(self.system.at[label].start for label in members)]
 
-        (sizes of the prior, columns without the residual).
-        """
-        at, factor = self.system.at, list[float]()
-        columns = [0, *(at[label].start for label in members)]
-        for label, size in zip(members, sizes, strict=True):
-            for name, sd in ((f"error of {label}", 1.0), ("changed", self.system.moved.get(label, 0.0))):
-                if size and sd and name in at:
-                    columns += list(range(at[name].start, at[name].stop))
-                    factor += [abs(float(size)) * sd] * (at[name].stop - at[name].start)
-        return columns, self._factors(len(members), factor)
-
-    def _factors(self, members: int, errors: Sequence[float]) -> Array:
-        """(sizes of the prior, columns) prior deviations of magnitudes and of what is not known of their signatures."""
-        if not members:
-            return np.zeros((1, 0))
-        own = np.repeat(self.deviations[:, None], members, axis=1)
-        return np.hstack([own, np.tile(np.asarray(errors, dtype=float), (len(own), 1))])
+    def _factors(self, members: int) -> Array:
+        """(sizes of the prior, members) prior deviations of magnitudes."""
+        return np.repeat(self.deviations[:, None], members, axis=1) if members else np.zeros((1, 0))
 
     def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> Array:
         """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
-        columns, factor = self._with_signature_errors([one.label for one in hypothesis.members], np.asarray(sizes))
-        nodes = np.arange(len(self.combinations))
-        logs, _, _ = self._weighed(hypothesis, nodes, self.reduced(self.grams, nodes, columns), factor, self.grams)
-        return np.logaddexp.reduce(logs, axis=0)
+        members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
+        reduced = self.reduced(self.grams, nodes, self._columns(members), self.directions(members, sizes))
+        return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, self.grams)[0], axis=0)
 
     def _weighed(
-        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
+        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams
     ) -> tuple[Array, Array, Array]:
         """Log marginal likelihood, magnitudes and their covariance, in prior standard deviations.
 
-        At each of the prior's deviations (first axis) and each node; factor: (deviations, columns).
+        At each of the prior's deviations (first axis) and each node.
         """
-        q = len(hypothesis.members)
+        factor = self._factors(len(hypothesis.members))
         S = reduced.S[None, :, 1:, 1:] * factor[:, None, :, None] * factor[:, None, None, :]
         b = reduced.S[None, :, 1:, 0] * factor[:, None]
         A = S + np.eye(factor.shape[1])
@@ -297,22 +313,21 @@ class ModelTester:
         best = np.einsum("snij,snj->sni", covariance, b)
         quadratic = reduced.S[:, 0, 0] - np.einsum("sni,sni->sn", b, best)
         logs = -0.5 * (quadratic + grams.logdet[nodes] + reduced.logdet + np.linalg.slogdet(A)[1])
-        logs = logs + _one_sided(hypothesis.members, best[..., :q], covariance[..., :q, :q])
+        logs = logs + _one_sided(hypothesis.members, best, covariance)
         return logs + self.log_weights[nodes] - np.log(len(factor)), best, covariance
 
-    def _evaluated(
-        self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, factor: Array, grams: Grams
-    ) -> Evidence:
+    def _evaluated(self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams) -> Evidence:
         """Marginal likelihood of all nodes together."""
         q, members = len(hypothesis.members), hypothesis.members
-        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, factor, grams)
+        logs, best, covariance = self._weighed(hypothesis, nodes, reduced, grams)
         evidence = float(np.logaddexp.reduce(logs, axis=None))
         w = np.exp(logs - evidence)
-        means, covariances = self._magnitudes(members, nodes, best[..., :q], covariance[..., :q, :q])
+        means, covariances = self._magnitudes(members, nodes, best, covariance)
         h, h_cov = _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
         d = self.sizes(nodes)
-        moved = np.einsum("sn,sc,snc->nc", w, factor, best)
-        z = w.sum(axis=0)[:, None] * reduced.W[:, :, 0] - np.einsum("nrc,nc->nr", reduced.W[:, :, 1:], moved)
+        W = reduced.W[:, : d.shape[1]]
+        moved = np.einsum("sn,sc,snc->nc", w, self._factors(q), best)
+        z = w.sum(axis=0)[:, None] * W[:, :, 0] - np.einsum("nrc,nc->nr", W[:, :, 1:], moved)
         z = (d * z).sum(axis=0)
         count = len(self.rotation)
         z[:count] = self.rotation.T @ z[:count]
@@ -320,7 +335,7 @@ class ModelTester:
         weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
-        z_cov = self._parameters(grams, nodes, w, reduced, factor, covariance)
+        z_cov = self._parameters(grams, nodes, w, reduced, covariance)
         return Evidence(hypothesis, evidence, h, h_cov, z, z_cov, weights, mean, unnamed)
 
     @cached_property
@@ -380,14 +395,14 @@ class ModelTester:
         self, hypothesis: Hypothesis, sizes: Sequence[float], node: int, count: int, rng: np.random.Generator
     ) -> Array:
         """(count, r + q + ...) free directions, magnitudes and what is not known of signatures, at one node."""
-        number = np.array([node])
-        columns, factors = self._with_signature_errors([one.label for one in hypothesis.members], np.asarray(sizes))
+        number, members = np.array([node]), [one.label for one in hypothesis.members]
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
-        logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns), factors, grams)
-        gram = grams.at(number, [0, *self.free, *columns[1:]])[0]
-        parts = []
+        columns, directions = self._columns(members), self.directions(members, sizes if members else ())
+        logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
+        gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
+        parts, factors = [], self._factors(len(members))
         for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
-            d = np.concatenate([self.sizes(number)[0], factor])
+            d = np.concatenate([self.sizes(number)[0], factor, directions.errors])
             inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
             mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
             parts.append(self._possible(hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
@@ -417,16 +432,15 @@ class ModelTester:
         apart = np.abs(self.columns[:, unnamed] - self.columns[:, at, None]).sum(axis=0)
         return unnamed.start + int(apart.argmin())
 
-    def _parameters(
-        self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, factor: Array, covariance: Array
-    ) -> Array:
+    def _parameters(self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, covariance: Array) -> Array:
         """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
         count = self.system.at["J"].stop - self.system.at["J"].start
         top = [np.unravel_index(i, w.shape) for i in np.argsort(-w, axis=None)[:FEW]]
         found, held = np.zeros((count, count)), 0.0
+        factor = self._factors(covariance.shape[-1])
         for s, i in top:
-            d = self.sizes(nodes[i : i + 1])[0]
-            own = grams.at(nodes[i : i + 1], list(self.free))[0] * d[:, None] * d + np.eye(len(d))
+            d = self.deviations_of(reduced.directions, nodes[i : i + 1])[0]
+            own = grams.at(nodes[i : i + 1], list(reduced.directions.columns))[0] * d[:, None] * d + np.eye(len(d))
             taken = reduced.W[i, :count, 1:] * factor[s]
             left = np.linalg.inv(own)[:count, :count] + taken @ covariance[s, i] @ taken.T
             found += w[s, i] * d[:count, None] * left * d[:count]
