@@ -160,11 +160,9 @@ class Pipeline:
 
     def _chosen(self, ranking: Ranking, verdict: str) -> str | None:
         """The single effect whose case is written: the likeliest, where it is likelier than none."""
-        singles = [label for label, model in ranking.models.items() if len(model.members) == 1]
-        best = max(singles, key=lambda label: ranking.presence[label], default=NONE)
-        if verdict == NO_RESIDUAL or ranking.presence[best] < max(SETTLED, ranking.shares[NONE]):
-            return None
-        return None if best == NONE else best
+        best = _likeliest(ranking)
+        settled = ranking.presence[best] >= max(SETTLED, ranking.shares[NONE])
+        return best if settled and verdict != NO_RESIDUAL else None
 
     def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
@@ -172,6 +170,7 @@ class Pipeline:
         ahead = ranking.ahead(_likeliest(ranking))
         verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking), ahead)
         chosen = self._chosen(ranking, verdict)
+        close = _close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout)
@@ -202,7 +201,7 @@ class Pipeline:
             held_out=_side_by_side(held, chosen),
             case_after=None,
             strikes=simulation_counts(ranking, self.simulations, shot, runs, chosen),
-            warnings=self._warnings(ranking, chosen, figures, failed),
+            warnings=self._warnings(ranking, chosen, figures, failed, close),
             refused=shot.setup.refused,
             record={"path": shot.name, "simulated": False},
             sentence="",
@@ -269,9 +268,14 @@ class Pipeline:
         }
 
     def _warnings(
-        self, ranking: Ranking, chosen: str | None, figures: Sequence[Any], failed: Mapping[str, str]
+        self,
+        ranking: Ranking,
+        chosen: str | None,
+        figures: Sequence[Any],
+        failed: Mapping[str, str],
+        close: Sequence[str],
     ) -> tuple[str, ...]:
-        """At most five, the gravest first."""
+        """At most five, the gravest first; close: of an effect that other simulations could turn."""
         found = [*self.warnings, *self.baselines.warnings]
         if not self.baselines.shots and not ranking.problem.known.source.startswith("stated"):
             found.append(
@@ -300,14 +304,7 @@ class Pipeline:
                 "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
                 "baseline with a bird of the shot's own recipe"
             )
-        effect = _likeliest(ranking)
-        ahead = ranking.ahead(effect)
-        if chosen and ranking.presence[effect] >= LEVEL and ahead < SIMULATION_SCATTER:
-            found.append(
-                f"{effect} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
-                f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
-                "--seed, add a shot or a sensor, and trust the name that stays"
-            )
+        found += close
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
             found.append(
                 f"{chosen}: the magnitude reaches the largest that was looked at; the effect is at least that large, "
@@ -332,6 +329,17 @@ def _likeliest(ranking: Ranking) -> str:
     """The effect that is likeliest to be there, alone or beside another."""
     effects = (label for label in ranking.presence if label not in (NONE, SOMETHING_ELSE))
     return max(effects, key=lambda label: ranking.presence[label])
+
+
+def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
+    """A warning where the likeliest effect is not attributed because other simulations could turn its name."""
+    if chosen is None or ranking.presence[chosen] < LEVEL or ahead >= SIMULATION_SCATTER:
+        return []
+    return [
+        f"{chosen} is likeliest, but only by {ahead:.1f} in log evidence, which other simulations of the same "
+        f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
+        "--seed, add a shot or a sensor, and trust the name that stays"
+    ]
 
 
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:

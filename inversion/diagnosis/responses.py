@@ -70,7 +70,7 @@ class Response:
     slopes: Array
     centre: Array
     uncertainties: tuple[Uncertainty, ...]
-    scatter: Array | None = None
+    scatter: Array
     knots: tuple[tuple[float, float], ...] = LINEAR
     reach: float = 1.0
     simulated: tuple[float, ...] = ()
@@ -90,16 +90,12 @@ class Response:
     def scatter_at(self, z: Array) -> Array:
         """(channels,) standard deviation of the signature at z (k,) by the scatter of simulations of it alone."""
         a = self.weights(z)
-        return np.sqrt(np.maximum(np.einsum("i,ijc,j->c", a, self._scatter, a), 0.0))
+        return np.sqrt(np.maximum(np.einsum("i,ijc,j->c", a, self.scatter, a), 0.0))
 
     @property
     def covariance(self) -> Array:
         """(k + 1, k + 1, channels) of signature and slopes, SI, mean over each channel."""
-        return np.sum([self._scatter, *(one.covariance for one in self.uncertainties)], axis=0)
-
-    @property
-    def _scatter(self) -> Array:
-        return np.zeros_like(self.uncertainties[0].spread) if self.scatter is None else self.scatter
+        return np.sum([self.scatter, *(one.covariance for one in self.uncertainties)], axis=0)
 
     def h(self, b: float) -> float:
         """Size of the response of a magnitude in plausible sizes."""
@@ -147,7 +143,8 @@ def learn_responses(
         own = np.arange(j, len(mean), len(plan.known))
         reach = (2.0 if known.one_sided else 1.0) * slope(known)
         spread = covariance[np.ix_(own, own)]
-        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (Uncertainty(left, spread),), reach=reach)
+        error, unseen = Uncertainty(left, spread), np.zeros_like(spread)
+        found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (error,), unseen, reach=reach)
     return found, {}
 
 
@@ -260,7 +257,7 @@ def updated(response: Response, change: Change) -> Response:
         signature=response.signature + moved[0],
         slopes=response.slopes + moved[1:],
         uncertainties=tuple(uncertainties),
-        scatter=_left(response._scatter, kept) + gain[:, None] * gain[None] * seen,
+        scatter=_left(response.scatter, kept) + gain[:, None] * gain[None] * seen,
         knots=_with_knot(response, b, h),
         reach=max(response.reach, abs(b)),
         simulated=(*response.simulated, b),

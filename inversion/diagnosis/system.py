@@ -146,7 +146,7 @@ def build(
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options))
         cut = np.ix_(rows, rows)
-        own = (1.0 - PHYSICAL) * _unrepeated(shots, kind, places, shapes, peaks, change)
+        own = (1.0 - PHYSICAL) * _unrepeated(shots, kind, shapes, peaks)
         own = white.both(own + PHYSICAL * _physical(shots, unnamed, kind, peaks))
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
@@ -310,9 +310,9 @@ def _discrepancy(
     shapes: Mapping[str, Shape],
     peaks: Sequence[Array],
     change: Array,
-    options: Options | None,
+    options: Options,
 ) -> Array:
-    """(n, n) for an amplitude of 1 of one kind of sensor; options None: the part that each shot has for itself.
+    """(n, n) for an amplitude of 1 of one kind of sensor: the part that shots share.
 
     change: (k,) inverse lengths, in ranges, over which it changes with the parameters.
     """
@@ -320,25 +320,17 @@ def _discrepancy(
     whole = np.zeros((starts[-1], starts[-1]))
     for i, shot in enumerate(shots):
         for j, other in enumerate(shots):
-            if options is None and i != j:
-                continue
             z, theirs = places.z[shot.group], places.z[other.group]
-            share = 1.0 if options is None else alike(z, theirs, change, options.parameter_length)
+            share = alike(z, theirs, change, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
             whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
     return whole
 
 
-def _unrepeated(
-    shots: Sequence[Shot],
-    kind: str,
-    places: Places,
-    shapes: Mapping[str, Shape],
-    peaks: Sequence[Array],
-    change: Array,
-) -> Array:
+def _unrepeated(shots: Sequence[Shot], kind: str, shapes: Mapping[str, Shape], peaks: Sequence[Array]) -> Array:
     """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a process and a run's scatter."""
-    process = _discrepancy(shots, kind, places, shapes, peaks, change, None)
+    own = [_block(shot, shot, kind, shapes, peak, peak) for shot, peak in zip(shots, peaks, strict=True)]
+    process = np.asarray(block_diag(*own))
     if not all(len(shot.scatter) for shot in shots):
         return process
     return SCATTERED * _scattered(shots, kind, peaks) + (1.0 - SCATTERED) * process

@@ -243,7 +243,8 @@ def response(signature: np.ndarray, **more: Any) -> Response:
     """Of one parameter and one channel; its signature does not change with the parameter."""
     q, slopes = len(signature), np.zeros((1, len(signature)))
     error = Uncertainty(0.1 * np.ones((1, q)), np.diag([1.0, 0.0])[:, :, None])
-    return Response(None, signature, slopes, np.zeros(1), (error,), **more)  # pyright: ignore[reportArgumentType]
+    scatter = np.zeros_like(error.spread)
+    return Response(None, signature, slopes, np.zeros(1), (error,), scatter, **more)  # pyright: ignore[reportArgumentType]
 
 
 def simulated(old: Response, b: float, pairs: np.ndarray, z: np.ndarray | None = None) -> Response:
