@@ -13,13 +13,12 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.before_and_after import rms_by_channel
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape, shape_of, unknown_or_stated
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
+from birdstrike.inversion.diagnosis.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, read_shot
 from birdstrike.solver.case.case import Case
 
-NOTHING = Hypothesis(NONE, (), 1.0, NONE)
 UNCLEAN = 0.05  # share of the peak: a baseline whose discrepancy is larger is hardly one in which nothing is amiss
 TRUNCATED = 0.6  # of the simulated time: a shorter baseline says nothing of the rest
 

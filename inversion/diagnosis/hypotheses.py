@@ -90,6 +90,9 @@ class Hypothesis:
     family: str
 
 
+NOTHING = Hypothesis(NONE, (), 1.0, NONE)  # of records in which nothing is suspected
+
+
 def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     """Every effect that the measured shots could have; baselines have none."""
     measured = [shot for shot in shots if not shot.baseline]

@@ -32,7 +32,6 @@ from birdstrike.inversion.diagnosis.answer import (
     verdict_of,
 )
 from birdstrike.inversion.diagnosis.baseline import (
-    NOTHING,
     Baselines,
     baseline_shapes,
     mesh_shapes,
@@ -41,7 +40,7 @@ from birdstrike.inversion.diagnosis.baseline import (
 from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS

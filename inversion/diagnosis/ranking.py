@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import least_squares
 from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
@@ -19,6 +20,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
     BIRDS_APART,
     MAGNITUDE_SCALE,
+    UNNAMED,
     Evidence,
     Indices,
     ModelTester,
@@ -27,6 +29,7 @@ from birdstrike.inversion.diagnosis.evidence import (
 )
 from birdstrike.inversion.diagnosis.hypotheses import (
     NONE,
+    NOTHING,
     SOMETHING_ELSE,
     Hypothesis,
     Suspect,
@@ -37,7 +40,11 @@ from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build
 
 STEPS = 6
-STARTS = 128  # points of the ranges among which a fit begins
+STARTS = 16  # points of the ranges from which the first fits begin
+CANDIDATES = 6  # of their ends that are weighed by their evidence
+EVALUATIONS = 30  # of a first fit
+FARTHEST = 0.35  # of a range: one step
+FALLEN = 1.0  # nats by which the evidence may fall in a step: it is that of a system about each place
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -59,7 +66,11 @@ class Fit:
 
 @dataclass(frozen=True)
 class Problem:
-    """What every refit needs. apart: how far the baselines' birds may lie from the shots' (`evidence.BIRDS`)."""
+    """What every refit needs.
+
+    apart: how far the baselines' birds may lie from the shots' (`evidence.BIRDS`); begin: where fits begin, sought by
+    default.
+    """
 
     shots: tuple[Shot, ...]
     found: tuple[Suspect, ...]
@@ -68,64 +79,99 @@ class Problem:
     options: Options = field(default_factory=Options)
     scale: float = MAGNITUDE_SCALE
     apart: tuple[float, ...] = BIRDS_APART
+    begin: Places | None = None
 
     @cached_property
     def start(self) -> Places:
-        """No effect; each group's parameters where its records are likeliest among points that fill the ranges.
+        """No effect; the groups' parameters where the records are likeliest, all shots together.
 
-        The error's covariance is that of the middle of the ranges. From there alone a fit could end in a local minimum:
-        the curves bend most where the bird's viscosity is small.
+        The best, by evidence, of least-squares fits from points that fill the ranges: the curves bend, most where the
+        bird's viscosity is small, and beside a large discrepancy that shots share a fit can end in a local minimum.
         """
-        middle = Places({shot.group: np.full(len(shot.setup.lows), 0.5) for shot in self.shots}, {})
-        system = build(self.shots, self.found, middle, self.known, self.shapes, self.options)
-        return Places({group: self._likeliest(group, system) for group in system.groups}, {})
+        if self.begin is not None:
+            return self.begin
+        groups = {shot.group: shot.setup for shot in self.shots}
+        unit = Sobol(sum(len(setup.lows) for setup in groups.values()), rng=0).random(STARTS)
+        lows, highs = (np.concatenate(ends) for ends in zip(*((s.lows, s.highs) for s in groups.values()), strict=True))
+        found = [
+            self._least_squares(point, lows, highs) for point in [0.5 * (lows + highs), *(lows + unit * (highs - lows))]
+        ]
+        apart: list[tuple[float, Array]] = []
+        for cost, point in sorted(found, key=lambda one: one[0]):
+            if all(np.abs(point - other).max() > CLOSE for _, other in apart):
+                apart.append((cost, point))
+        tested = [self._tested(NOTHING, self._places(point)) for _, point in apart[:CANDIDATES]]
+        return max(tested, key=lambda fit: fit.evidence.log_evidence).places
 
-    def _likeliest(self, group: str, system: System) -> Array:
-        """(k,) the point of least misfit of a group's records by themselves, at the amplitudes' prior mean."""
-        setup = next(shot.setup for shot in self.shots if shot.group == group)
-        unit = Sobol(len(setup.lows), rng=0).random(STARTS)
-        points = np.vstack([np.clip(0.5, setup.lows, setup.highs), setup.lows + unit * (setup.highs - setup.lows)])
-        own = np.repeat([shot.group == group for shot in self.shots], [len(shot.record.values) for shot in self.shots])
-        curves = [shot.sample(shot.setup.grid(points)) for shot in self.shots if shot.group == group]
-        left = np.zeros((len(own), len(points)))
-        left[own] = np.hstack([shot.record.values for shot in self.shots if shot.group == group])[:, None]
-        left[own] -= np.hstack(curves).T
-        misfit = np.zeros(len(points))
-        white = Whitener(system.noise)(left)
+    def _places(self, point: Array) -> Places:
+        """No effect, and parameters (groups * k,) in the order of the shots."""
+        groups = {shot.group: len(shot.setup.lows) for shot in self.shots}
+        ends = np.cumsum([0, *groups.values()])
+        return Places({group: point[a:b] for group, a, b in zip(groups, ends, ends[1:], strict=False)}, {})
+
+    def _least_squares(self, point: Array, lows: Array, highs: Array) -> tuple[float, Array]:
+        """Cost and parameters (groups * k,) of the records' fit from a point, with the covariance about there.
+
+        Amplitudes are at their prior mean, unnamed errors at the middle of their sizes.
+        """
+        system = build(self.shots, self.found, self._places(point), self.known, self.shapes, self.options)
+        free = system.columns[:, system.at["unnamed"].start : system.at["nuisance"].stop]
+        covariance = UNNAMED[1] ** 2 * free @ free.T
         for block in system.blocks:
-            of = np.flatnonzero(own[block.rows])
-            covariance = (block.F + self.known.typical(block.kind) ** 2 * block.U)[np.ix_(of, of)]
-            factor = cholesky(covariance, lower=True)
-            misfit += (solve_triangular(factor, white[block.rows[of]], lower=True) ** 2).sum(axis=0)
-        return points[int(misfit.argmin())]
+            covariance[np.ix_(block.rows, block.rows)] += block.F + self.known.typical(block.kind) ** 2 * block.U
+        chol = cholesky(covariance, lower=True)
+        white = Whitener(system.noise)
+
+        def whitened(columns: Array) -> Array:
+            return np.asarray(solve_triangular(chol, white(columns), lower=True))
+
+        def residual(x: Array) -> Array:
+            z = self._places(x).z
+            left = [shot.record.values - shot.sample(shot.setup.grid(z[shot.group][None]))[0] for shot in self.shots]
+            return np.concatenate([whitened(np.concatenate(left)[:, None])[:, 0], (x - 0.5) / PRIOR_SD])
+
+        def jacobian(x: Array) -> Array:
+            z, k = self._places(x).z, len(x) // len(system.groups)
+            rows = []
+            for shot in self.shots:
+                own = shot.sample(shot.setup.jacobian(z[shot.group]).T).T
+                at = system.groups.index(shot.group) * k
+                rows.append(np.hstack([np.zeros((len(own), at)), own, np.zeros((len(own), len(x) - at - k))]))
+            return np.vstack([-whitened(np.vstack(rows)), np.eye(len(x)) / PRIOR_SD])
+
+        point = np.clip(point, lows + 1e-6, highs - 1e-6)
+        fit = least_squares(residual, point, jacobian, bounds=(lows, highs), max_nfev=EVALUATIONS)
+        return float(fit.cost + np.log(np.diag(chol)).sum()), fit.x
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
-        """Gauss-Newton with the amplitudes' posterior, halved steps where the emulator bends."""
-        places = start or self.start
-        members = hypothesis.members
-        fit = self._tested(hypothesis, places, members)
+        """Gauss-Newton with the amplitudes' posterior; a step is halved where the evidence falls."""
+        places, whole = start or self.start, 1.0
+        fit = self._tested(hypothesis, places)
         for _ in range(steps):
-            following = self._moved(fit, hypothesis)
-            moved = max(float(np.abs(following.z[g] - places.z[g]).max()) for g in places.z)
-            places = following
-            fit = self._tested(hypothesis, places, members)
+            following = self._moved(fit, hypothesis, whole)
+            moved = max(float(np.abs(following.z[g] - fit.places.z[g]).max()) for g in following.z)
+            tried = self._tested(hypothesis, following)
+            if tried.evidence.log_evidence < fit.evidence.log_evidence - FALLEN:
+                whole *= 0.5
+                continue
+            fit, whole = tried, min(1.0, 2.0 * whole)
             if moved < CLOSE:
                 break
         return fit
 
-    def _tested(self, hypothesis: Hypothesis, places: Places, members: Sequence[Suspect]) -> Fit:
+    def _tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
-        sizes = [places.h[one.label] for one in members] if places.h else None
+        sizes = [places.h[one.label] for one in hypothesis.members] if places.h else None
         return Fit(places, system, tester, tester.model(hypothesis, sizes))
 
-    def _moved(self, fit: Fit, hypothesis: Hypothesis) -> Places:
-        """The posterior mean, inside the emulator's box and the effects' limits."""
+    def _moved(self, fit: Fit, hypothesis: Hypothesis, whole: float) -> Places:
+        """The posterior mean, or a part of the way there, inside the emulator's box and the effects' limits."""
         z: dict[str, Array] = {}
         for shot in self.shots:
             k = len(shot.setup.lows)
             mean, _ = fit.interval(shot.group, k)
-            step = np.clip(mean - fit.places.z[shot.group], -0.35, 0.35)
+            step = whole * np.clip(mean - fit.places.z[shot.group], -FARTHEST, FARTHEST)
             z[shot.group] = np.clip(fit.places.z[shot.group] + step, shot.setup.lows, shot.setup.highs)
         h = {
             one.label: float(np.clip(size, *one.limits))

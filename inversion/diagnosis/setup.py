@@ -18,7 +18,9 @@ from birdstrike.inversion.diagnosis.responses import Change, Response, learn_res
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
 from birdstrike.solver.case.case import case_hash
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
+from birdstrike.surrogate.run_scatter import common_factors
 
+SCATTER_BLOCKS = 100  # of the time: finer than a record's blocks
 STEP = 1e-3  # of the ranges: central differences of the emulator
 
 
@@ -45,10 +47,21 @@ class Setup:
 
     @cached_property
     def scatter(self) -> Array:
-        """(r, channels * m) draws by which single runs differ, of mean square 1 a channel; none before the changes."""
+        """(r, channels * m) rows whose products sum to the covariance by which single runs differ; none before the
+        changes.
+
+        Of mean square 1 over each channel. Pairs by the dozen show a tenth of the directions of a record, so that
+        their covariance, of means over `SCATTER_BLOCKS` parts of the time, is shrunk (`surrogate.run_scatter`).
+        """
+        channels = len(self.channels)
         if not self.changes:
-            return np.zeros((0, len(self.time) * len(self.channels)))
-        return scatter(self.changes, len(self.channels))
+            return np.zeros((0, len(self.time) * channels))
+        parts = np.array_split(np.arange(len(self.time)), min(SCATTER_BLOCKS, len(self.time)))
+        draws = np.split(scatter(self.changes, channels), channels, axis=1)
+        means = [np.stack([one[:, part].mean(axis=1) for part in parts], axis=1) for one in draws]
+        middle = np.array([self.time[part].mean() for part in parts])
+        rows = [[np.interp(self.time, middle, row) for row in factors] for factors in common_factors(means)]
+        return np.hstack([np.array(own) / np.sqrt((np.array(own) ** 2).sum(axis=0).mean()) for own in rows])
 
     @cached_property
     def responses(self) -> dict[str, Response]:

@@ -21,7 +21,6 @@ from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
 from birdstrike.inversion.observations.reader import ChannelRecord, Expected
-from birdstrike.surrogate.run_scatter import common_factors
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
@@ -216,12 +215,9 @@ class Shot:
     def scatter(self) -> Array:
         """(r, n) rows whose products sum to the covariance by which runs differ, of mean square 1 on the setup's grid.
 
-        Pairs by the dozen show a tenth of the directions of a record: their covariance is shrunk
-        (`surrogate.run_scatter`).
+        The rows are the setup's, the same for all shots, whatever their clocks.
         """
-        rows = self.sample(self.setup.scatter)
-        ends = np.cumsum([len(trace.values) for trace in self.record.traces])[:-1]
-        return np.hstack(common_factors(np.split(rows, ends, axis=1))) if len(rows) else rows
+        return self.sample(self.setup.scatter)
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

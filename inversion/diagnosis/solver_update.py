@@ -71,7 +71,8 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
         found = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
         if found:
             changes.append(Change(one.name, one.b, one.z, np.array(found)))
-    return _on(problem, setup, replace(setup, changes=tuple(changes)))
+    begun = replace(problem, begin=ranking.fits[NONE].places)
+    return _on(begun, setup, replace(setup, changes=tuple(changes)))
 
 
 def _farther(response: Response, h: float) -> float:

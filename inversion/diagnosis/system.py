@@ -27,8 +27,8 @@ PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
-PHYSICAL = 0.5  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
-SCATTERED = 0.5  # of the rest, once simulations have shown how runs scatter; a test scatters for other reasons too
+PHYSICAL = 0.2  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
+UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
 
@@ -144,10 +144,12 @@ def build(
     smooth: dict[str, Array] = {}
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
-        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options))
+        along = _along_library(shots, unnamed, kind, peaks)
+        library = _grown(shots, along, shapes) if known.own_is_free else None
+        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, library))
         cut = np.ix_(rows, rows)
-        own = (1.0 - PHYSICAL) * _unrepeated(shots, kind, shapes, peaks)
-        own = white.both(own + PHYSICAL * _physical(shots, unnamed, kind, peaks))
+        physical = np.asarray(block_diag(*(part.T @ part for part in along)))
+        own = white.both((1.0 - PHYSICAL) * _unrepeated(shots, kind, shapes, peaks) + PHYSICAL * physical)
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
@@ -311,10 +313,13 @@ def _discrepancy(
     peaks: Sequence[Array],
     change: Array,
     options: Options,
+    library: Sequence[Array] | None,
 ) -> Array:
     """(n, n) for an amplitude of 1 of one kind of sensor: the part that shots share.
 
-    change: (k,) inverse lengths, in ranges, over which it changes with the parameters.
+    change: (k,) inverse lengths, in ranges, over which it changes with the parameters. A process in each channel; with
+    baselines also along the library's signatures (library: (q, n) of each shot): there it counts by what it changes
+    from bird to bird, which is another load, and that moves all sensors at once.
     """
     starts = np.cumsum([0, *(len(shot.record.values) for shot in shots)])
     whole = np.zeros((starts[-1], starts[-1]))
@@ -323,17 +328,21 @@ def _discrepancy(
             z, theirs = places.z[shot.group], places.z[other.group]
             share = alike(z, theirs, change, options.parameter_length)
             block = _block(shot, other, kind, shapes, peaks[i], peaks[j])
+            if library is not None:
+                block += library[i].T @ library[j]
             whole[starts[i] : starts[i + 1], starts[j] : starts[j + 1]] = share * block
     return whole
 
 
 def _unrepeated(shots: Sequence[Shot], kind: str, shapes: Mapping[str, Shape], peaks: Sequence[Array]) -> Array:
-    """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a process and a run's scatter."""
+    """(n, n) what each shot has for itself in any direction, for an amplitude of 1: a run's scatter.
+
+    Until simulations have shown how runs scatter, a process in each channel stands for it.
+    """
+    if all(len(shot.setup.scatter) for shot in shots):
+        return _scattered(shots, kind, peaks)
     own = [_block(shot, shot, kind, shapes, peak, peak) for shot, peak in zip(shots, peaks, strict=True)]
-    process = np.asarray(block_diag(*own))
-    if not all(len(shot.scatter) for shot in shots):
-        return process
-    return SCATTERED * _scattered(shots, kind, peaks) + (1.0 - SCATTERED) * process
+    return np.asarray(block_diag(*own))
 
 
 def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Array:
@@ -352,19 +361,26 @@ def _scattered(shots: Sequence[Shot], kind: str, peaks: Sequence[Array]) -> Arra
     return np.asarray(block_diag(*blocks))
 
 
-def _physical(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, peaks: Sequence[Array]) -> Array:
-    """(n, n) what each shot has for itself along the library's signatures, alike in all, for an amplitude of 1."""
-    blocks = []
+def _along_library(shots: Sequence[Shot], unnamed: Sequence[Array], kind: str, peaks: Sequence[Array]) -> list[Array]:
+    """(q, n) of each shot: the library's signatures in one kind of sensor, alike in size, for an amplitude of 1."""
+    found = []
     for shot, own, peak in zip(shots, unnamed, peaks, strict=True):
         of_kind = np.array(shot.kinds)[shot.record.channel] == kind
-        share = np.where(of_kind, 1.0 / peak[shot.record.channel], 0.0)
-        curves = list(own.T)
-        sizes = [float(np.sqrt(np.mean((share * curve)[of_kind] ** 2))) if of_kind.any() else 0.0 for curve in curves]
-        rows = np.array(
-            [np.where(of_kind, curve, 0.0) / size for curve, size in zip(curves, sizes, strict=True) if size > 1e-6]
-        )
-        blocks.append(rows.T @ rows / len(rows) if len(rows) else np.zeros((len(share), len(share))))
-    return np.asarray(block_diag(*blocks))
+        rows = np.where(of_kind, own.T, 0.0)
+        power = ((rows / peak[shot.record.channel]) ** 2).sum(axis=1) / max(of_kind.sum(), 1)
+        seen = power > UNSEEN_SHARE**2
+        scale = np.divide(seen, np.sqrt(power), out=np.zeros_like(power), where=seen)
+        found.append(scale[:, None] * rows / np.sqrt(max(seen.sum(), 1)))
+    return found
+
+
+def _grown(shots: Sequence[Shot], rows: Sequence[Array], shapes: Mapping[str, Shape]) -> list[Array]:
+    """Rows (q, n) of each shot, larger where the discrepancy grows."""
+    found = []
+    for shot, own in zip(shots, rows, strict=True):
+        growth = [np.interp(one.middle, shot.setup.time, shapes[one.name].growth) for one in shot.record.traces]
+        found.append(own * np.concatenate(growth))
+    return found
 
 
 def _block(shot: Shot, other: Shot, kind: str, shapes: Mapping[str, Shape], peaks: Array, theirs: Array) -> Array:
