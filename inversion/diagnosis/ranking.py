@@ -44,7 +44,7 @@ STARTS = 16  # points of the ranges from which the first fits begin
 CANDIDATES = 6  # of their ends that are weighed by their evidence
 EVALUATIONS = 30  # of a first fit
 FARTHEST = 0.35  # of a range: one step
-FALLEN = 1.0  # nats by which the evidence may fall in a step: it is that of a system about each place
+FALLEN = 10.0  # nats: a larger fall is no matter of where the system was linearised, but of a step too far
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -144,9 +144,8 @@ class Problem:
         return float(fit.cost + np.log(np.diag(chol)).sum()), fit.x
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
-        """Gauss-Newton with the amplitudes' posterior; a step is halved where the evidence falls."""
-        places, whole = start or self.start, 1.0
-        fit = self._tested(hypothesis, places)
+        """Gauss-Newton with the amplitudes' posterior; a step after which the evidence falls far is halved."""
+        fit, whole = self._tested(hypothesis, start or self.start), 1.0
         for _ in range(steps):
             following = self._moved(fit, hypothesis, whole)
             moved = max(float(np.abs(following.z[g] - fit.places.z[g]).max()) for g in following.z)
@@ -154,7 +153,7 @@ class Problem:
             if tried.evidence.log_evidence < fit.evidence.log_evidence - FALLEN:
                 whole *= 0.5
                 continue
-            fit, whole = tried, min(1.0, 2.0 * whole)
+            fit = tried
             if moved < CLOSE:
                 break
         return fit
