@@ -140,7 +140,7 @@ class Problem:
             return np.vstack([-whitened(np.vstack(rows)), np.eye(len(x)) / PRIOR_SD])
 
         point = np.clip(point, lows + 1e-6, highs - 1e-6)
-        fit = least_squares(residual, point, jacobian, bounds=(lows, highs), max_nfev=EVALUATIONS)
+        fit = least_squares(residual, point, jacobian, bounds=(lows, highs), max_nfev=EVALUATIONS)  # pyright: ignore[reportArgumentType]
         return float(fit.cost + np.log(np.diag(chol)).sum()), fit.x
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
