@@ -37,7 +37,7 @@ from birdstrike.inversion.diagnosis.hypotheses import (
     hypotheses,
 )
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build, stacked_jacobian
 
 STEPS = 6
 STARTS = 16  # points of the ranges from which the first fits begin
@@ -90,12 +90,11 @@ class Problem:
         """
         if self.begin is not None:
             return self.begin
-        groups = {shot.group: shot.setup for shot in self.shots}
-        unit = Sobol(sum(len(setup.lows) for setup in groups.values()), rng=0).random(STARTS)
-        lows, highs = (np.concatenate(ends) for ends in zip(*((s.lows, s.highs) for s in groups.values()), strict=True))
-        found = [
-            self._least_squares(point, lows, highs) for point in [0.5 * (lows + highs), *(lows + unit * (highs - lows))]
-        ]
+        setups = {shot.group: shot.setup for shot in self.shots}.values()
+        lows, highs = (np.concatenate(ends) for ends in zip(*((one.lows, one.highs) for one in setups), strict=True))
+        unit = Sobol(len(lows), rng=0).random(STARTS)
+        points = [0.5 * (lows + highs), *(lows + unit * (highs - lows))]
+        found = [self._least_squares(point, lows, highs) for point in points]
         apart: list[tuple[float, Array]] = []
         for cost, point in sorted(found, key=lambda one: one[0]):
             if all(np.abs(point - other).max() > CLOSE for _, other in apart):
@@ -114,7 +113,7 @@ class Problem:
 
         Amplitudes are at their prior mean, unnamed errors at the middle of their sizes.
         """
-        system = build(self.shots, self.found, self._places(point), self.known, self.shapes, self.options)
+        system = build(self.shots, (), self._places(point), self.known, self.shapes, self.options)
         free = system.columns[:, system.at["unnamed"].start : system.at["nuisance"].stop]
         covariance = UNNAMED[1] ** 2 * free @ free.T
         for block in system.blocks:
@@ -131,13 +130,10 @@ class Problem:
             return np.concatenate([whitened(np.concatenate(left)[:, None])[:, 0], (x - 0.5) / PRIOR_SD])
 
         def jacobian(x: Array) -> Array:
-            z, k = self._places(x).z, len(x) // len(system.groups)
-            rows = []
-            for shot in self.shots:
-                own = shot.sample(shot.setup.jacobian(z[shot.group]).T).T
-                at = system.groups.index(shot.group) * k
-                rows.append(np.hstack([np.zeros((len(own), at)), own, np.zeros((len(own), len(x) - at - k))]))
-            return np.vstack([-whitened(np.vstack(rows)), np.eye(len(x)) / PRIOR_SD])
+            z = self._places(x).z
+            own = [shot.sample(shot.setup.jacobian(z[shot.group]).T) for shot in self.shots]
+            columns = stacked_jacobian(self.shots, own, system.groups)
+            return np.vstack([-whitened(columns), np.eye(len(x)) / PRIOR_SD])
 
         point = np.clip(point, lows + 1e-6, highs - 1e-6)
         fit = least_squares(residual, point, jacobian, bounds=(lows, highs), max_nfev=EVALUATIONS)  # pyright: ignore[reportArgumentType]

@@ -60,8 +60,8 @@ class Setup:
         draws = np.split(scatter(self.changes, channels), channels, axis=1)
         means = [np.stack([one[:, part].mean(axis=1) for part in parts], axis=1) for one in draws]
         middle = np.array([self.time[part].mean() for part in parts])
-        rows = [[np.interp(self.time, middle, row) for row in factors] for factors in common_factors(means)]
-        return np.hstack([np.array(own) / np.sqrt((np.array(own) ** 2).sum(axis=0).mean()) for own in rows])
+        rows = [np.array([np.interp(self.time, middle, row) for row in own]) for own in common_factors(means)]
+        return np.hstack([own / np.sqrt((own**2).sum(axis=0).mean()) for own in rows])
 
     @cached_property
     def responses(self) -> dict[str, Response]:

@@ -121,7 +121,7 @@ def build(
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
     unnamed = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
-    J = _jacobian(shots, jacobians, groups) * PRIOR_SD
+    J = stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
     for one in found:
@@ -208,7 +208,7 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], plac
     return np.concatenate(parts)
 
 
-def _jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
+def stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
     """(n, groups * k) by fractions of the ranges; jacobians: (k, n) of each shot."""
     k, rows = len(jacobians[0]), []
     for shot, jacobian in zip(shots, jacobians, strict=True):
