@@ -120,10 +120,6 @@ class Amplitudes:
         mesh = np.meshgrid(*self.log_prior.values(), indexing="ij")
         return np.sum([one.ravel() for one in mesh], axis=0)
 
-    def typical(self, kind: str) -> float:
-        """Prior mean, of the logarithm, of the amplitude of a kind of sensor."""
-        return float(np.exp(np.exp(self.log_prior[kind]) @ np.log(self.nodes[kind])))
-
     def only(self, kinds: set[str]) -> Amplitudes:
         """Of some kinds of sensors."""
         nodes = {k: v for k, v in self.nodes.items() if k in kinds}

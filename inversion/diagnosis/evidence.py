@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import helmert
 from scipy.special import log_ndtr, softmax
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -234,12 +234,25 @@ class ModelTester:
         return np.hstack([self.sizes(nodes), np.tile(directions.errors, (len(nodes), 1))])
 
     def reduced(
-        self, grams: Grams, nodes: Indices, columns: Sequence[int], directions: Directions | None = None
+        self,
+        grams: Grams,
+        nodes: Indices,
+        columns: Sequence[int],
+        directions: Directions | None = None,
+        held: Array | None = None,
     ) -> Reduced:
-        """Columns with directions, by default the free ones, integrated out."""
+        """Columns, the residual first, with directions, by default the free ones, integrated out.
+
+        held: (r,) of the calibrated parameters, in the coordinates of `columns`, where they are not integrated out.
+        """
         out = directions or self.directions()
         d, r = self.deviations_of(out, nodes), len(out.columns)
         whole = grams.at(nodes, [*out.columns, *columns])
+        if held is not None:
+            turned = np.eye(whole.shape[-1])
+            turned[: len(held), r] = -held
+            whole = turned.T @ whole @ turned
+            d[:, : len(held)] = 0.0
         own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
         cross = d[:, :, None] * whole[:, :r, r:]
         W = np.linalg.solve(own, cross)
@@ -297,6 +310,28 @@ class ModelTester:
         members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
         reduced = self.reduced(self.grams, nodes, self._columns(members), self.directions(members, sizes))
         return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, self.grams)[0], axis=0)
+
+    def joint(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> float:
+        """Log density of the records and of the parameters at the places, all else integrated out.
+
+        Nothing of it hangs on a linear course of the curves to other parameters: what a fit makes largest. sizes: h for
+        the errors of the effects' signatures.
+        """
+        members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
+        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        logs = self._joint(hypothesis, nodes, grams, self.directions())
+        if members:
+            kept = np.flatnonzero(logs > logs.max() + np.log(NEGLIGIBLE))
+            logs = self._joint(hypothesis, kept, grams, self.directions(members, sizes))
+        return float(np.logaddexp.reduce(logs))
+
+    def _joint(self, hypothesis: Hypothesis, nodes: Indices, grams: Grams, directions: Directions) -> Array:
+        """(nodes,) log density of records, parameters at the places, and nodes."""
+        held = self.rotation @ self.system.dz
+        columns = self._columns([one.label for one in hypothesis.members])
+        logs = self._weighed(hypothesis, nodes, self.reduced(grams, nodes, columns, directions, held), grams)[0]
+        prior = norm.logpdf(held, scale=self.sizes(nodes)[:, : len(held)]).sum(axis=1)
+        return np.asarray(np.logaddexp.reduce(logs, axis=0) + prior)
 
     def _weighed(
         self, hypothesis: Hypothesis, nodes: Indices, reduced: Reduced, grams: Grams

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import least_squares
 from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
@@ -20,7 +18,6 @@ from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
     BIRDS_APART,
     MAGNITUDE_SCALE,
-    UNNAMED,
     Evidence,
     Indices,
     ModelTester,
@@ -37,14 +34,13 @@ from birdstrike.inversion.diagnosis.hypotheses import (
     hypotheses,
 )
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, Whitener, build, stacked_jacobian
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
 
-STEPS = 6
-STARTS = 16  # points of the ranges from which the first fits begin
-CANDIDATES = 6  # of their ends that are weighed by their evidence
-EVALUATIONS = 30  # of a first fit
+STEPS = 12
+FIRST_STEPS = 4  # of a fit from each of the starts; the best goes on
+STARTS = 4  # points of the ranges, beside the middle, from which the first fits begin
 FARTHEST = 0.35  # of a range: one step
-FALLEN = 10.0  # nats: a larger fall is no matter of where the system was linearised, but of a step too far
+SHORTER = 0.9  # of the last step: a longer one swings
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -56,6 +52,12 @@ class Fit:
     system: System
     tester: ModelTester
     evidence: Evidence
+
+    @cached_property
+    def joint(self) -> float:
+        """Log density of the records and of the parameters at the places (`ModelTester.joint`)."""
+        model = self.evidence.hypothesis
+        return self.tester.joint(model, [self.places.h.get(one.label, 0.0) for one in model.members])
 
     def interval(self, group: str, k: int) -> tuple[Array, Array]:
         """(k,) mean and standard deviation of a group's parameters, fractions of the ranges."""
@@ -85,74 +87,38 @@ class Problem:
     def start(self) -> Places:
         """No effect; the groups' parameters where the records are likeliest, all shots together.
 
-        The best, by evidence, of least-squares fits from points that fill the ranges: the curves bend, most where the
-        bird's viscosity is small, and beside a large discrepancy that shots share a fit can end in a local minimum.
+        The best of fits from points that fill the ranges, each with one bird in all groups: the curves bend, most where
+        the bird's viscosity is small, and beside a discrepancy that shots share a fit can end in a local maximum.
         """
         if self.begin is not None:
             return self.begin
-        setups = {shot.group: shot.setup for shot in self.shots}.values()
-        lows, highs = (np.concatenate(ends) for ends in zip(*((one.lows, one.highs) for one in setups), strict=True))
-        unit = Sobol(len(lows), rng=0).random(STARTS)
-        points = [0.5 * (lows + highs), *(lows + unit * (highs - lows))]
-        found = [self._least_squares(point, lows, highs) for point in points]
-        apart: list[tuple[float, Array]] = []
-        for cost, point in sorted(found, key=lambda one: one[0]):
-            if all(np.abs(point - other).max() > CLOSE for _, other in apart):
-                apart.append((cost, point))
-        tested = [self._tested(NOTHING, self._places(point)) for _, point in apart[:CANDIDATES]]
-        return max(tested, key=lambda fit: fit.evidence.log_evidence).places
-
-    def _places(self, point: Array) -> Places:
-        """No effect, and parameters (groups * k,) in the order of the shots."""
-        groups = {shot.group: len(shot.setup.lows) for shot in self.shots}
-        ends = np.cumsum([0, *groups.values()])
-        return Places({group: point[a:b] for group, a, b in zip(groups, ends, ends[1:], strict=False)}, {})
-
-    def _least_squares(self, point: Array, lows: Array, highs: Array) -> tuple[float, Array]:
-        """Cost and parameters (groups * k,) of the records' fit from a point, with the covariance about there.
-
-        Amplitudes are at their prior mean, unnamed errors at the middle of their sizes.
-        """
-        system = build(self.shots, (), self._places(point), self.known, self.shapes, self.options)
-        free = system.columns[:, system.at["unnamed"].start : system.at["nuisance"].stop]
-        covariance = UNNAMED[1] ** 2 * free @ free.T
-        for block in system.blocks:
-            covariance[np.ix_(block.rows, block.rows)] += block.F + self.known.typical(block.kind) ** 2 * block.U
-        chol = cholesky(covariance, lower=True)
-        white = Whitener(system.noise)
-
-        def whitened(columns: Array) -> Array:
-            return np.asarray(solve_triangular(chol, white(columns), lower=True))
-
-        def residual(x: Array) -> Array:
-            z = self._places(x).z
-            left = [shot.record.values - shot.sample(shot.setup.grid(z[shot.group][None]))[0] for shot in self.shots]
-            return np.concatenate([whitened(np.concatenate(left)[:, None])[:, 0], (x - 0.5) / PRIOR_SD])
-
-        def jacobian(x: Array) -> Array:
-            z = self._places(x).z
-            own = [shot.sample(shot.setup.jacobian(z[shot.group]).T) for shot in self.shots]
-            columns = stacked_jacobian(self.shots, own, system.groups)
-            return np.vstack([-whitened(columns), np.eye(len(x)) / PRIOR_SD])
-
-        point = np.clip(point, lows + 1e-6, highs - 1e-6)
-        fit = least_squares(residual, point, jacobian, bounds=(lows, highs), max_nfev=EVALUATIONS)  # pyright: ignore[reportArgumentType]
-        return float(fit.cost + np.log(np.diag(chol)).sum()), fit.x
+        setups = {shot.group: shot.setup for shot in self.shots}
+        k = len(self.shots[0].setup.lows)
+        bare = replace(self, found=())
+        fits = []
+        for unit in [np.full(k, 0.5), *Sobol(k, rng=0).random(STARTS)]:
+            z = {group: one.lows + unit * (one.highs - one.lows) for group, one in setups.items()}
+            fits.append(bare.refit(NOTHING, Places(z, {}), FIRST_STEPS))
+        return max(fits, key=lambda fit: fit.joint).places
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
-        """Gauss-Newton with the amplitudes' posterior; a step after which the evidence falls far is halved."""
-        fit, whole = self._tested(hypothesis, start or self.start), 1.0
+        """Gauss-Newton with the amplitudes' posterior, to where the posterior mean is the place itself.
+
+        A step that is no shorter than the last is halved: the covariance too hangs on the parameters, and curves bend.
+        """
+        bare = self if hypothesis.label == SOMETHING_ELSE else replace(self, found=hypothesis.members)
+        fit, whole, last = bare._tested(hypothesis, start or self.start), 1.0, np.inf
         for _ in range(steps):
             following = self._moved(fit, hypothesis, whole)
             moved = max(float(np.abs(following.z[g] - fit.places.z[g]).max()) for g in following.z)
-            tried = self._tested(hypothesis, following)
-            if tried.evidence.log_evidence < fit.evidence.log_evidence - FALLEN:
+            if moved > SHORTER * last:
                 whole *= 0.5
-                continue
-            fit = tried
+                following = self._moved(fit, hypothesis, whole)
+                moved *= 0.5
+            fit, last = bare._tested(hypothesis, following), moved
             if moved < CLOSE:
                 break
-        return fit
+        return fit if bare is self else self._tested(hypothesis, fit.places)
 
     def _tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
@@ -312,11 +278,12 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     none = problem.refit(models[NONE])
     other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
     found = {NONE: Standing.refitted(none), SOMETHING_ELSE: Standing.refitted(other)}
-    progress(0.3)
     fits = [none, other, *_as_baseline(problem, models[NONE], none)]
     found |= {one.label: _least_astray(one, fits) for one in singles}
-    progress(0.5)
+    progress(0.4)
     found |= _refit_best(problem, singles, found, refits)
+    progress(0.6)
+    found |= _refit_at_best(problem, models, found)
     progress(0.8)
     found |= _judge_pairs(singles, pairs, found)
     found |= refit_pairs(problem, pairs, found)
@@ -363,6 +330,26 @@ def _refit_best(problem: Problem, singles: Sequence[Hypothesis], found: Standing
         refitted[one.label] = Standing.refitted(problem.refit(one, start, steps=3))
         score[one.label] = refitted[one.label].score
     return refitted
+
+
+def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: Standings) -> dict[str, Standing]:
+    """None and the singles that were refitted, from the place of the best of them too: all compared at one hill.
+
+    Where none lies better there, the singles that were judged about it are judged about it anew.
+    """
+    own = {n: one for n, one in found.items() if one.own and n != SOMETHING_ELSE}
+    best = max(own, key=lambda label: own[label].score)
+    again: dict[str, Standing] = {}
+    for label, one in own.items():
+        if label == best:
+            continue
+        fit = problem.refit(models[label], Places(dict(own[best].fit.places.z), one.fit.places.h), steps=3)
+        if fit.joint > one.fit.joint:
+            again[label] = Standing.refitted(fit)
+    if NONE in again:
+        rest = [one for one in models.values() if len(one.members) == 1 and not found[one.label].own]
+        again |= {one.label: _least_astray(one, [again[NONE].fit, found[one.label].fit]) for one in rest}
+    return again
 
 
 def within(best: float, none: float) -> float:

@@ -28,6 +28,7 @@ CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
 PHYSICAL = 0.2  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
+FAST = 0.3  # of that variance: ringing of shells and contact, which repeats in no record and no mesh, block by block
 UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
 PRIOR_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over a parameter's range
 
@@ -121,7 +122,7 @@ def build(
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
     unnamed = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
-    J = stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
+    J = _stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
     for one in found:
@@ -149,7 +150,9 @@ def build(
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, library))
         cut = np.ix_(rows, rows)
         physical = np.asarray(block_diag(*(part.T @ part for part in along)))
-        own = white.both((1.0 - PHYSICAL) * _unrepeated(shots, kind, shapes, peaks) + PHYSICAL * physical)
+        fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
+        slow = _unrepeated(shots, kind, shapes, peaks)
+        own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
         free, held = (own, shared) if known.own_is_free else (shared, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
@@ -208,7 +211,7 @@ def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], plac
     return np.concatenate(parts)
 
 
-def stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
+def _stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups: Sequence[str]) -> Array:
     """(n, groups * k) by fractions of the ranges; jacobians: (k, n) of each shot."""
     k, rows = len(jacobians[0]), []
     for shot, jacobian in zip(shots, jacobians, strict=True):
@@ -303,6 +306,11 @@ def _peaks(shots: Sequence[Shot], means: Sequence[Array]) -> list[Array]:
         own = [float(np.abs(mean[shot.record.channel == i]).max()) for i in range(len(shot.record.traces))]
         found.append(np.maximum(own, [trace.peak for trace in shot.record.traces]))
     return found
+
+
+def _size(shot: Shot, kind: str, peaks: Array) -> Array:
+    """(n,) peak of each point's channel; 0 in those of another kind."""
+    return np.where(np.array(shot.kinds)[shot.record.channel] == kind, peaks[shot.record.channel], 0.0)
 
 
 def _discrepancy(

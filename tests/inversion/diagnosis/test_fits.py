@@ -1,9 +1,14 @@
-"""The scatter of runs, which the shots of a setup share."""
+"""Where fits end, and the scatter of runs, which the shots of a setup share."""
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
-from .conftest import Laboratory
+from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
+from birdstrike.inversion.diagnosis.evidence import ModelTester
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.system import Places
+from tests.inversion.diagnosis.conftest import Laboratory
 
 
 def test_runs_scatter_alike_in_every_shot_of_a_setup(laboratory: Laboratory) -> None:
@@ -21,3 +26,33 @@ def test_runs_scatter_alike_in_every_shot_of_a_setup(laboratory: Laboratory) -> 
             [np.interp(trace.middle, setup.time, row) for row in setup.scatter[:, begin : begin + fine]]
         )
         assert np.abs(read - expected).max() < 0.1 * np.abs(expected).max()
+
+
+def test_no_other_beginning_leads_to_a_much_better_fit(laboratory: Laboratory) -> None:
+    """Models are told apart by `SIMULATION_SCATTER`: by so much a fit may not hang on where it begins."""
+    ranking = laboratory.answered[0][0]
+    best = max((name for name in ranking.fits if name != SOMETHING_ELSE), key=lambda n: ranking.standings[n].score)
+    rng = np.random.default_rng(3)
+    for label in (NONE, best):
+        own, model = ranking.fits[label], ranking.models[label]
+        for _ in range(3):
+            begin = {group: rng.random(len(z)) for group, z in own.places.z.items()}
+            other = ranking.problem.refit(model, Places(begin, own.places.h))
+            assert other.evidence.log_evidence < own.evidence.log_evidence + SIMULATION_SCATTER
+
+
+def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: Laboratory) -> None:
+    """Records and parameters together: evidence times the posterior density of the parameters, at one node."""
+    fit = laboratory.answered[0][0].fits[NONE]
+    node = int(fit.evidence.weights.argmax())
+    alone = ModelTester(
+        fit.system,
+        fit.tester.known,
+        combinations=fit.tester.combinations[node : node + 1],
+        unnamed=(float(fit.tester.unnamed[node]),),
+        apart=(float(fit.tester.apart[node]),),
+    )
+    one = alone.model(NOTHING)
+    count = len(fit.system.dz)
+    density = multivariate_normal.logpdf(fit.system.dz, one.z[:count], one.z_cov)
+    assert alone.joint(NOTHING, ()) == pytest.approx(one.log_evidence + density, abs=1e-6)
