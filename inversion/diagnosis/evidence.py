@@ -314,8 +314,8 @@ class ModelTester:
     def joint(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> float:
         """Log density of the records and of the parameters at the places, all else integrated out.
 
-        Nothing of it hangs on a linear course of the curves to other parameters: what a fit makes largest. sizes: h for
-        the errors of the effects' signatures.
+        Nothing of it hangs on a linear course of the curves to other parameters, so that fits that ended at different
+        places can be compared by it. sizes: h for the errors of the effects' signatures.
         """
         members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
