@@ -54,5 +54,5 @@ def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: 
     )
     one = alone.model(NOTHING)
     count = len(fit.system.dz)
-    density = multivariate_normal.logpdf(fit.system.dz, one.z[:count], one.z_cov)
+    density = multivariate_normal.logpdf(fit.system.dz, one.z[:count], one.z_cov)  # pyright: ignore[reportArgumentType]
     assert alone.joint(NOTHING, ()) == pytest.approx(one.log_evidence + density, abs=1e-6)
