@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array
@@ -82,6 +81,8 @@ class SheetContact:
             moved = near & (torn | (self.overlap == 0.0))
         alive = np.flatnonzero(self.alive)
         if len(alive):
+            from scipy.spatial import KDTree  # late: a tenth of a second that reading a case need not take
+
             centres = target.x[self.quads[alive]].mean(axis=1)
             self.facet[moved] = alive[KDTree(centres).query(x[moved])[1]]
         self.foot[moved, :2] = 0.0

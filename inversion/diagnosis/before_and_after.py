@@ -16,7 +16,7 @@ from birdstrike.data.units import quantity_text
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import Hypothesis, Suspect
-from birdstrike.inversion.diagnosis.ranking import Fit, Problem
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, each
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, build
@@ -38,10 +38,7 @@ class Held:
 
 def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit) -> list[Held]:
     """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest."""
-    found = []
-    for name, kept, shot in parts(problem.shots):
-        found.append(Held(name, _predicted(problem, hypothesis, fit, kept, shot)))
-    return found
+    return each(lambda part: Held(part[0], _predicted(problem, hypothesis, fit, *part[1:])), parts(problem.shots))
 
 
 def parts(shots: Sequence[Shot]) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:

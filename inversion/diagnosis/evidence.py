@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import helmert
+from scipy.linalg import cho_factor, cho_solve, helmert
 from scipy.special import log_ndtr, softmax
 from scipy.stats import chi2, norm
 
@@ -255,9 +255,10 @@ class ModelTester:
             d[:, : len(held)] = 0.0
         own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
         cross = d[:, :, None] * whole[:, :r, r:]
-        W = np.linalg.solve(own, cross)
+        factor = cho_factor(own, lower=True, check_finite=False)
+        W = cho_solve(factor, cross, check_finite=False)
         S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
-        return Reduced(S, W, np.linalg.slogdet(own)[1], out)
+        return Reduced(S, W, 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1), out)
 
     @cached_property
     def singles(self) -> tuple[dict[str, int], Reduced]:

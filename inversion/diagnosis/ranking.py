@@ -5,9 +5,12 @@ A fit is where a model lies best, parameters and magnitudes, by Gauss-Newton on 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from scipy.stats.qmc import Sobol
@@ -42,6 +45,16 @@ STARTS = 4  # points of the ranges, beside the middle, from which the first fits
 FARTHEST = 0.35  # of a range: one step
 SHORTER = 0.9  # of the last step: a longer one swings
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
+
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+
+def each(work: Callable[[A], B], tasks: Iterable[A]) -> list[B]:
+    """Results in the order of the tasks, on all cores: linear algebra leaves the interpreter to other threads."""
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        return list(pool.map(work, tasks))
 
 
 @dataclass(frozen=True)
@@ -95,10 +108,11 @@ class Problem:
         setups = {shot.group: shot.setup for shot in self.shots}
         k = len(self.shots[0].setup.lows)
         bare = replace(self, found=())
-        fits = []
-        for unit in [np.full(k, 0.5), *Sobol(k, rng=0).random(STARTS)]:
-            z = {group: one.lows + unit * (one.highs - one.lows) for group, one in setups.items()}
-            fits.append(bare.refit(NOTHING, Places(z, {}), FIRST_STEPS))
+        places = [
+            Places({group: one.lows + unit * (one.highs - one.lows) for group, one in setups.items()}, {})
+            for unit in [np.full(k, 0.5), *Sobol(k, rng=0).random(STARTS)]
+        ]
+        fits = each(lambda place: bare.refit(NOTHING, place, FIRST_STEPS), places)
         return max(fits, key=lambda fit: fit.joint).places
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
@@ -279,7 +293,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
     found = {NONE: Standing.refitted(none), SOMETHING_ELSE: Standing.refitted(other)}
     fits = [none, other, *_as_baseline(problem, models[NONE], none)]
-    found |= {one.label: _least_astray(one, fits) for one in singles}
+    found |= dict(zip((one.label for one in singles), each(lambda one: _least_astray(one, fits), singles), strict=True))
     progress(0.4)
     found |= _refit_best(problem, singles, found, refits)
     progress(0.6)
@@ -339,16 +353,20 @@ def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: St
     """
     own = {n: one for n, one in found.items() if one.own and n != SOMETHING_ELSE}
     best = max(own, key=lambda label: own[label].score)
-    again: dict[str, Standing] = {}
-    for label, one in own.items():
-        if label == best:
-            continue
-        fit = problem.refit(models[label], Places(dict(own[best].fit.places.z), one.fit.places.h), steps=3)
-        if fit.joint > one.fit.joint:
-            again[label] = Standing.refitted(fit)
+    others = [label for label in own if label != best]
+    begin = own[best].fit.places.z
+    fits = each(
+        lambda label: problem.refit(models[label], Places(dict(begin), own[label].fit.places.h), steps=3), others
+    )
+    again = {
+        label: Standing.refitted(fit)
+        for label, fit in zip(others, fits, strict=True)
+        if fit.joint > own[label].fit.joint
+    }
     if NONE in again:
         rest = [one for one in models.values() if len(one.members) == 1 and not found[one.label].own]
-        again |= {one.label: _least_astray(one, [again[NONE].fit, found[one.label].fit]) for one in rest}
+        anew = each(lambda one: _least_astray(one, [again[NONE].fit, found[one.label].fit]), rest)
+        again |= dict(zip((one.label for one in rest), anew, strict=True))
     return again
 
 
@@ -379,17 +397,19 @@ def _judge_pairs(singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis], fou
     quick = _quick_pairs(first.tester, pairs, int(first.evidence.weights.argmax()))
     order = np.argsort(-quick)
     near = [int(i) for i in order[:PAIRS_TRIED] if quick[i] > quick[order[0]] - CLOSE_PAIRS]
-    judged = {one.label: _as_better_single(one, found) for one in pairs}
-    offsets: dict[str, float] = {}
-    for one in (pairs[i] for i in near):
-        label = _likeliest_member(one, found, base)
-        if label not in offsets:
-            offsets[label] = found[label].evidence.log_evidence - _at_own_fit(found[label].fit)
+    likelier = {pairs[i].label: _likeliest_member(pairs[i], found, base) for i in near}
+    about = list(dict.fromkeys(likelier.values()))
+    gained = each(lambda label: found[label].evidence.log_evidence - _at_own_fit(found[label].fit), about)
+    offsets = dict(zip(about, gained, strict=True))
+
+    def judged(one: Hypothesis) -> Standing:
+        label = likelier[one.label]
         kept = _kept(found[name].evidence for name in (label, best, *(m.label for m in one.members)))
-        about = found[label].fit
-        full = about.tester.model(one, only=kept)
-        judged[one.label] = Standing(replace(full, log_evidence=full.log_evidence + offsets[label]), about)
-    return judged
+        full = found[label].fit.tester.model(one, only=kept)
+        return Standing(replace(full, log_evidence=full.log_evidence + offsets[label]), found[label].fit)
+
+    bounds = {one.label: _as_better_single(one, found) for one in pairs}
+    return bounds | dict(zip(likelier, each(judged, [pairs[i] for i in near]), strict=True))
 
 
 def _likeliest_member(pair: Hypothesis, found: Standings, otherwise: str) -> str:

@@ -76,7 +76,7 @@ class Bird:
         self.dissipation = np.zeros((rows, 2))
         self.row = aligned_zeros(rows, ROW)
         self.deformation = self.row[:, RATE : RATE + 6]  # a million particles pay for no copy
-        self.masses = np.full(self.n, mass)
+        self.masses = np.broadcast_to(mass, self.n)  # all alike: a million particles pay for one
         self.cells = np.empty((0, 8), np.int64)
         self.energies: dict[str, float] = dict.fromkeys(("bird_pressure", "bird_viscous", "bird_shock", "eroded"), 0.0)
         self.unit_dissipation = 0.0

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -77,6 +75,9 @@ def _refuse_loose_parts(parts: PartMesh, held: Supports, ties: Ties | None, rive
     if rivets is not None:
         first = rivets.anchors.member[rivets.anchors.start[:-1]]
         ends += [rivets.anchors.pairs(first), first.reshape(-1, 2)]
+    from scipy.sparse import coo_array  # late: a single plate of one part needs no graph
+    from scipy.sparse.csgraph import connected_components
+
     sides = np.concatenate(ends)
     graph = coo_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(len(parts.nodes),) * 2)
     piece = connected_components(graph, directed=False)[1]

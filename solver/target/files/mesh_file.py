@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from birdstrike.data.errors import UserError
 from birdstrike.solver.target.files.element_numbers import NUMBER, number_shells
@@ -173,6 +171,9 @@ class MeshFile:
 
 def _pieces(quads: NDArray[np.int64], nodes: int) -> int:
     """How many parts share no node."""
+    from scipy.sparse import coo_array  # late: few cases read a mesh
+    from scipy.sparse.csgraph import connected_components
+
     ends = sides_of(quads)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(nodes, nodes))
     return int(connected_components(graph, directed=False, return_labels=False))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.target.mesh import border_sides, centres_of, is_triangle, sides_of
@@ -107,6 +106,8 @@ def _between(values: Array, low: float, high: float) -> NDArray[np.bool_]:
 
 def _not_joined(mesh: PartMesh) -> Iterator[Finding]:
     """Nodes of free borders that lie at one place and are not merged."""
+    from scipy.spatial import KDTree  # late: few cases read a mesh
+
     border = np.unique(border_sides(mesh.quads))
     if len(border) < 2:
         return

@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
@@ -43,6 +42,8 @@ class Surface:
     """Shells of one part, to find places on."""
 
     def __init__(self, nodes: Array, quads: NDArray[np.int64]) -> None:
+        from scipy.spatial import KDTree  # late: few targets have ties or rivets
+
         self.nodes, self.quads = nodes, quads
         self.tree = KDTree(nodes[quads].mean(axis=1))
 

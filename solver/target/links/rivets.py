@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -15,6 +15,9 @@ from birdstrike.solver.kernels.links import rivet_forces
 from birdstrike.solver.target.links.anchors import Anchors, Surface
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 CONSTANTS = 8
 FARTHEST = 0.02  # m, between the mid-surfaces that a rivet joins
@@ -79,6 +82,8 @@ class Rivets:
 
     def stiffness(self, m: int) -> csc_array:
         """Of whole rivets at rest, (6 m, 6 m)."""
+        from scipy.sparse import coo_array, csc_array  # late: the time loop needs none
+
         start, member, weight = self.anchors.packed
         row = np.repeat(np.arange(len(start) - 1), np.diff(start))
         sign = np.where(row % 2, 1.0, -1.0) * weight

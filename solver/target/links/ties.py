@@ -7,10 +7,10 @@ the arm from their mean to it, so that linear and angular momentum are kept.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -19,6 +19,9 @@ from birdstrike.solver.target.links.anchors import Anchors, Surface, weights_of_
 from birdstrike.solver.target.mesh import border_sides
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,8 @@ class Ties:
 
     def matrix(self, m: int) -> csc_array:
         """Freedoms of all nodes (6 m, 6 m) by those of the nodes that follow none, small motions."""
+        from scipy.sparse import coo_array, csc_array  # late: the time loop needs none
+
         own = np.setdiff1d(np.arange(m), self.followers)
         freedom = (6 * own[:, None] + np.arange(6)).ravel()
         rows, columns = [freedom], [freedom]
