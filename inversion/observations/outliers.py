@@ -26,6 +26,7 @@ FLAT_SHARE = 0.95  # of the readings between the first and the last in that band
 CORE = 0.8  # of a flat top, without its ends
 SAG = 1.2  # standard deviations that a flat top bends in its core; a smooth peak bends by about 3
 LEAVES = 10.0  # standard deviations by which the record leaves a flat top on both sides
+RIPPLE = 4.0  # variance of means of five readings in a flat top, of that of white noise: a filter's noise reaches 3
 DROPOUTS = 3  # readings of one value
 DROPOUT_RUN = 3  # such readings in a row, at most
 DROPOUT_SHARE = 0.05  # of the peak, by which such readings lie off those around
@@ -98,6 +99,7 @@ def saturated(values: Array, sigma: float) -> NDArray[np.bool_]:
     """(n,) True on a flat top that noise has been added to: the sensor stood at its end, the digitiser did not.
 
     The top of a smooth peak bends by as much as its ends lie below it; a flat one does not, and is left on both sides.
+    A plate that yields can stay at its peak and ring there, by more than the noise: that is no flat top.
     """
     marked = np.zeros(len(values), dtype=bool)
     if len(values) < FEWEST or not sigma > 0.0:
@@ -116,8 +118,14 @@ def saturated(values: Array, sigma: float) -> NDArray[np.bool_]:
         sag = -float(np.polyfit(np.linspace(-1.0, 1.0, len(core)), core, 2)[0])
         beside = [heights[max(first - room, 0) : first], heights[last + 1 : last + 1 + room]]
         left = all(len(part) and top - part.min() > (BAND + LEAVES) * sigma for part in beside)
-        marked[first : last + 1] |= left and sag < SAG * sigma
+        marked[first : last + 1] |= left and sag < SAG * sigma and not _ripples(core, sigma)
     return marked
+
+
+def _ripples(core: Array, sigma: float) -> bool:
+    """Whether the readings of a flat top move together by more than noise of this standard deviation does."""
+    means = core[: len(core) // BESIDE_MEAN * BESIDE_MEAN].reshape(-1, BESIDE_MEAN).mean(axis=1)
+    return float(means.var(ddof=1)) > RIPPLE * sigma**2 / BESIDE_MEAN
 
 
 def dropouts(values: Array) -> NDArray[np.bool_]:

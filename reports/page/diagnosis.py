@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
-
-from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_atomically
-from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.reports.blocks import Section
 from birdstrike.reports.figures.diagnosis import probability_figure, residual_figure
 from birdstrike.reports.figures.style import png
@@ -21,29 +16,12 @@ from birdstrike.reports.sections.diagnosis import (
     basis_section,
     effects_section,
     errors_section,
+    read_diagnosis,
     verdict_section,
 )
 
 SECTIONS = (verdict_section, errors_section, effects_section, basis_section)
 """What the page is made of, in order; a loop's page shows the same."""
-
-
-def read_diagnosis(folder: Path) -> DiagnosisResults:
-    """diagnosis.json and the curves of a folder; raises UserError where they are missing or damaged."""
-    path = folder / "diagnosis.json"
-    if not path.is_file() or not (folder / "diagnosis.csv").is_file():
-        raise UserError(
-            f"no diagnosis in {folder}; make it with: birdstrike diagnose CASE --measured CSV --out {folder}"
-        )
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise UserError(f"{path} is damaged; repeat birdstrike diagnose") from error
-    shots = content["record"].get("shots")
-    if shots is None:
-        raise UserError(f"{path} is of an earlier version; repeat birdstrike diagnose with another --out")
-    files = dict(zip(shots, curve_files(shots), strict=True))
-    return DiagnosisResults(content, {name: pd.read_csv(folder / file) for name, file in files.items()})
 
 
 def in_report(make: Callable[[DiagnosisResults], Section]) -> Callable[[Results], Section | None]:

@@ -11,7 +11,7 @@ from birdstrike.reports.comparison.models import run_models
 from birdstrike.reports.explore.explore import PAGE as EXPLORE
 from birdstrike.reports.figures.switches import CAMPAIGN, COLOURS, DASHES, RECORD
 from birdstrike.reports.page.diagnosis import SECTIONS as DIAGNOSIS_SECTIONS
-from birdstrike.reports.page.diagnosis import in_report, read_diagnosis
+from birdstrike.reports.page.diagnosis import in_report
 from birdstrike.reports.page.render import rendered
 from birdstrike.reports.results.measurement import origin, short_name
 from birdstrike.reports.results.parts import Parts, find_parts
@@ -32,6 +32,7 @@ from birdstrike.reports.sections import (
     summary,
     surrogates,
 )
+from birdstrike.reports.sections.diagnosis import read_diagnosis
 from birdstrike.reports.sections.parts import (
     campaign_curves,
     campaign_findings,

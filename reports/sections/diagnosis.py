@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
 from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
@@ -31,11 +35,34 @@ class DiagnosisResults:
         """SI unit of every channel."""
         return {name: entry["unit"] for name, entry in self.content["noise"]["sensors"].items()}
 
+    @property
+    def verdict(self) -> str:
+        """The verdict and its sentence."""
+        return f"{HEADS[self.content['verdict']]}. {self.content['sentence']}."
+
+
+def read_diagnosis(folder: Path) -> DiagnosisResults:
+    """diagnosis.json and the curves of a folder; raises UserError where they are missing or damaged."""
+    path = folder / "diagnosis.json"
+    if not path.is_file() or not (folder / "diagnosis.csv").is_file():
+        raise UserError(
+            f"no diagnosis in {folder}; make it with: birdstrike diagnose CASE --measured CSV --out {folder}"
+        )
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UserError(f"{path} is damaged; repeat birdstrike diagnose") from error
+    shots = content["record"].get("shots")
+    if shots is None:
+        raise UserError(f"{path} is of an earlier version; repeat birdstrike diagnose with another --out")
+    files = dict(zip(shots, curve_files(shots), strict=True))
+    return DiagnosisResults(content, {name: pd.read_csv(folder / file) for name, file in files.items()})
+
 
 def verdict_section(results: DiagnosisResults) -> Section:
     """One sentence, probabilities with what each model requires, residuals, the next measurement, warnings."""
     content = results.content
-    blocks: list[Block] = [Paragraph(f"{HEADS[content['verdict']]}. {content['sentence']}.")]
+    blocks: list[Block] = [Paragraph(results.verdict)]
     likely = (
         "Left: how likely each model is, by family; full colour: the 95 % set. Beforehand it is as likely as not that "
         "nothing is missing, and the other half is shared equally among families and their effects. Right: the "

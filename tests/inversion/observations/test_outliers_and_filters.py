@@ -56,6 +56,17 @@ def test_a_flat_top_under_noise_is_found_and_a_smooth_peak_is_not(seed: int) -> 
         assert not found[clean < 0.9 * end].any()
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_plate_that_rings_at_its_peak_is_no_flat_top(seed: int) -> None:
+    """A plate that yields stays near its largest deflection for a while; what it rings by there is above the noise."""
+    t, sigma = np.arange(0.0, 3.0, 0.005), 0.05  # ms, mm
+    plateau = np.minimum(np.interp(t, [0.0, 1.45, 1.75, 3.0], [0.0, 32.0, 32.0, 22.0]), 32.0)
+    ringing = np.where((t > 1.45) & (t < 1.75), 0.1 * np.sin(2.0 * np.pi * (t - 1.45) / 0.15), 0.0)
+    noise = sigma * np.random.default_rng(seed).normal(size=len(t))
+    assert saturated(plateau + noise, sigma).any()
+    assert not saturated(plateau + ringing + noise, sigma).any()
+
+
 def test_lost_samples_are_found_and_a_coarse_converter_has_none() -> None:
     clock = np.arange(0.3e-3, 2.6e-3, STEP)
     values = record(truth(0.5), clock, noise=2e-5).channels[CHANNEL]
