@@ -19,12 +19,18 @@ def findings(results: Results) -> tuple[str, str, str, str, str]:
 def analysed(results: Results) -> str:
     """Bird, impact, plate and record, and whether that record was measured or simulated."""
     case, record = results.case, results.record
-    plate = " × ".join(quantity(size, "m") for size in (case.plate.length, case.plate.width, case.plate.thickness))
+    length, width, thickness = (quantity(x, "m") for x in (case.plate.length, case.plate.width, case.plate.thickness))
+    parts = len(case.target.parts) if case.target is not None else 1
+    target = (
+        f"a target of {parts} parts, {length} × {width}"
+        if parts > 1
+        else f"a plate of {length} × {width} × {thickness}"
+    )
     peaks = ", ".join(_record_peak(results, channel) for channel in results.channels)
     verdict = f"{origin(record)}, not measured" if record.simulated else "measured"
     return (
         f"Analysed: a bird of {quantity(case.bird.actual_mass, 'kg')} at {quantity(case.impact.speed, 'm/s')} "
-        f"({quantity(case.normal_speed, 'm/s')} normal to the plate) on a plate of {plate}; "
+        f"({quantity(case.normal_speed, 'm/s')} normal to the plate) on {target}; "
         f"the record {short_name(record)} is {verdict}: {peaks}."
     )
 
