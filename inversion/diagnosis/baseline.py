@@ -60,7 +60,8 @@ def read_baselines(records: Mapping[str, tuple[Measured, Setup]], channels: Sequ
         except UserError as error:
             warnings.append(left_out(name, "; ".join(error.errors)))
             continue
-        fit = calibrated(one, unknown_or_stated(tuple(dict.fromkeys(one.kinds)), {}), mesh_shapes((one,)))
+        known = unknown_or_stated(tuple(dict.fromkeys(one.kinds)), {}, own_share=0.0)
+        fit = calibrated(one, known, mesh_shapes((one,)))
         fits[name] = (one, fit)
         lacking = [channel for channel in channels if channel not in one.channels]
         if lacking:

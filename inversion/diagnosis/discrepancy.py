@@ -9,7 +9,7 @@ it each has an independent part.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as fdist
@@ -28,6 +28,10 @@ a repeated shot of one rig scatters by as much; a strain is a derivative, hence 
 SPREAD_OWN = 2.0
 """Factor, one standard deviation, within which the independent part is known, which is marginalised: single runs of one
 strike scatter by 0.3 % of the peak of the displacement where the bird is viscous and by 1.6 % where it is not."""
+OWN_SHARE = 0.5
+"""Of the variance of a model error that no baseline shows: what the shot has for itself, as runs scatter and shells
+ring. Nothing tells which it is, so that both are as likely; without it an effect is named that turns one ringing into
+another."""
 SHARED_FACTOR = 2.0  # on the baselines' amplitude: one record gives it within a factor; too large costs little
 FEWER = 6  # nodes where there are more than two kinds of sensors
 PARAMETER_LENGTH = 1.0
@@ -101,7 +105,8 @@ class Amplitudes:
 
     nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Without a
     baseline the part that shots share is marginalised; with one it is fixed, because the shots' difference hardly holds
-    it, and each shot's own part is marginalised. source: where they come from, for the user.
+    it, and each shot's own part is marginalised. source: where they come from, for the user. own_share: of the
+    marginalised variance where no baseline is: what each shot has for itself.
     """
 
     nodes: Mapping[str, Array]
@@ -109,6 +114,7 @@ class Amplitudes:
     fixed: Mapping[str, float]
     own_is_free: bool
     source: str
+    own_share: float = 0.0
 
     def combinations(self) -> Array:
         """(q, kinds) every combination of the kinds' nodes."""
@@ -123,11 +129,15 @@ class Amplitudes:
     def only(self, kinds: set[str]) -> Amplitudes:
         """Of some kinds of sensors."""
         nodes = {k: v for k, v in self.nodes.items() if k in kinds}
-        return Amplitudes(nodes, {k: self.log_prior[k] for k in nodes}, self.fixed, self.own_is_free, self.source)
+        return replace(self, nodes=nodes, log_prior={k: self.log_prior[k] for k in nodes})
 
 
 def unknown_or_stated(
-    kinds: Sequence[str], stated: Mapping[str, float], several: bool = False, nodes: int = NODES
+    kinds: Sequence[str],
+    stated: Mapping[str, float],
+    several: bool = False,
+    nodes: int = NODES,
+    own_share: float = OWN_SHARE,
 ) -> Amplitudes:
     """Without a baseline. stated: kind -> share of the peak; several: whether there is more than one shot."""
     count = nodes if len(kinds) <= 2 else FEWER
@@ -139,7 +149,7 @@ def unknown_or_stated(
     source = (
         "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
     )
-    return Amplitudes(found, flat, own, False, source)
+    return Amplitudes(found, flat, own, False, source, own_share)
 
 
 def beside_baselines(shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES) -> Amplitudes:

@@ -153,7 +153,8 @@ def build(
         fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
         slow = _unrepeated(shots, kind, shapes, peaks)
         own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
-        free, held = (own, shared) if known.own_is_free else (shared, own)
+        lone = (1.0 - known.own_share) * shared + known.own_share * own
+        free, held = (own, shared) if known.own_is_free else (lone, own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
