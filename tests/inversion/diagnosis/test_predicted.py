@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 from birdstrike.cli.app import app
 from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.answer import curve_at
-from birdstrike.inversion.diagnosis.discrepancy import unknown_or_stated
+from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, unknown_or_stated
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
-from birdstrike.inversion.diagnosis.system import Places, build
+from birdstrike.inversion.diagnosis.system import FAST, Places, build
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
 from tests.inversion.diagnosis.conftest import Laboratory
 from tests.inversion.diagnosis.rig import few_simulations
@@ -145,3 +145,15 @@ def test_the_model_error_of_two_speeds_is_one_process_since_each_shot_s_contact(
     for block in system.blocks:
         np.testing.assert_allclose(block.U, block.U.T, atol=1e-9 * np.abs(block.U).max())
         assert np.linalg.eigvalsh(block.U).min() > -1e-6 * np.abs(block.U).max()
+
+
+def test_a_lone_record_may_ring_otherwise_than_the_model_in_every_direction(laboratory: Laboratory) -> None:
+    """Shells and contact ring in another phase in every record: a smooth process alone would call that an effect."""
+    ranking, (shot, *_) = laboratory.answered[0]
+    places = Places({shot.group: np.full(len(shot.setup.lows), 0.5)}, {})
+    known = unknown_or_stated(["displacement"], {})
+    system = build((shot,), (), places, known, ranking.problem.shapes, ranking.problem.options)
+    (block,) = system.blocks
+    peak = min(trace.peak for trace in shot.record.traces)
+    noise = np.sqrt(np.diag(shot.record.covariance()))[block.rows].max()
+    assert np.linalg.eigvalsh(block.U).min() > 0.9 * OWN_SHARE * FAST * (peak / noise) ** 2
