@@ -138,12 +138,12 @@ def shown(label: str) -> AbstractContextManager[Callable[[float], None]]:
 
 def lines(found: Diagnosis) -> Iterator[str]:
     """What stands above the table: provenance, model error, the verdict in words."""
-    from birdstrike.inversion.diagnosis.answer import HEADS
+    from birdstrike.inversion.diagnosis.answer import headline
 
     if found.record["simulated"]:
         yield f"record: {found.record['path']} is simulated, not measured"
     yield f"model-form error: {found.discrepancy['source']}"
-    yield f"{HEADS[found.verdict]}. {found.sentence}."
+    yield headline(found.verdict, found.sentence)
 
 
 def table(found: Diagnosis) -> Table:

@@ -280,11 +280,16 @@ def magnitude_words(one: EffectFigures) -> str:
     return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
 
 
+def headline(verdict: str, sentence: str) -> str:
+    """The verdict in words and the sentence, as files and pages give them."""
+    return f"{HEADS[verdict]}. {sentence}."
+
+
 def sentence_of(found: Diagnosis) -> str:
     """One sentence that an engineer can put into a test report."""
     needs = found.required_discrepancy.get(NONE)
     if found.verdict == NO_RESIDUAL:
-        error = "" if needs is None else f" with a model error of {100 * needs:.2g} % of the peak"
+        error = "" if needs is None else f" with {_model_error(needs)}"
         return (
             f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; "
             "no effect is missing that this record could show"
@@ -315,7 +320,12 @@ def _without(needs: float | None) -> str:
         return "without it no model error up to half of the peak is enough"
     if needs <= SHARES[0]:
         return "without it no larger model error makes the record likelier"
-    return f"without it the record needs a model error of {100 * needs:.2g} % of the peak"
+    return f"without it the record needs {_model_error(needs)}"
+
+
+def _model_error(share: float) -> str:
+    """Of a share of the peak."""
+    return f"a model error of {100 * share:.2g} % of the peak"
 
 
 def _beside(found: Diagnosis) -> str:

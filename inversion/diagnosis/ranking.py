@@ -293,7 +293,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
     found = {NONE: Standing.refitted(none), SOMETHING_ELSE: Standing.refitted(other)}
     fits = [none, other, *_as_baseline(problem, models[NONE], none)]
-    found |= dict(zip((one.label for one in singles), each(lambda one: _least_astray(one, fits), singles), strict=True))
+    found |= _standings(lambda one: _least_astray(one, fits), singles)
     progress(0.4)
     found |= _refit_best(problem, singles, found, refits)
     progress(0.6)
@@ -303,6 +303,11 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     found |= refit_pairs(problem, pairs, found)
     progress(1.0)
     return Ranking(problem, models, found)
+
+
+def _standings(judge: Callable[[Hypothesis], Standing], models: Sequence[Hypothesis]) -> dict[str, Standing]:
+    """Models as judged, by label."""
+    return dict(zip((one.label for one in models), each(judge, models), strict=True))
 
 
 def _least_astray(one: Hypothesis, fits: Sequence[Fit]) -> Standing:
@@ -365,8 +370,7 @@ def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: St
     }
     if NONE in again:
         rest = [one for one in models.values() if len(one.members) == 1 and not found[one.label].own]
-        anew = each(lambda one: _least_astray(one, [again[NONE].fit, found[one.label].fit]), rest)
-        again |= dict(zip((one.label for one in rest), anew, strict=True))
+        again |= _standings(lambda one: _least_astray(one, [again[NONE].fit, found[one.label].fit]), rest)
     return again
 
 
@@ -409,7 +413,7 @@ def _judge_pairs(singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis], fou
         return Standing(replace(full, log_evidence=full.log_evidence + offsets[label]), found[label].fit)
 
     bounds = {one.label: _as_better_single(one, found) for one in pairs}
-    return bounds | dict(zip(likelier, each(judged, [pairs[i] for i in near]), strict=True))
+    return bounds | _standings(judged, [pairs[i] for i in near])
 
 
 def _likeliest_member(pair: Hypothesis, found: Standings, otherwise: str) -> str:

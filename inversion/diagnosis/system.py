@@ -153,8 +153,7 @@ def build(
         fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
         slow = _unrepeated(shots, kind, shapes, peaks)
         own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
-        lone = (1.0 - known.own_share) * shared + known.own_share * own
-        free, held = (own, shared) if known.own_is_free else (lone, own)
+        free, held = (own, shared) if known.own_is_free else (_lone(shared, own, known.own_share), own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
@@ -162,6 +161,11 @@ def build(
     moved = {one.label: _share_moved(shots, signatures[one.label], means) for one in found if one.response}
     columns = white(np.hstack(list(parts.values())))
     return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
+
+
+def _lone(shared: Array, own: Array, share: float) -> Array:
+    """The free part where no baseline tells what shots share from what each has for itself."""
+    return (1.0 - share) * shared + share * own
 
 
 def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -38,7 +38,7 @@ class DiagnosisResults:
     @property
     def verdict(self) -> str:
         """The verdict and its sentence."""
-        return f"{HEADS[self.content['verdict']]}. {self.content['sentence']}."
+        return headline(self.content["verdict"], self.content["sentence"])
 
 
 def read_diagnosis(folder: Path) -> DiagnosisResults:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.tree import load_tree
-from birdstrike.inversion.diagnosis.answer import HEADS
+from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
@@ -45,7 +45,7 @@ def read(folder: Path) -> tuple[View]:
     first = model["systems"][model["shots"][0]["system"]]
     view = View(
         title="Diagnosis",
-        headline=f"{HEADS[content['verdict']]}. {content['sentence']}.",
+        headline=headline(content["verdict"], content["sentence"]),
         parameters=[
             parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"])
             for one in parameters
