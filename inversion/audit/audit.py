@@ -25,9 +25,8 @@ from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
-CASE = "virtual_strike"
-FOURTH = {"strain_back": {"kind": "strain", "at": ["0 mm", "0 mm"], "side": "back", "noise": 2e-5}}
-"""A sensor beside the three of the shipped case: the criteria are stated for one and for four channels."""
+CASE = "audit_strike"
+"""A coarse case of four sensors: the criteria are stated for one and for four channels."""
 
 
 def audit(
@@ -57,7 +56,7 @@ def audit(
     draws : draws of the noise on each record; 1: the record as it is.
     channels, shots : only records of so many.
     make, forms : truths to draw and simulate first, by the declared model and by another one.
-    case : the declared case of the truths that are made; the shipped one gets a fourth sensor.
+    case : the declared case of the truths that are made.
     most : records answered at most in this call; the others are counted as not yet answered.
     retry_failed : stored failures, of simulations and of answers, are tried again.
     command : what was typed, for audit.json.
@@ -76,7 +75,6 @@ def audit(
     made = place / "experiments"
     if make or forms:
         declared = case if isinstance(case, Case) else load_case(case)
-        declared = declared.with_sensors(FOURTH) if case == CASE else declared
         wanted = tuple(one for one in layouts(declared) if _fits(len(one.channels), one.shots, channels, shots))
         with Simulations(place / "truths", (), choice.workers, retry=choice.retry) as simulations:
             for count, other in ((make, False), (forms, True)):

@@ -161,7 +161,7 @@ def _amplitudes(columns: Columns | None, share: float) -> Columns:
     """The columns, and one a shot: `share` of its record."""
 
     def more(observations: Observations, mode: Mode) -> Array:
-        numbers = np.concatenate([np.full(len(c.times), _number(c.name)) for c in observations.channels])
+        numbers = np.concatenate([np.full(len(c.times), shot_number(c.name)) for c in observations.channels])
         own = [np.where(numbers == i, share * observations.values, 0.0) for i in np.unique(numbers)] if share else []
         known = [columns(observations, mode)] if columns is not None else []
         return np.hstack([np.zeros((len(numbers), 0)), *known, *(column[:, None] for column in own)])
@@ -253,7 +253,7 @@ def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
 def _own(shot: Shot, number: int, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
     """One shot's columns (points of its channels, s)."""
     mine = tuple(
-        replace(c, name=c.name.removesuffix(suffix(number))) for c in observations.channels if _number(c.name) == number
+        replace(c, name=c.name.removesuffix(suffix(number))) for c in observations.channels if shot_number(c.name) == number
     )
     own = replace(observations, channels=mine)
     t0 = mode.t0 if number == 0 else 0.0
@@ -269,7 +269,8 @@ def _own(shot: Shot, number: int, observations: Observations, mode: Mode, datase
     return np.hstack(parts)
 
 
-def _number(name: str) -> int:
+def shot_number(name: str) -> int:
+    """The shot of a joint record's channel, from 0: the reverse of `suffix`."""
     _, sign, number = name.rpartition("@")
     return int(number) - 1 if sign else 0
 

@@ -11,6 +11,7 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, started
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.estimation.known_errors import Columns, Nuisance, stacked
+from birdstrike.inversion.estimation.shots import shot_number
 from birdstrike.inversion.forward import Forward
 from birdstrike.inversion.observations.observations import Observations
 
@@ -42,21 +43,29 @@ class NuisanceRuns:
 
 
 class Discrepancy:
-    """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak."""
+    """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak.
 
-    def __init__(self, contact: float, end: float) -> None:
-        self.contact, self.length = contact, UNSEEN * (end - contact)
-        self._factors: dict[bytes, Array] = {}
+    contacts: instants [s] of the shots' first contacts, before which there is none; end: of the runs [s].
+    """
+
+    def __init__(self, contacts: Sequence[float], end: float) -> None:
+        self.contacts, self.end = tuple(contacts), end
+        self._factors: dict[tuple[float, bytes], Array] = {}
+
+    def only(self, shots: Sequence[int]) -> Discrepancy:
+        """Of some of the shots, in that order."""
+        return Discrepancy([self.contacts[i] for i in shots], self.end)
 
     def columns(self, observations: Observations, share: float) -> Array:
         """(n, s) SI, one standard deviation each."""
-        blocks = [share * c.peak * self._factor(c.times) for c in observations.channels]
+        blocks = [share * c.peak * self._factor(c.times, self.contacts[shot_number(c.name)]) for c in observations.channels]
         return np.asarray(block_diag(*blocks), dtype=np.float64)
 
-    def _factor(self, times: Array) -> Array:
-        key = times.tobytes()
+    def _factor(self, times: Array, contact: float) -> Array:
+        key = (contact, times.tobytes())
         if key not in self._factors:
-            values, vectors = np.linalg.eigh(started(times, times, self.contact, self.length))
+            length = UNSEEN * (self.end - contact)
+            values, vectors = np.linalg.eigh(started(times, times, contact, length))
             kept = values > WORTH_A_COLUMN * values.sum()
             self._factors[key] = vectors[:, kept] * np.sqrt(values[kept])
         return self._factors[key]

@@ -52,7 +52,7 @@ class HeldOutFits:
                 for place, j in enumerate(rest)
                 for name in self.shots[j].measured.channels
             }
-            columns = with_discrepancy(joint.columns, self.discrepancy, self.share)
+            columns = with_discrepancy(joint.columns, self.discrepancy.only(rest), self.share)
             own = replace(self.emulator, channels=channels)
             found = locate(joint.dataset, joint.measured, joint.options, own, silent, columns)
             thetas.append(dict(zip(self.dataset.names, map(float, found.calibration.modes[0].theta), strict=True)))

@@ -65,7 +65,7 @@ class ModelFit:
         joint = joined(shots, origins)
         dataset, emulator, added = self.runs.refined(joint, said)
         self.runs.report("fit", 0.0)
-        discrepancy = Discrepancy(self.runs.cases[0].first_contact, float(dataset.time[-1]))
+        discrepancy = Discrepancy([case.first_contact for case in self.runs.cases], float(dataset.time[-1]))
         share, located = self._best_share(dataset, joint, emulator, discrepancy)
         columns = with_discrepancy(joint.columns, discrepancy, share)
         sampling = Sampling() if self.runs.options.posterior else None
