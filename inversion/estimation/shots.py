@@ -253,7 +253,9 @@ def _columns(shots: Sequence[Shot], dataset: Dataset) -> Columns:
 def _own(shot: Shot, number: int, observations: Observations, mode: Mode, dataset: Dataset) -> Array:
     """One shot's columns (points of its channels, s)."""
     mine = tuple(
-        replace(c, name=c.name.removesuffix(suffix(number))) for c in observations.channels if shot_number(c.name) == number
+        replace(c, name=c.name.removesuffix(suffix(number)))
+        for c in observations.channels
+        if shot_number(c.name) == number
     )
     own = replace(observations, channels=mine)
     t0 = mode.t0 if number == 0 else 0.0

@@ -58,7 +58,9 @@ class Discrepancy:
 
     def columns(self, observations: Observations, share: float) -> Array:
         """(n, s) SI, one standard deviation each."""
-        blocks = [share * c.peak * self._factor(c.times, self.contacts[shot_number(c.name)]) for c in observations.channels]
+        blocks = [
+            share * c.peak * self._factor(c.times, self.contacts[shot_number(c.name)]) for c in observations.channels
+        ]
         return np.asarray(block_diag(*blocks), dtype=np.float64)
 
     def _factor(self, times: Array, contact: float) -> Array:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.target.mesh import is_triangle, sides_of
 
+TINY = 1e-300  # [m]: a side that is a point has no direction
 SMOOTH = math.cos(math.radians(45.0))
 """Of the largest angle by which a sheet bends over an edge; a sharper fold makes two, one of which owns the edge."""
 Numbers = NDArray[np.int64]
@@ -53,93 +54,108 @@ def whole_sheet(quads: Numbers, across: Numbers) -> Sheet:
     return Sheet(quads, across, np.arange(len(quads)), np.zeros(4 * len(quads) + 1, np.int64), two_sided=False)
 
 
-Edge = tuple[int, int]
-Edges = dict[Edge, list[int]]
-"""Sides, by their places 4 f + s, that meet at the edge between two nodes."""
-Pairs = dict[Edge, tuple[int, int]]
+Meeting = dict[int, list[tuple[int, bool]]]
+"""At a side, by its place 4 f + s: the facets of other sheets that meet there, and whether the edge is theirs first."""
 
 
 def sheets_of(nodes: Array, quads: Numbers) -> list[Sheet]:
     """Cut facets (e, 4) on nodes (m, 3) into sheets."""
-    edges: Edges = {}
-    for place, ends in enumerate(np.sort(sides_of(quads), axis=1)):
-        if ends[0] != ends[1]:  # else a side of a triangle that has shrunk to a point
-            edges.setdefault((int(ends[0]), int(ends[1])), []).append(place)
-    pairs: Pairs = {}
-    for edge, places in edges.items():
-        pair = _smoothest(nodes, quads, edge, places)
-        if pair is not None:
-            pairs[edge] = pair
-    label, turned = _wound_alike(quads, pairs)
-    return [_sheet(np.flatnonzero(label == one), quads, label, turned, edges, pairs) for one in range(label.max() + 1)]
+    edges = _edges(quads)
+    beyond = _beyond(nodes, quads, edges)
+    meeting = _meeting(edges, beyond)
+    label, turned = _wound_alike(quads, beyond)
+    return [
+        _sheet(np.flatnonzero(label == one), quads, label, turned, beyond, meeting) for one in range(max(label) + 1)
+    ]
 
 
-def _smoothest(nodes: Array, quads: Numbers, edge: Edge, places: Sequence[int]) -> tuple[int, int] | None:
-    """The two sides at an edge over which the surface goes on with the least bend; None where all bend sharply."""
-    line = nodes[edge[1]] - nodes[edge[0]]
-    line = line / np.linalg.norm(line)
-    away = []
-    for place in places:
-        into = nodes[quads[place // 4]].mean(axis=0) - nodes[edge[0]]
-        into = into - (into @ line) * line
-        away.append(into / np.linalg.norm(into))
-    straight = [(-float(away[i] @ away[j]), i, j) for i, j in combinations(range(len(places)), 2)]
-    best, i, j = max(straight, default=(-1.0, 0, 0))
-    return (places[i], places[j]) if best > SMOOTH else None
+def _edges(quads: Numbers) -> list[Numbers]:
+    """The sides, by their places 4 f + s, that meet at each edge between two nodes, in rising order."""
+    ends = np.sort(sides_of(quads), axis=1)
+    real = np.flatnonzero(ends[:, 0] != ends[:, 1])  # else a side of a triangle that has shrunk to a point
+    order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
+    begins = np.any(np.diff(ends[order], axis=0) != 0, axis=1)
+    return np.split(order, np.flatnonzero(begins) + 1)
 
 
-def _wound_alike(quads: Numbers, pairs: Pairs) -> tuple[Numbers, NDArray[np.bool_]]:
+def _beyond(nodes: Array, quads: Numbers, edges: Sequence[Numbers]) -> Numbers:
+    """(4 e,) The side on which the surface goes on beyond each with the least bend; -1 where all bend sharply."""
+    away = _away_from_sides(nodes, quads)
+    beyond = np.full(4 * len(quads), -1)
+    two = np.array([places for places in edges if len(places) == 2], np.int64).reshape(-1, 2)
+    straight = -np.einsum("ij,ij->i", away[two[:, 0]], away[two[:, 1]])
+    smooth = two[straight > SMOOTH]
+    beyond[smooth] = smooth[:, ::-1]
+    for places in edges:
+        if len(places) > 2:
+            bends = [(-float(away[i] @ away[j]), i, j) for i, j in combinations(places, 2)]
+            best, i, j = max(bends)
+            if best > SMOOTH:
+                beyond[i], beyond[j] = j, i
+    return beyond
+
+
+def _away_from_sides(nodes: Array, quads: Numbers) -> Array:
+    """(4 e, 3) Unit vector from each side into its facet, perpendicular to the side; any where a side is a point."""
+    ends = np.sort(sides_of(quads), axis=1)
+    line = nodes[ends[:, 1]] - nodes[ends[:, 0]]
+    line = line / np.maximum(np.linalg.norm(line, axis=1), TINY)[:, None]
+    into = np.repeat(nodes[quads].mean(axis=1), 4, axis=0) - nodes[ends[:, 0]]
+    into = into - np.einsum("ij,ij->i", into, line)[:, None] * line
+    return into / np.maximum(np.linalg.norm(into, axis=1), TINY)[:, None]
+
+
+def _meeting(edges: Sequence[Numbers], beyond: Numbers) -> Meeting:
+    """What meets at the borders of sheets: a smooth pair has an edge first, then the others in order."""
+    found: Meeting = {}
+    for places in edges:
+        if len(places) == 1 or (len(places) == 2 and beyond[places[0]] >= 0):
+            continue
+        for place in places:
+            if beyond[place] >= 0:
+                others = [(int(one) // 4, False) for one in places if one not in (place, beyond[place])]
+            else:
+                others = [(int(one) // 4, bool(beyond[one] >= 0 or one < place)) for one in places if one != place]
+            found[int(place)] = others
+    return found
+
+
+def _wound_alike(quads: Numbers, beyond: Numbers) -> tuple[Numbers, NDArray[np.bool_]]:
     """Sheet of each facet (e,), and whether its corners must run the other way for the sheet to be wound alike."""
-    beside: list[list[tuple[int, bool]]] = [[] for _ in quads]
-    ends = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2)[:, [3, 1, 0, 2]]  # in the corners' own order
-    for one, other in pairs.values():
-        f, g = one // 4, other // 4
-        flips = bool(ends[f, one % 4, 0] == ends[g, other % 4, 0])
-        beside[f].append((g, flips))
-        beside[g].append((f, flips))
-    label, turned, count = np.full(len(quads), -1), np.zeros(len(quads), np.bool_), 0
+    begin = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2)[
+        :, [3, 1, 0, 2], 0
+    ].ravel()  # in the corners' own order
+    flips = (begin == begin[beyond]).reshape(-1, 4).tolist()
+    beside = np.where(beyond >= 0, beyond // 4, -1).reshape(-1, 4).tolist()
+    label, turned, count = [-1] * len(quads), [False] * len(quads), 0
     for first in range(len(quads)):
         if label[first] >= 0:
             continue
         label[first], waiting = count, [first]
         while waiting:
             now = waiting.pop()
-            for neighbour, flips in beside[now]:
-                if label[neighbour] < 0:
-                    label[neighbour], turned[neighbour] = count, turned[now] ^ flips
+            for neighbour, flip in zip(beside[now], flips[now], strict=True):
+                if neighbour >= 0 and label[neighbour] < 0:
+                    label[neighbour], turned[neighbour] = count, turned[now] ^ flip
                     waiting.append(neighbour)
         count += 1
-    return label, turned
+    return np.array(label), np.array(turned)
 
 
 def _sheet(
-    facets: Numbers, quads: Numbers, label: Numbers, turned: NDArray[np.bool_], edges: Edges, pairs: Pairs
+    facets: Numbers, quads: Numbers, label: Numbers, turned: NDArray[np.bool_], beyond: Numbers, meeting: Meeting
 ) -> Sheet:
-    """The sheet of these facets, with what it meets at its borders; those that go on smoothly have an edge first."""
-    local = {int(facet): i for i, facet in enumerate(facets)}
-    own = quads[facets].copy()
-    across = np.full((len(facets), 4), -1)
-    meeting: list[list[list[tuple[int, bool]]]] = [[[] for _ in range(4)] for _ in facets]
-    triangle = is_triangle(own)
-    for i, facet in enumerate(facets):
-        swapped = SWAPPED_TRIANGLE if triangle[i] else SWAPPED
-        if turned[facet]:
-            own[i] = own[i][TURNED_TRIANGLE if triangle[i] else TURNED]
-        for side, (one, two) in enumerate(np.sort(sides_of(quads[facet : facet + 1]), axis=1)):
-            places, pair = edges.get((int(one), int(two)), []), pairs.get((int(one), int(two)))
-            place, to = 4 * int(facet) + side, swapped[side] if turned[facet] else side
-            if pair is not None and place in pair:
-                across[i, to] = local[(pair[0] if place == pair[1] else pair[1]) // 4]
-            meeting[i][to] = _met(place, places, pair or ())
-    flat = [entry for facet in meeting for entry in facet]
-    start = np.concatenate([[0], np.cumsum([len(entry) for entry in flat])]).astype(np.int64)
-    others = np.array([number for entry in flat for number, _ in entry], np.int64)
-    first = np.array([ahead for entry in flat for _, ahead in entry], np.bool_)
-    return Sheet(own, across, facets, start, others, label[others].astype(np.int64), first)
-
-
-def _met(place: int, places: Sequence[int], pair: Sequence[int]) -> list[tuple[int, bool]]:
-    """Facets of other sheets at the edge of a side, and whether they have it first: a smooth pair, then in order."""
-    if place in pair:
-        return [(other // 4, False) for other in places if other not in pair]
-    return [(other // 4, other in pair or other < place) for other in places if other != place]
+    """The sheet of these facets, with what it meets at its borders."""
+    local = np.full(len(quads), -1)
+    local[facets] = np.arange(len(facets))
+    own, triangle, runs_back = quads[facets], is_triangle(quads[facets]), turned[facets]
+    corners, sides = np.tile(np.arange(4), (2, len(facets), 1))
+    corners[runs_back & ~triangle], corners[runs_back & triangle] = TURNED, TURNED_TRIANGLE
+    sides[runs_back & ~triangle], sides[runs_back & triangle] = SWAPPED, SWAPPED_TRIANGLE
+    places = 4 * facets[:, None] + sides  # of the target's sides, in the order of the sheet's
+    across = np.where(beyond[places] >= 0, local[beyond[places] // 4], -1)
+    met = [meeting.get(place, []) for place in places.ravel().tolist()]
+    start = np.concatenate([[0], np.cumsum([len(entry) for entry in met])]).astype(np.int64)
+    others = np.array([number for entry in met for number, _ in entry], np.int64)
+    first = np.array([ahead for entry in met for _, ahead in entry], np.bool_)
+    return Sheet(np.take_along_axis(own, corners, 1), across, facets, start, others, label[others], first)
