@@ -15,6 +15,8 @@ from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import ALPHA, alarm, required_discrepancy
 from birdstrike.inversion.diagnosis.answer import (
+    AMBIGUOUS,
+    ATTRIBUTED,
     LEVEL,
     NO_RESIDUAL,
     SIMULATION_SCATTER,
@@ -173,6 +175,8 @@ class Pipeline:
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout)
+        if verdict == ATTRIBUTED and chosen and not predicts_better(held[NONE], held[chosen]):
+            verdict, close = AMBIGUOUS, [*close, _predicts_worse(chosen)]
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
         proposal = propose(ranking, shot)
@@ -339,6 +343,24 @@ def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
         f"effects could move by {SIMULATION_SCATTER:g}: nothing is attributed; diagnose again with another "
         "--seed, add a shot or a sensor, and trust the name that stays"
     ]
+
+
+def predicts_better(before: Sequence[Held], after: Sequence[Held]) -> bool:
+    """Whether an effect lowers the error of what was held out, root mean square over the parts.
+
+    Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
+    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111).
+    """
+    return sum(one.error**2 for one in after) < sum(one.error**2 for one in before)
+
+
+def _predicts_worse(effect: str) -> str:
+    """The warning about an effect that is likeliest and predicts what was held out no better."""
+    return (
+        f"{effect} is likeliest, but it predicts what it was not fitted to (parts of the record, each sensor) no "
+        "better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with the shot's "
+        "own bird"
+    )
 
 
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
+from birdstrike.inversion.diagnosis.before_and_after import Held
 from birdstrike.inversion.diagnosis.diagnose import (
     DiagnosisOptions,
     clean_shots,
@@ -233,3 +234,22 @@ def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tm
     with pytest.raises(MeasuredError, match="use the whole record"):
         diagnose(tiny(), record(end=1e-4), tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("after", "verdict"), [(0.9, "attributed"), (1.1, "ambiguous")])
+def test_an_effect_that_predicts_what_was_held_out_no_better_is_not_attributed(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, after: float, verdict: str
+) -> None:
+    """The evidence says "attributed"; the parts held out decide."""
+    pipeline = "birdstrike.inversion.diagnosis.pipeline"
+    monkeypatch.setattr(f"{pipeline}.verdict_of", lambda *_: "attributed")
+    monkeypatch.setattr(
+        f"{pipeline}.hold_out", lambda _, model, __: [Held("time_block", after if model.members else 1.0)]
+    )
+    folder, out = laboratory.folder, f"held_out_{verdict}"
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    result = laboratory.diagnose(out, *words)
+    assert result.exit_code == 0, result.output
+    found = laboratory.content(out)
+    assert found["verdict"] == verdict
+    assert any("not fitted to" in line for line in found["warnings"]) is (verdict == "ambiguous")
