@@ -42,7 +42,14 @@ from birdstrike.inversion.diagnosis.baseline import (
 from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE, hypotheses, suspects
+from birdstrike.inversion.diagnosis.hypotheses import (
+    NONE,
+    NOTHING,
+    SOMETHING_ELSE,
+    Suspect,
+    hypotheses,
+    suspects,
+)
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
@@ -175,7 +182,11 @@ class Pipeline:
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout)
-        if verdict == ATTRIBUTED and chosen and not predicts_better(held[NONE], held[chosen]):
+        if (
+            verdict == ATTRIBUTED
+            and chosen
+            and not predicts_better(ranking.models[chosen].members[0], held[NONE], held[chosen])
+        ):
             verdict, close = AMBIGUOUS, [*close, _predicts_worse(chosen)]
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
@@ -345,13 +356,18 @@ def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
     ]
 
 
-def predicts_better(before: Sequence[Held], after: Sequence[Held]) -> bool:
-    """Whether an effect lowers the error of what was held out, root mean square over the parts.
+def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
+    """Whether an effect lowers the error of what was held out, root mean square over the parts that can tell.
 
     Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
-    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111).
+    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111). A part cannot tell where it holds
+    all that the effect acts on: the sensor of a fault, the shot of an effect of one shot.
     """
-    return sum(one.error**2 for one in after) < sum(one.error**2 for one in before)
+    acts_on = {f"shot {effect.shots[0]}"} if len(effect.shots) == 1 else set[str]()
+    if effect.fault is not None and len(effect.fault.sensors) == 1:
+        acts_on.add(f"channel {effect.fault.sensors[0]}")
+    pairs = [(b.error, a.error) for b, a in zip(before, after, strict=True) if b.name.split(" of ")[0] not in acts_on]
+    return sum(a * a for _, a in pairs) < sum(b * b for b, _ in pairs) or not pairs
 
 
 def _predicts_worse(effect: str) -> str:

@@ -14,6 +14,7 @@ from scipy.stats import multivariate_normal
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
+from birdstrike.inversion.diagnosis.before_and_after import Held
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
@@ -26,7 +27,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     probabilities,
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, predicts_better
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
@@ -408,3 +409,17 @@ def test_lead_over_other_effects_counts_models_that_hang_on_simulations(label: s
     standings: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
     problem: Any = None
     assert Ranking(problem, models, standings).ahead(label) == ahead
+
+
+def test_a_part_that_holds_all_that_an_effect_acts_on_does_not_judge_it() -> None:
+    """A fault of one sensor cannot be told from the others, nor an effect of one shot from the other shots."""
+    before = [Held("time_block", 1.0), Held("channel a", 1.0), Held("channel b", 1.0), Held("shot one", 1.0)]
+    after = [Held("time_block", 0.9), Held("channel a", 9.0), Held("channel b", 0.9), Held("shot one", 9.0)]
+    fault: Any = SimpleNamespace(shots=("one",), fault=SimpleNamespace(sensors=("a",)))
+    of_all: Any = SimpleNamespace(shots=("one", "two"), fault=None)
+    of_one_sensor: Any = SimpleNamespace(shots=("one", "two"), fault=SimpleNamespace(sensors=("a",)))
+    assert predicts_better(fault, before, after)
+    assert not predicts_better(of_all, before, after)
+    assert not predicts_better(of_one_sensor, before, after)  # shot one's own record could tell
+    assert predicts_better(of_all, before[:1], after[:1])
+    assert predicts_better(of_all, [], [])  # nothing was held out
