@@ -33,6 +33,7 @@ from birdstrike.data.files import write_atomically, write_json
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.candidates import built, calibrated_case, candidate
+from birdstrike.inversion.models.results import ModelAnswer
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.simulate import simulate
 
@@ -151,13 +152,13 @@ def beside_optimisers(folder: Path, model: str, number: int, runs: int) -> dict[
     if kept.is_file():
         return json.loads(kept.read_text(encoding="utf-8"))
     cases, records = [rig(v) for v in SPEEDS], records_of(model, number)
-    given: dict[str, Any] = {"models": [model], "runs": runs, "posterior": False}
-    own = calibrate_models(cases, records, folder / "optimised", **given).models[model]
-    budget = TIMES_THE_SIMULATIONS * max(own.strikes.values())
-    methods = ("least_squares", "cma")
-    found = calibrate_models(cases, records, folder / "optimised", optimisers=methods, budget=budget, **given).models[
-        model
-    ]
+
+    def calibrated(**more: Any) -> ModelAnswer:
+        given = (cases, records, folder / "optimised", [model], runs)
+        return calibrate_models(*given, posterior=False, **more).models[model]
+
+    own = calibrated()
+    found = calibrated(optimisers=("least_squares", "cma"), budget=TIMES_THE_SIMULATIONS * max(own.strikes.values()))
     error = float(np.sqrt(np.mean(np.square([one.weighted for one in own.verified.values()]))))
     entry = {
         "calibration": (error, max(own.strikes.values())),

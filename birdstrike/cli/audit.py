@@ -12,6 +12,8 @@ from rich.table import Table
 from birdstrike.cli.campaign_bar import campaign_bar
 from birdstrike.cli.frame import Json, RetryFailed, console, framed, progress_bar, say
 
+CASE = "audit_strike"
+
 
 @framed
 def command(
@@ -26,7 +28,7 @@ def command(
     make_forms: Annotated[
         int, typer.Option(min=0, help="The same, by a deliberately different model of bird and plate.")
     ] = 0,
-    case: Annotated[str, typer.Option(help="Declared case of the truths that are made.")] = "audit_strike",
+    case: Annotated[str, typer.Option(help="Declared case of the truths that are made.")] = CASE,
     draws: Annotated[int, typer.Option(min=1, help="Draws of the noise on each record; 1: as it is.")] = 1,
     channels: Annotated[int | None, typer.Option(min=1, help="Only records of so many channels.")] = None,
     shots: Annotated[int | None, typer.Option(min=1, help="Only records of so many shots.")] = None,
@@ -96,7 +98,7 @@ def typed(
     """The command by what changes its figures, without paths of the machine."""
     parts = ["birdstrike audit --out audit"]
     parts += [f"--make {make}"] * bool(make) + [f"--make-forms {make_forms}"] * bool(make_forms)
-    parts += [f"--case {Path(case).name}"] * (case != "audit_strike") + [f"--draws {draws}"] * (draws > 1)
+    parts += [f"--case {Path(case).name}"] * (case != CASE) + [f"--draws {draws}"] * (draws > 1)
     parts += [f"--channels {channels}"] * (channels is not None) + [f"--shots {shots}"] * (shots is not None)
     parts += ["--no-confirm"] * (not confirm)
     return " ".join(parts + [f"--seed {seed}"] * bool(seed))

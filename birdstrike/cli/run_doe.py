@@ -107,12 +107,9 @@ def command(
     """
     from birdstrike.doe.campaign.campaign import run_campaign
     from birdstrike.doe.campaign.run import retry_before
-    from birdstrike.doe.campaign.worker import start_early, worker_count
     from birdstrike.solver.case.case import load_case
 
     loaded = load_case(case, overrides(settings))
-    if scheduler is None and loaded.solver.name == "embedded" and not (out / "runs").exists():
-        start_early(worker_count(workers))
     planned = _plan(loaded, design, runs, seed, out)
     quality = planned.quality()
     console.print(quality_table(planned, quality))

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -100,19 +99,6 @@ def process_pool(workers: int) -> Iterator[Executor]:
         processes.end(at_once=True)
         raise
     _kept.append(processes)
-
-
-def start_early(workers: int) -> None:
-    """Start the processes of the next `process_pool` now: they load the solver while the caller plans its runs."""
-    processes = _left_over(workers) or Processes.started(workers)
-    for _ in range(workers):
-        processes.pool.submit(_load)
-    _kept.append(processes)
-
-
-def _load() -> None:
-    """Import what a run needs; `import_module`, because a worker's own imports are no dependency of the campaign."""
-    import_module("birdstrike.solver.simulate")
 
 
 def _left_over(workers: int) -> Processes | None:

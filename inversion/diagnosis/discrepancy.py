@@ -139,7 +139,10 @@ def unknown_or_stated(
     nodes: int = NODES,
     own_share: float = OWN_SHARE,
 ) -> Amplitudes:
-    """Without a baseline. stated: kind -> share of the peak; several: whether there is more than one shot."""
+    """Without a baseline.
+
+    stated: kind -> share of the peak; several: whether there is more than one shot; own_share: as of `Amplitudes`.
+    """
     count = nodes if len(kinds) <= 2 else FEWER
     grid = np.geomspace(LEAST, MOST, count)
     found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}

@@ -39,17 +39,17 @@ from birdstrike.inversion.diagnosis.baseline import (
     mesh_shapes,
     residual_rms,
 )
-from birdstrike.inversion.diagnosis.before_and_after import Held, SolverRun, hold_out, other_record, run_at
+from birdstrike.inversion.diagnosis.before_and_after import (
+    Held,
+    SolverRun,
+    hold_out,
+    other_record,
+    predicts_better,
+    run_at,
+)
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
-from birdstrike.inversion.diagnosis.hypotheses import (
-    NONE,
-    NOTHING,
-    SOMETHING_ELSE,
-    Suspect,
-    hypotheses,
-    suspects,
-)
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
@@ -182,12 +182,8 @@ class Pipeline:
         ranking = ranking.refitted(chosen) if chosen else ranking
         runs, failed = self._checked(ranking, chosen)
         held = self._held_out(ranking, chosen, heldout)
-        if (
-            verdict == ATTRIBUTED
-            and chosen
-            and not predicts_better(ranking.models[chosen].members[0], held[NONE], held[chosen])
-        ):
-            verdict, close = AMBIGUOUS, [*close, _predicts_worse(chosen)]
+        if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
+            verdict, close = AMBIGUOUS, [*close, *against]
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
         proposal = propose(ranking, shot)
@@ -289,7 +285,7 @@ class Pipeline:
         failed: Mapping[str, str],
         close: Sequence[str],
     ) -> tuple[str, ...]:
-        """At most five, the gravest first; close: of an effect that other simulations could turn."""
+        """At most five, the gravest first; close: why the likeliest effect is not attributed."""
         found = [*self.warnings, *self.baselines.warnings]
         if not self.baselines.shots and not ranking.problem.known.source.startswith("stated"):
             found.append(
@@ -356,27 +352,15 @@ def _close(ranking: Ranking, chosen: str | None, ahead: float) -> list[str]:
     ]
 
 
-def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
-    """Whether an effect lowers the error of what was held out, root mean square over the parts that can tell.
-
-    Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
-    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111). A part cannot tell where it holds
-    all that the effect acts on: the sensor of a fault, the shot of an effect of one shot.
-    """
-    acts_on = {f"shot {effect.shots[0]}"} if len(effect.shots) == 1 else set[str]()
-    if effect.fault is not None and len(effect.fault.sensors) == 1:
-        acts_on.add(f"channel {effect.fault.sensors[0]}")
-    pairs = [(b.error, a.error) for b, a in zip(before, after, strict=True) if b.name.split(" of ")[0] not in acts_on]
-    return sum(a * a for _, a in pairs) < sum(b * b for b, _ in pairs) or not pairs
-
-
-def _predicts_worse(effect: str) -> str:
-    """The warning about an effect that is likeliest and predicts what was held out no better."""
-    return (
+def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
+    """A warning where the effect predicts what was held out no better than the model without it."""
+    if predicts_better(ranking.models[effect].members[0], held[NONE], held[effect]):
+        return []
+    return [
         f"{effect} is likeliest, but it predicts what it was not fitted to (parts of the record, each sensor) no "
         "better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with the shot's "
         "own bird"
-    )
+    ]
 
 
 def kinds_of(shots: Sequence[Shot]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -42,19 +43,20 @@ class NuisanceRuns:
         return np.stack(halves, axis=1) if halves else np.zeros((len(observations.values), 0))
 
 
+@dataclass(frozen=True)
 class Discrepancy:
     """The model's discrepancy as columns: the diagnosis's process in time, a share of each channel's peak.
 
     contacts: instants [s] of the shots' first contacts, before which there is none; end: of the runs [s].
     """
 
-    def __init__(self, contacts: Sequence[float], end: float) -> None:
-        self.contacts, self.end = tuple(contacts), end
-        self._factors: dict[tuple[float, bytes], Array] = {}
+    contacts: Sequence[float]
+    end: float
+    _factors: dict[tuple[float, bytes], Array] = field(default_factory=dict)
 
     def only(self, shots: Sequence[int]) -> Discrepancy:
-        """Of some of the shots, in that order."""
-        return Discrepancy([self.contacts[i] for i in shots], self.end)
+        """Of some of the shots, in that order, with the factors that are known."""
+        return replace(self, contacts=[self.contacts[i] for i in shots])
 
     def columns(self, observations: Observations, share: float) -> Array:
         """(n, s) SI, one standard deviation each."""

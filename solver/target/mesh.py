@@ -81,16 +81,12 @@ def rectangle(length: float, width: float, elements: tuple[int, int]) -> tuple[A
 
 def shell_mesh(nodes: Array, quads: NDArray[np.int64], surface: Array | None = None) -> ShellMesh:
     """Any mesh of quadrilaterals with its facet neighbours and the nodes of its rim."""
-    flat = np.sort(sides_of(quads), axis=1)
-    point = np.flatnonzero(flat[:, 0] == flat[:, 1])  # a triangle's fourth side, which is none
-    flat[point] = -1 - np.stack([point, point], axis=1)
-    _, label, count = np.unique(flat, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(label.ravel(), kind="stable")
-    across = np.full(len(flat), -1, dtype=np.int64)
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])[count == 2]
+    order, start, count = sides_by_edge(quads)
+    across = np.full(4 * len(quads), -1, dtype=np.int64)
+    first = start[count == 2]
     one, other = order[first], order[first + 1]
     across[one], across[other] = other // 4, one // 4
-    rim = np.unique(flat[(count[label.ravel()] == 1) & (flat[:, 0] >= 0)])
+    rim = np.unique(sides_of(quads)[order[start[count == 1]]])
     flattened = nodes[:, :2].copy() if surface is None else surface
     return ShellMesh(nodes, quads, across.reshape(-1, 4), rim.astype(np.int64), flattened)
 
@@ -109,9 +105,21 @@ def centres_of(nodes: Array, quads: NDArray[np.int64]) -> Array:
 
 def border_sides(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     """Node pairs (k, 2), rising, of the sides that one facet alone has."""
-    sides = np.sort(sides_of(quads), axis=1)
-    ends, count = np.unique(sides[sides[:, 0] != sides[:, 1]], axis=0, return_counts=True)
-    return ends[count == 1]
+    order, start, count = sides_by_edge(quads)
+    return np.sort(sides_of(quads)[order[start[count == 1]]], axis=1)
+
+
+def sides_by_edge(quads: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Sides by their places 4 f + s, those of one edge together and in rising order; where each edge's begin; how many.
+
+    Edges rise by their nodes. A triangle's fourth side, which is a point, is none.
+    """
+    ends = np.sort(sides_of(quads), axis=1)
+    real = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
+    another = np.any(np.diff(ends[order], axis=0, prepend=-1) != 0, axis=1)
+    start = np.flatnonzero(another)
+    return order, start, np.diff(start, append=len(order))
 
 
 def sides_of(quads: NDArray[np.int64]) -> NDArray[np.int64]:

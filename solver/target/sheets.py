@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.target.mesh import is_triangle, sides_of
+from birdstrike.solver.target.mesh import is_triangle, sides_by_edge, sides_of
 
 TINY = 1e-300  # [m]: a side that is a point has no direction
 SMOOTH = math.cos(math.radians(45.0))
@@ -60,22 +60,13 @@ Meeting = dict[int, list[tuple[int, bool]]]
 
 def sheets_of(nodes: Array, quads: Numbers) -> list[Sheet]:
     """Cut facets (e, 4) on nodes (m, 3) into sheets."""
-    edges = _edges(quads)
+    order, start, _ = sides_by_edge(quads)
+    edges = np.split(order, start[1:])  # the sides that meet at each, by their places 4 f + s
     beyond = _beyond(nodes, quads, edges)
     meeting = _meeting(edges, beyond)
     label, turned = _wound_alike(quads, beyond)
-    return [
-        _sheet(np.flatnonzero(label == one), quads, label, turned, beyond, meeting) for one in range(max(label) + 1)
-    ]
-
-
-def _edges(quads: Numbers) -> list[Numbers]:
-    """The sides, by their places 4 f + s, that meet at each edge between two nodes, in rising order."""
-    ends = np.sort(sides_of(quads), axis=1)
-    real = np.flatnonzero(ends[:, 0] != ends[:, 1])  # else a side of a triangle that has shrunk to a point
-    order = real[np.lexsort((ends[real, 1], ends[real, 0]))]
-    begins = np.any(np.diff(ends[order], axis=0) != 0, axis=1)
-    return np.split(order, np.flatnonzero(begins) + 1)
+    parts = [np.flatnonzero(label == one) for one in range(label.max() + 1)]
+    return [_sheet(part, quads, label, turned, beyond, meeting) for part in parts]
 
 
 def _beyond(nodes: Array, quads: Numbers, edges: Sequence[Numbers]) -> Numbers:
@@ -122,9 +113,7 @@ def _meeting(edges: Sequence[Numbers], beyond: Numbers) -> Meeting:
 
 def _wound_alike(quads: Numbers, beyond: Numbers) -> tuple[Numbers, NDArray[np.bool_]]:
     """Sheet of each facet (e,), and whether its corners must run the other way for the sheet to be wound alike."""
-    begin = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2)[
-        :, [3, 1, 0, 2], 0
-    ].ravel()  # in the corners' own order
+    begin = quads[:, [3, 1, 0, 2]].ravel()  # of each side, in the corners' own order
     flips = (begin == begin[beyond]).reshape(-1, 4).tolist()
     beside = np.where(beyond >= 0, beyond // 4, -1).reshape(-1, 4).tolist()
     label, turned, count = [-1] * len(quads), [False] * len(quads), 0

@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
-from birdstrike.inversion.diagnosis.before_and_after import Held
+from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
@@ -27,7 +27,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     probabilities,
 )
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
-from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, predicts_better
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
 from birdstrike.inversion.diagnosis.system import Block, Places, System
