@@ -29,8 +29,9 @@ TAU_LIMIT = 75.0
 class Whitening:
     """W with W Sigma W^T = I for Sigma = diag(noise^2) + F F^T.
 
-    noise: (n,) standard deviations; directions: (n, c) orthonormal, shrink: (c,), from the singular values s of
-    diag(1/noise) F: W = (I - Q diag(1 - 1/sqrt(1 + s^2)) Q^T) diag(1/noise). No n x n matrix is ever formed.
+    noise: (n,) standard deviations; directions: (n, min(n, c)) orthonormal, shrink: (min(n, c),), from the singular
+    values s of diag(1/noise) F: W = (I - Q diag(1 - 1/sqrt(1 + s^2)) Q^T) diag(1/noise). An n x n matrix is formed
+    only where F has more columns than rows.
     """
 
     noise: Array
@@ -41,9 +42,15 @@ class Whitening:
     @classmethod
     def of(cls, noise: Array, factor: Array) -> Whitening:
         """From noise (n,) and factor F (n, c)."""
-        directions, s, _ = np.linalg.svd(factor / noise[:, None], full_matrices=False)
-        log_determinant = float(np.log1p(s * s).sum() + 2.0 * np.log(noise).sum())
-        return cls(noise, directions, 1.0 - 1.0 / np.sqrt(1.0 + s * s), log_determinant)
+        scaled = factor / noise[:, None]
+        if scaled.shape[1] > len(scaled):  # the covariance is smaller than its factor, and three times as fast
+            variances, directions = np.linalg.eigh(scaled @ scaled.T)
+            variances = np.maximum(variances, 0.0)
+        else:
+            directions, s, _ = np.linalg.svd(scaled, full_matrices=False)
+            variances = s * s
+        log_determinant = float(np.log1p(variances).sum() + 2.0 * np.log(noise).sum())
+        return cls(noise, directions, 1.0 - 1.0 / np.sqrt(1.0 + variances), log_determinant)
 
     def apply(self, rows: Array) -> Array:
         """W x for every row x of rows (..., n)."""
