@@ -9,9 +9,10 @@ from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.misfit import relative, rmse, whitened
 
 
-def test_whitened_square_is_that_of_the_dense_covariance() -> None:
-    rng = np.random.default_rng(0)
-    noise, factor, residual = rng.random(20) + 0.1, rng.normal(size=(20, 6)), rng.normal(size=20)
+@pytest.mark.parametrize("columns", [6, 20, 50])
+def test_whitened_square_is_that_of_the_dense_covariance(columns: int) -> None:
+    rng = np.random.default_rng(columns)
+    noise, factor, residual = rng.random(20) + 0.1, rng.normal(size=(20, columns)), rng.normal(size=20)
     covariance = np.diag(noise**2) + factor @ factor.T
     found = Whitening.of(noise, factor)
     white = found.apply(residual)
@@ -21,13 +22,13 @@ def test_whitened_square_is_that_of_the_dense_covariance() -> None:
     np.testing.assert_allclose(whole @ covariance @ whole.T, np.eye(20), atol=1e-10)
 
 
-def test_more_directions_than_points_are_fine() -> None:
+def test_the_whitening_is_the_same_however_many_columns_carry_the_covariance() -> None:
+    """Wide factors are whitened by their covariance, narrow ones by themselves: both give the symmetric root."""
     rng = np.random.default_rng(1)
-    noise, factor, residual = np.ones(3), rng.normal(size=(3, 8)), rng.normal(size=3)
-    white = Whitening.of(noise, factor).apply(residual)
-    assert white @ white == pytest.approx(
-        residual @ np.linalg.solve(np.eye(3) + factor @ factor.T, residual), rel=1e-10
-    )
+    noise, factor, residual = rng.random(30) + 0.1, rng.normal(size=(30, 12)), rng.normal(size=(3, 30))
+    turned = factor @ np.linalg.qr(rng.normal(size=(40, 12)))[0].T
+    narrow, wide = Whitening.of(noise, factor), Whitening.of(noise, turned)
+    np.testing.assert_allclose(wide.apply(residual), narrow.apply(residual), atol=1e-10)
 
 
 def test_misfits_skip_what_is_missing() -> None:
