@@ -44,7 +44,7 @@ def parts(case: Case, runs: int, diagnosis: bool, measured: float | None = None)
         plan = make_plan(case)
         found += [
             Part("diagnosis: campaign", len(plan.campaign()), _seconds(plan.coarse)),
-            Part("diagnosis: finer meshes", len(plan.meshes()), _seconds(plan.fine)),
+            Part("diagnosis: finer meshes", len(plan.meshes()) + len(plan.lattices()), _seconds(plan.fine)),
             Part("diagnosis: effects", 2 * len(plan.signs), _seconds(plan.response)),
             Part("diagnosis: before and after", FITS, own),
         ]

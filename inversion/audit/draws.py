@@ -17,6 +17,7 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
+from birdstrike.inversion.diagnosis.plan import OTHER_LATTICE
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.registry import effects
@@ -174,7 +175,7 @@ def truth_case(case: Case, drawn: Drawn, lattice: int, role: str) -> Case:
     if drawn.outside and role not in (BASELINE, WITHOUT):
         found = replaced(found, drawn.outside)
     bird = {
-        "lattice": "cubic" if case.bird.lattice == "fcc" else "fcc",
+        "lattice": OTHER_LATTICE[case.bird.lattice],
         "jitter": JITTER,
         "seed": drawn.seed + lattice,
     }

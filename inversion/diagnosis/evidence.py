@@ -52,6 +52,8 @@ class Evidence:
 
 
 Indices = NDArray[np.intp]
+Heaviest = list[tuple[float, int, int]]
+"""(share, deviation of the magnitudes' prior, node) of the likeliest; shares sum to 1."""
 SAME = 1e-9  # relative difference of two signatures that are one
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
@@ -266,7 +268,7 @@ class ModelTester:
         labels = [
             name
             for name in self.system.at
-            if name not in ("y", "J", "unnamed", "nuisance", "changed") and not name.startswith("error of ")
+            if name not in ("y", "J", "unnamed", "nuisance", "changed", "lattice") and not name.startswith("error of ")
         ]
         columns = [0, *(self.system.at[name].start for name in labels)]
         return {name: i + 1 for i, name in enumerate(labels)}, self.reduced(
@@ -360,6 +362,8 @@ class ModelTester:
         w = np.exp(logs - evidence)
         means, covariances = self._magnitudes(members, nodes, best, covariance)
         h, h_cov = _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
+        top = _heaviest(w)
+        by_lattice = self._by_lattice(hypothesis, nodes, top, reduced.directions, grams)
         d = self.sizes(nodes)
         W = reduced.W[:, : d.shape[1]]
         moved = np.einsum("sn,sc,snc->nc", w, self._factors(q), best)
@@ -371,7 +375,9 @@ class ModelTester:
         weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
-        z_cov = self._parameters(grams, nodes, w, reduced, covariance)
+        z_cov = self._parameters(grams, nodes, top, reduced, covariance) + by_lattice[:count, :count]
+        z_cov = self.rotation.T @ z_cov @ self.rotation
+        h_cov = h_cov + by_lattice[count:, count:]
         return Evidence(hypothesis, evidence, h, h_cov, z, z_cov, weights, mean, unnamed)
 
     @cached_property
@@ -435,22 +441,25 @@ class ModelTester:
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
         columns, directions = self._columns(members), self.directions(members, sizes if members else ())
         logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
-        gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
+        own, lattice = [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]], self._lattice(hypothesis)
+        whole = grams.at(number, [*own, *lattice])[0]
+        gram = whole[: len(own), : len(own)]
         parts, factors = [], self._factors(len(members))
         for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
             d = np.concatenate([self.sizes(number)[0], factor, directions.errors])
             inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
             mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-            parts.append(self._possible(hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
+            spread = np.hstack([d[:, None] * chol, _taken_up(whole[1:, 1:], d)])
+            parts.append(self._possible(hypothesis.members, d * mean, spread, int(due), rng))
         return np.vstack(parts)
 
     def _possible(
-        self, members: Sequence[Suspect], mean: Array, chol: Array, count: int, rng: np.random.Generator
+        self, members: Sequence[Suspect], mean: Array, spread: Array, count: int, rng: np.random.Generator
     ) -> Array:
-        """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
+        """(count, n) normal draws, spread (n, c) their factor; one with a magnitude that cannot be negative anew."""
         x, due, free = np.zeros((count, len(mean))), np.arange(count), len(self.free)
         for _ in range(REDRAWN):
-            x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
+            x[due] = mean + rng.standard_normal((len(due), spread.shape[1])) @ spread.T
             due = due[self._impossible(members, x[due, free : free + len(members)])]
             if not len(due):
                 break
@@ -468,20 +477,62 @@ class ModelTester:
         apart = np.abs(self.columns[:, unnamed] - self.columns[:, at, None]).sum(axis=0)
         return unnamed.start + int(apart.argmin())
 
-    def _parameters(self, grams: Grams, nodes: Indices, w: Array, reduced: Reduced, covariance: Array) -> Array:
-        """(r, r) covariance of the calibrated parameters alone, at the likeliest nodes."""
+    def _parameters(self, grams: Grams, nodes: Indices, top: Heaviest, reduced: Reduced, covariance: Array) -> Array:
+        """(r, r) covariance of the calibrated parameters alone, in the coordinates of `columns`."""
         count = self.system.at["J"].stop - self.system.at["J"].start
-        top = [np.unravel_index(i, w.shape) for i in np.argsort(-w, axis=None)[:FEW]]
-        found, held = np.zeros((count, count)), 0.0
+        found = np.zeros((count, count))
         factor = self._factors(covariance.shape[-1])
-        for s, i in top:
+        for share, s, i in top:
             d = self.deviations_of(reduced.directions, nodes[i : i + 1])[0]
             own = grams.at(nodes[i : i + 1], list(reduced.directions.columns))[0] * d[:, None] * d + np.eye(len(d))
             taken = reduced.W[i, :count, 1:] * factor[s]
             left = np.linalg.inv(own)[:count, :count] + taken @ covariance[s, i] @ taken.T
-            found += w[s, i] * d[:count, None] * left * d[:count]
-            held += w[s, i]
-        return self.rotation.T @ (found / held) @ self.rotation
+            found += share * d[:count, None] * left * d[:count]
+        return found
+
+    def _lattice(self, hypothesis: Hypothesis) -> np.ndarray:
+        """Columns of what the other lattice moves; none beside something else, which takes it up itself."""
+        at = self.system.at["lattice"]
+        return np.arange(at.start, at.start if hypothesis.label == SOMETHING_ELSE else at.stop)
+
+    def _by_lattice(
+        self, hypothesis: Hypothesis, nodes: Indices, top: Heaviest, directions: Directions, grams: Grams
+    ) -> Array:
+        """(r + q, r + q) covariance of calibrated parameters and magnitudes by what the choice of a lattice moves.
+
+        The fit takes it up, and no residual shows it. It belongs to the intervals and not to the likelihood, which
+        would then leave to chaotic sensors what the displacements say (covariance of an estimate by a likelihood that
+        is not the true one: White, Econometrica 50 (1982) 1).
+        """
+        members, known = hypothesis.members, len(directions.columns)
+        r, q = len(self.rotation), len(members)
+        found, lattice = np.zeros((r + q, r + q)), self._lattice(hypothesis)
+        if not len(lattice):
+            return found
+        columns = [*directions.columns, *self._columns([one.label for one in members])[1:]]
+        for share, s, i in top:
+            node, factor = nodes[i : i + 1], self._factors(q)[s]
+            d = np.concatenate([self.deviations_of(directions, node)[0], factor])
+            moved = _taken_up(grams.at(node, [*columns, *lattice])[0], d)
+            for j, one in enumerate(members):
+                if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
+                    moved[known + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
+            moved = np.vstack([moved[:r], moved[known:]])
+            found += share * moved @ moved.T
+        return found
+        columns = [*directions.columns, *self._columns([one.label for one in members])[1:]]
+        for share, s, i in top:
+            node, factor = nodes[i : i + 1], self._factors(q)[s]
+            d = np.concatenate([self.deviations_of(directions, node)[0], factor])
+            whole = grams.at(node, [*columns, *range(lattice.start, lattice.stop)])[0]
+            own = d[:, None] * whole[: len(d), : len(d)] * d + np.eye(len(d))
+            moved = d[:, None] * np.linalg.solve(own, d[:, None] * whole[: len(d), len(d) :])
+            for j, one in enumerate(members):
+                if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
+                    moved[known + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
+            moved = np.vstack([moved[:r], moved[known:]])
+            found += share * moved @ moved.T
+        return found
 
 
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
@@ -495,6 +546,20 @@ def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Ar
         if one.one_sided:
             total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
     return total
+
+
+def _taken_up(gram: Array, d: Array) -> Array:
+    """(r, c) what a fit of r columns, of prior deviations d (r,), takes of c others; gram: of all, these the last."""
+    r = len(d)
+    own = d[:, None] * gram[:r, :r] * d + np.eye(r)
+    return d[:, None] * np.linalg.solve(own, d[:, None] * gram[:r, r:])
+
+
+def _heaviest(w: Array) -> Heaviest:
+    """Of weights w (deviations, nodes)."""
+    places = [np.unravel_index(i, w.shape) for i in np.argsort(-w, axis=None)[:FEW]]
+    held = sum(w[place] for place in places)
+    return [(float(w[place] / held), int(place[0]), int(place[1])) for place in places]
 
 
 def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:

@@ -328,6 +328,11 @@ class Pipeline:
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
                 "as exact"
             )
+        if first.setup.plan.lattices() and not len(first.setup.lattice_factor):
+            found.append(
+                "no simulation on another lattice finished: the intervals of parameters and magnitudes lack what the "
+                "choice of a lattice moves"
+            )
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
         for shot in self.shots:

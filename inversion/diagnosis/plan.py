@@ -29,6 +29,8 @@ COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
 RUNS = 25  # of the campaign
 RESPONSE_PARTICLES = 3000  # of the simulations with effects: friction drowns in the scatter of a bird of 1000 particles
+LATTICES = 4  # fine simulations that are repeated on the other lattice
+OTHER_LATTICE = {"fcc": "cubic", "cubic": "fcc"}
 JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
 LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the particles' scatter, still linear
 GENTLER = {"plate_preload": 0.5}
@@ -106,6 +108,17 @@ class Plan:
     def meshes(self) -> dict[str, Case]:
         """The fine simulations."""
         return {f"fine {i}": self.at(self.fine, i) for i in self.fine_points()}
+
+    def lattices(self) -> dict[str, Case]:
+        """The first fine simulations once more, on the other lattice; none of a bird without a lattice.
+
+        What an arbitrary choice of the discretisation moves looks like another bird.
+        """
+        if self.case.solver.name == "external" or self.case.bird.method != "sph":
+            return {}
+        other = {"bird": {"lattice": OTHER_LATTICE[self.case.bird.lattice]}}
+        points = self.fine_points()[:LATTICES]
+        return {f"lattice {i}": self.on_lattice(self.at(self.fine, i).overlaid(other), i) for i in points}
 
     def on_lattice(self, case: Case, number: int) -> Case:
         """A case on a lattice of its own, so that the mean of several has none; another program keeps its bird."""

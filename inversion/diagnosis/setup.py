@@ -96,6 +96,17 @@ class Setup:
         fine = [i for i in self.plan.fine_points() if f"fine {i}" in self.runs]
         return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
 
+    @cached_property
+    def lattice_factor(self) -> Array:
+        """(n, channels * m) rows whose products sum to the second moment of what the other lattice moves."""
+        pairs = [(self.runs.get(f"lattice {i}"), self.runs.get(f"fine {i}")) for i in self.plan.fine_points()]
+        moved = [
+            stack(other, self.time, self.channels) - stack(own, self.time, self.channels)
+            for other, own in pairs
+            if other is not None and own is not None
+        ]
+        return np.reshape(moved, (len(moved), len(self.channels) * len(self.time))) / np.sqrt(max(len(moved), 1))
+
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""
         u = self.emulator.inputs(self.plan.space.to_physical(z[None]))
@@ -118,7 +129,7 @@ def smooth_variance(process: object, u: Array) -> float:
 
 def simulate_plan(plan: Plan, simulations: Simulations) -> dict[str, Histories]:
     """All histories of a plan that finished; raises RunFailed when too few of the campaign or of the fine mesh did."""
-    runs = simulations.run({**plan.meshes(), **plan.campaign(), **plan.responses()})
+    runs = simulations.run({**plan.meshes(), **plan.lattices(), **plan.campaign(), **plan.responses()})
     for kind, needed in (("coarse", len(plan.space.names) + 3), ("fine", len(plan.space.names) + 3)):
         count = sum(label.startswith(kind) for label in runs)
         if count < needed:

@@ -67,7 +67,7 @@ class Block:
 class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
     residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
-    standard deviation of each, G and D of each suspect; at: name ->
+    standard deviation of each, G and D of each suspect, what the other lattice moves in each shot; at: name ->
     their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky
     factor (n, n).
     """
@@ -130,6 +130,7 @@ def build(
         if one.response:
             parts[f"error of {one.label}"] = _signature_error(one, shots, signatures[one.label], places, options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
+    parts["lattice"] = np.asarray(block_diag(*(shot.sample(shot.setup.lattice_factor).T for shot in shots)))
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)

@@ -57,6 +57,7 @@ def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
     columns = np.column_stack([values, J, P, N, G])
     at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 4), "nuisance": slice(4, 5)}
     at |= {f"e{i}": slice(5 + i, 6 + i) for i in range(EFFECTS)}
+    at["lattice"] = slice(5 + EFFECTS, 5 + EFFECTS)
     block = Block.of("displacement", np.arange(POINTS), F, U)
     smooth = {"displacement": 50.0 * np.exp(-np.abs(t[:, None] - t) / 0.05)}
     return System((block,), smooth, columns, at, np.zeros(2), ("shots",), np.eye(POINTS), {}, np.ones(2), {})
@@ -121,6 +122,30 @@ def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> 
     assert found.h_cov[0, 0] == pytest.approx(weights @ (1.0 / precision + (score / precision - mean) ** 2), rel=1e-5)
 
 
+def test_intervals_hold_what_another_lattice_moves() -> None:
+    """Truths from the priors on lattices of their own: 95 % intervals hold parameters and magnitude, and did not."""
+    rng, s, label = np.random.default_rng(5), system(0), "e1"
+    signature = s.columns[:, s.at[label].start]
+    near = 0.3 * np.column_stack([s.columns[:, s.at["J"]], signature])  # what a lattice moves looks like other values
+    lattice = near @ rng.standard_normal((3, 4)) / 2.0
+    at = {**s.at, "lattice": slice(s.columns.shape[1], s.columns.shape[1] + 4)}
+    amplitudes, draws, held = known(np.array([1e-3])), 150, {False: 0.0, True: 0.0}
+    for _ in range(draws):
+        z, h = rng.standard_normal(2), rng.standard_normal()
+        modelled = np.column_stack([s.columns[:, s.at["J"]], s.columns[:, s.at["nuisance"]], signature])
+        y = modelled @ [*z, rng.standard_normal(), h] + lattice @ rng.standard_normal(4) + rng.standard_normal(POINTS)
+        columns = np.column_stack([y, s.columns[:, 1:], lattice])
+        for moved in held:
+            places = at if moved else s.at
+            tester = ModelTester(replace(s, columns=columns, at=places), amplitudes, unnamed=(1e-6,))
+            found = tester.model(models()[label])
+            errors = np.append(found.z[:2] - z, found.h - h)
+            spread = np.sqrt(np.append(np.diag(found.z_cov), found.h_cov[0, 0]))
+            held[moved] += (np.abs(errors) < 1.96 * spread).mean() / draws
+    assert held[False] < 0.8
+    assert 0.9 < held[True] < 0.99
+
+
 def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:
     s = system(0)
     y = 5.0 * s.columns[:, s.at["e1"]][:, 0]
@@ -175,6 +200,7 @@ def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> N
     shared = 60.0**2 * np.block([[K, K], [K, K]])
     own = np.block([[K, 0 * K], [0 * K, K]])
     at = {"y": slice(0, 1), "J": slice(1, 2), "unnamed": slice(2, 2), "nuisance": slice(2, 2), "e0": slice(2, 3)}
+    at["lattice"] = slice(3, 3)
 
     def gain(rows: np.ndarray) -> float:
         block = Block.of(
@@ -337,6 +363,7 @@ def two_birds(shift: float) -> System:
     y = np.concatenate([(0.3 + shift) * wave, 0.3 * wave]) + rng.standard_normal(2 * POINTS)
     J = np.column_stack([np.concatenate([wave, blank]), np.concatenate([blank, wave])])
     at = {"y": slice(0, 1), "J": slice(1, 3), "unnamed": slice(3, 3), "nuisance": slice(3, 3)}
+    at["lattice"] = slice(3, 3)
     block = Block.of("displacement", np.arange(2 * POINTS), np.eye(2 * POINTS), np.eye(2 * POINTS))
     columns, groups, eye = np.column_stack([y, J]), ("shots", "baseline"), np.eye(2 * POINTS)
     return System((block,), {}, columns, at, np.zeros(2), groups, eye, {}, np.ones(1), {})

@@ -34,6 +34,19 @@ def test_the_fine_mesh_is_eight_times_the_campaign_and_never_coarser_than_declar
     assert all(f >= d for f, d in zip(plan.fine.plate.elements, case.plate.elements, strict=True))
 
 
+def test_another_lattice_is_tried_at_points_of_the_fine_mesh() -> None:
+    plan = make_plan(load_case("reference_strike"), runs=9)
+    fine, others = plan.meshes(), plan.lattices()
+    assert len(others) == 4
+    for label, case in others.items():
+        same = fine[label.replace("lattice", "fine")]
+        assert case.bird.lattice != same.bird.lattice
+        assert case.bird.material == same.bird.material
+        assert (case.bird.particles, case.plate.elements) == (same.bird.particles, same.plate.elements)
+    hexahedra = load_case("reference_strike", {"bird.method": "hexahedra"})
+    assert not make_plan(hexahedra, runs=9).lattices()
+
+
 @pytest.mark.parametrize(
     ("name", "own"),
     [
