@@ -1,8 +1,9 @@
 """What a truth is: parameters, effects, sizes and signs drawn from a seed, on a finer mesh or by another model.
 
-A truth stands on at least eight times the declared particles and twice the declared shells a side, on the other,
-jittered lattice, so that its mesh error is not that of anything the diagnosis simulates. In the model-form variant the
-bird is of hexahedra, or follows another equation of state with another artificial viscosity, on three times the shells.
+A truth stands on at least eight times the declared particles and twice the declared shells a side, on the other
+lattice with a jitter of its own: the diagnosis knows that lattice only from four fine simulations of other birds, for
+its intervals. In the model-form variant the bird is of hexahedra, or follows another equation of state with another
+artificial viscosity, on three times the shells.
 """
 
 from __future__ import annotations

@@ -38,7 +38,8 @@ its size counts against it (Liang, Paulo, Molina, Clyde & Berger, J. Am. Stat. A
 @dataclass(frozen=True)
 class Evidence:
     """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean;
-    unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions."""
+    unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions; h_cov, z_cov: of the
+    magnitudes and the calibrated parameters, with what another lattice moves in them."""
 
     hypothesis: Hypothesis
     log_evidence: float
@@ -52,8 +53,6 @@ class Evidence:
 
 
 Indices = NDArray[np.intp]
-Heaviest = list[tuple[float, int, int]]
-"""(share, deviation of the magnitudes' prior, node) of the likeliest; shares sum to 1."""
 SAME = 1e-9  # relative difference of two signatures that are one
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
@@ -362,8 +361,7 @@ class ModelTester:
         w = np.exp(logs - evidence)
         means, covariances = self._magnitudes(members, nodes, best, covariance)
         h, h_cov = _mixture(w.ravel(), means.reshape(w.size, q), covariances.reshape(w.size, q, q))
-        top = _heaviest(w)
-        by_lattice = self._by_lattice(hypothesis, nodes, top, reduced.directions, grams)
+        z_cov, by_lattice = self._covariances(hypothesis, nodes, w, reduced.directions, grams)
         d = self.sizes(nodes)
         W = reduced.W[:, : d.shape[1]]
         moved = np.einsum("sn,sc,snc->nc", w, self._factors(q), best)
@@ -375,10 +373,7 @@ class ModelTester:
         weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
-        z_cov = self._parameters(grams, nodes, top, reduced, covariance) + by_lattice[:count, :count]
-        z_cov = self.rotation.T @ z_cov @ self.rotation
-        h_cov = h_cov + by_lattice[count:, count:]
-        return Evidence(hypothesis, evidence, h, h_cov, z, z_cov, weights, mean, unnamed)
+        return Evidence(hypothesis, evidence, h, h_cov + by_lattice, z, z_cov, weights, mean, unnamed)
 
     @cached_property
     def shared(self) -> frozenset[str]:
@@ -449,7 +444,8 @@ class ModelTester:
             d = np.concatenate([self.sizes(number)[0], factor, directions.errors])
             inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
             mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-            spread = np.hstack([d[:, None] * chol, _taken_up(whole[1:, 1:], d)])
+            moved = d[:, None] * (inverse @ (d[:, None] * whole[1 : len(own), len(own) :]))
+            spread = np.hstack([d[:, None] * chol, moved])
             parts.append(self._possible(hypothesis.members, d * mean, spread, int(due), rng))
         return np.vstack(parts)
 
@@ -477,62 +473,40 @@ class ModelTester:
         apart = np.abs(self.columns[:, unnamed] - self.columns[:, at, None]).sum(axis=0)
         return unnamed.start + int(apart.argmin())
 
-    def _parameters(self, grams: Grams, nodes: Indices, top: Heaviest, reduced: Reduced, covariance: Array) -> Array:
-        """(r, r) covariance of the calibrated parameters alone, in the coordinates of `columns`."""
-        count = self.system.at["J"].stop - self.system.at["J"].start
-        found = np.zeros((count, count))
-        factor = self._factors(covariance.shape[-1])
-        for share, s, i in top:
-            d = self.deviations_of(reduced.directions, nodes[i : i + 1])[0]
-            own = grams.at(nodes[i : i + 1], list(reduced.directions.columns))[0] * d[:, None] * d + np.eye(len(d))
-            taken = reduced.W[i, :count, 1:] * factor[s]
-            left = np.linalg.inv(own)[:count, :count] + taken @ covariance[s, i] @ taken.T
-            found += share * d[:count, None] * left * d[:count]
-        return found
-
-    def _lattice(self, hypothesis: Hypothesis) -> np.ndarray:
-        """Columns of what the other lattice moves; none beside something else, which takes it up itself."""
+    def _lattice(self, hypothesis: Hypothesis) -> Indices:
+        """Columns of what another lattice moves; none beside something else, whose smooth error stands for it."""
         at = self.system.at["lattice"]
         return np.arange(at.start, at.start if hypothesis.label == SOMETHING_ELSE else at.stop)
 
-    def _by_lattice(
-        self, hypothesis: Hypothesis, nodes: Indices, top: Heaviest, directions: Directions, grams: Grams
-    ) -> Array:
-        """(r + q, r + q) covariance of calibrated parameters and magnitudes by what the choice of a lattice moves.
+    def _covariances(
+        self, hypothesis: Hypothesis, nodes: Indices, w: Array, directions: Directions, grams: Grams
+    ) -> tuple[Array, Array]:
+        """(r, r) of the calibrated parameters, and (q, q) what another lattice adds to that of the magnitudes.
 
-        The fit takes it up, and no residual shows it. It belongs to the intervals and not to the likelihood, which
-        would then leave to chaotic sensors what the displacements say (covariance of an estimate by a likelihood that
-        is not the true one: White, Econometrica 50 (1982) 1).
+        At the likeliest places of w (deviations, nodes); parameters in prior standard deviations, magnitudes in
+        plausible sizes. A fit takes up what another lattice moves, and no residual shows it: with V the covariance of
+        all that is fitted and X those columns, X alone would move the fit by V X^T C^-1 lattice. That belongs to the
+        intervals and not to the likelihood, which would then leave to chaotic sensors what the displacements say (the
+        covariance of an estimate by a likelihood that is not the true one: White, Econometrica 50 (1982) 1).
         """
-        members, known = hypothesis.members, len(directions.columns)
-        r, q = len(self.rotation), len(members)
-        found, lattice = np.zeros((r + q, r + q)), self._lattice(hypothesis)
-        if not len(lattice):
-            return found
+        members, lattice = hypothesis.members, self._lattice(hypothesis)
+        r, q, first = len(self.rotation), len(members), len(directions.columns)
         columns = [*directions.columns, *self._columns([one.label for one in members])[1:]]
-        for share, s, i in top:
-            node, factor = nodes[i : i + 1], self._factors(q)[s]
+        parameters, sizes, held = np.zeros((r, r)), np.zeros((q, q)), 0.0
+        for place in np.argsort(-w, axis=None)[:FEW]:
+            s, i = (int(at) for at in np.unravel_index(place, w.shape))
+            node, factor, share = nodes[i : i + 1], self._factors(q)[s], float(w[s, i])
             d = np.concatenate([self.deviations_of(directions, node)[0], factor])
-            moved = _taken_up(grams.at(node, [*columns, *lattice])[0], d)
+            gram = grams.at(node, [*columns, *lattice])[0]
+            V = d[:, None] * np.linalg.inv(d[:, None] * gram[: len(d), : len(d)] * d + np.eye(len(d))) * d
+            moved = V @ gram[: len(d), len(d) :]
             for j, one in enumerate(members):
                 if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
-                    moved[known + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
-            moved = np.vstack([moved[:r], moved[known:]])
-            found += share * moved @ moved.T
-        return found
-        columns = [*directions.columns, *self._columns([one.label for one in members])[1:]]
-        for share, s, i in top:
-            node, factor = nodes[i : i + 1], self._factors(q)[s]
-            d = np.concatenate([self.deviations_of(directions, node)[0], factor])
-            whole = grams.at(node, [*columns, *range(lattice.start, lattice.stop)])[0]
-            own = d[:, None] * whole[: len(d), : len(d)] * d + np.eye(len(d))
-            moved = d[:, None] * np.linalg.solve(own, d[:, None] * whole[: len(d), len(d) :])
-            for j, one in enumerate(members):
-                if one.label in self.shared:  # the whole is the member's, as in `_magnitudes`
-                    moved[known + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
-            moved = np.vstack([moved[:r], moved[known:]])
-            found += share * moved @ moved.T
-        return found
+                    moved[first + j] *= 1.0 + (self.unnamed[node[0]] / factor[j]) ** 2
+            parameters += share * (V[:r, :r] + moved[:r] @ moved[:r].T)
+            sizes += share * moved[first:] @ moved[first:].T
+            held += share
+        return self.rotation.T @ (parameters / held) @ self.rotation, sizes / held
 
 
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
@@ -546,20 +520,6 @@ def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Ar
         if one.one_sided:
             total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
     return total
-
-
-def _taken_up(gram: Array, d: Array) -> Array:
-    """(r, c) what a fit of r columns, of prior deviations d (r,), takes of c others; gram: of all, these the last."""
-    r = len(d)
-    own = d[:, None] * gram[:r, :r] * d + np.eye(r)
-    return d[:, None] * np.linalg.solve(own, d[:, None] * gram[:r, r:])
-
-
-def _heaviest(w: Array) -> Heaviest:
-    """Of weights w (deviations, nodes)."""
-    places = [np.unravel_index(i, w.shape) for i in np.argsort(-w, axis=None)[:FEW]]
-    held = sum(w[place] for place in places)
-    return [(float(w[place] / held), int(place[0]), int(place[1])) for place in places]
 
 
 def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:

@@ -328,16 +328,24 @@ class Pipeline:
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
                 "as exact"
             )
-        if first.setup.plan.lattices() and not len(first.setup.lattice_factor):
-            found.append(
-                "no simulation on another lattice finished: the intervals of parameters and magnitudes lack what the "
-                "choice of a lattice moves"
-            )
+        found += _lattices_lacking((*self.shots, *self.baselines.shots))
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
         return tuple(found[:MOST_WARNINGS])
+
+
+def _lattices_lacking(shots: Sequence[Shot]) -> list[str]:
+    """A warning for every case whose simulations on another lattice did not all finish."""
+    setups = {id(shot.setup): shot.setup for shot in shots}.values()
+    counts = [(one.plan.case.name, len(one.lattice_moves), len(one.plan.lattices())) for one in setups]
+    return [
+        f"{name}: {finished} of {wanted} simulations on another lattice finished; the intervals of parameters and "
+        "magnitudes hold too little of what the choice of a lattice moves"
+        for name, finished, wanted in counts
+        if finished < wanted
+    ]
 
 
 def _likeliest(ranking: Ranking) -> str:

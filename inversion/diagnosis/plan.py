@@ -112,7 +112,7 @@ class Plan:
     def lattices(self) -> dict[str, Case]:
         """The first fine simulations once more, on the other lattice; none of a bird without a lattice.
 
-        What an arbitrary choice of the discretisation moves looks like another bird.
+        Their differences tell what that choice, which is arbitrary, moves: it looks like another bird.
         """
         if self.case.solver.name == "external" or self.case.bird.method != "sph":
             return {}

@@ -97,15 +97,15 @@ class Setup:
         return self.mesh.at(self.plan.unit[fine]) + self.mesh.errors if len(self.mesh.errors) else self.mesh.errors
 
     @cached_property
-    def lattice_factor(self) -> Array:
-        """(n, channels * m) rows whose products sum to the second moment of what the other lattice moves."""
+    def lattice_moves(self) -> Array:
+        """(n, channels * m) SI, what the other lattice moves at each of the points that were simulated on both."""
         pairs = [(self.runs.get(f"lattice {i}"), self.runs.get(f"fine {i}")) for i in self.plan.fine_points()]
         moved = [
             stack(other, self.time, self.channels) - stack(own, self.time, self.channels)
             for other, own in pairs
             if other is not None and own is not None
         ]
-        return np.reshape(moved, (len(moved), len(self.channels) * len(self.time))) / np.sqrt(max(len(moved), 1))
+        return np.reshape(moved, (len(moved), len(self.channels) * len(self.time)))
 
     def emulator_factor(self, z: Array) -> Array:
         """(channels * m, c) directions, one standard deviation each, of the emulator's smooth error at z (k,)."""

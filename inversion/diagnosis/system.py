@@ -67,9 +67,9 @@ class Block:
 class System:
     """blocks: by kind; smooth: kind -> (p, p) whitened covariance of something else. columns: (n, m) whitened: the
     residual at the places, J by one prior standard deviation of each parameter, unnamed errors, nuisances by one
-    standard deviation of each, G and D of each suspect, what the other lattice moves in each shot; at: name ->
-    their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J; noise: Cholesky
-    factor (n, n).
+    standard deviation of each, G and D of each suspect, model error that effects change, what another lattice moves;
+    at: name -> their indices; dz: (r,) how far the places lie from the prior's middle; groups: in the order of J;
+    noise: Cholesky factor (n, n).
     """
 
     blocks: tuple[Block, ...]
@@ -130,7 +130,7 @@ def build(
         if one.response:
             parts[f"error of {one.label}"] = _signature_error(one, shots, signatures[one.label], places, options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
-    parts["lattice"] = np.asarray(block_diag(*(shot.sample(shot.setup.lattice_factor).T for shot in shots)))
+    parts["lattice"] = lattice_columns([shot.sample(shot.setup.lattice_moves) for shot in shots])
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
@@ -256,6 +256,17 @@ def _nuisances(shots: Sequence[Shot], places: Places, grids: Sequence[Array]) ->
             column = found.setdefault(key, np.zeros(ends[-1]))
             column[a:b] = sigma * shot.nuisance_signature(name, places.z[shot.group], grid)
     return np.array(list(found.values())).reshape(len(found), ends[-1]).T
+
+
+def lattice_columns(moves: Sequence[Array]) -> Array:
+    """(n, q) one standard deviation each of what another lattice moves; moves: (runs, points) of each shot.
+
+    Their mean is the error of the emulator's own lattice, which all shots share; what runs scatter by about it each
+    shot has for itself. Together they are the runs' second moment.
+    """
+    means = [own.mean(axis=0) if len(own) else np.zeros(own.shape[1]) for own in moves]
+    rest = [(own - mean) / np.sqrt(max(len(own), 1)) for own, mean in zip(moves, means, strict=True)]
+    return np.hstack([np.concatenate(means)[:, None], np.asarray(block_diag(*(own.T for own in rest)))])
 
 
 def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:

@@ -19,6 +19,7 @@ from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 FEWEST_POINTS = 20
+LOST = 1e10  # variance in units of the noise's beside which that of 1 has six digits left in a covariance
 REJECT = 1e-3
 # White noise passes either limit about once in a thousand records of 20 to 2000 points (10 000 drawn of each length).
 LAGS, LAGS_LIMIT = 3, 6.0
@@ -43,7 +44,7 @@ class Whitening:
     def of(cls, noise: Array, factor: Array) -> Whitening:
         """From noise (n,) and factor F (n, c)."""
         scaled = factor / noise[:, None]
-        if scaled.shape[1] > len(scaled):  # the covariance is smaller than its factor, and three times as fast
+        if scaled.shape[1] > len(scaled) and (scaled**2).sum() < LOST:  # 0.9 s for 3.9 (1940 x 4043)
             variances, directions = np.linalg.eigh(scaled @ scaled.T)
             variances = np.maximum(variances, 0.0)
         else:

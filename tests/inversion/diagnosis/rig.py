@@ -52,7 +52,10 @@ def tiny() -> Case:
 
 @contextmanager
 def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) -> Iterator[pytest.MonkeyPatch]:
-    """A plan of 9 coarse and 5 fine simulations, few effects; on threads, because processes would load all anew."""
+    """A plan of 9 coarse and 5 fine simulations (four on two lattices), few effects.
+
+    On threads, because processes would load all anew.
+    """
     library = {name: effects()[name] for name in sought}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)

@@ -30,7 +30,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
-from birdstrike.inversion.diagnosis.system import Block, Places, System
+from birdstrike.inversion.diagnosis.system import Block, Places, System, lattice_columns
 from birdstrike.surrogate.run_scatter import common_factors
 
 POINTS, EFFECTS = 40, 5
@@ -144,6 +144,30 @@ def test_intervals_hold_what_another_lattice_moves() -> None:
             held[moved] += (np.abs(errors) < 1.96 * spread).mean() / draws
     assert held[False] < 0.8
     assert 0.9 < held[True] < 0.99
+
+
+def test_draws_scatter_as_the_intervals_say() -> None:
+    s, rng = system(0), np.random.default_rng(2)
+    lattice = 0.3 * s.columns[:, s.at["J"]] @ rng.standard_normal((2, 4))
+    y = s.columns[:, s.at["e1"].start] + rng.standard_normal(POINTS)
+    at = {**s.at, "lattice": slice(s.columns.shape[1], s.columns.shape[1] + 4)}
+    moved = replace(s, columns=np.column_stack([y, s.columns[:, 1:], lattice]), at=at)
+    tester, model = ModelTester(moved, known(np.array([1e-3])), unnamed=(1e-6,)), models()["e1"]
+    found = tester.model(model)
+    z, h, _ = tester.draws(model, list(found.h), 4000, rng)
+    assert np.cov(z.T) == pytest.approx(found.z_cov, abs=0.1 * float(found.z_cov.max()))
+    assert h.std() == pytest.approx(float(np.sqrt(found.h_cov[0, 0])), rel=0.1)
+
+
+def test_shots_share_the_mean_of_what_another_lattice_moves() -> None:
+    rng = np.random.default_rng(4)
+    one, other = 1.0 + rng.standard_normal((4, 6)), 1.0 + rng.standard_normal((3, 5))
+    columns = lattice_columns([one, other, np.zeros((0, 2))])
+    covariance = columns @ columns.T
+    np.testing.assert_allclose(covariance[:6, :6], one.T @ one / 4.0)
+    np.testing.assert_allclose(covariance[6:11, 6:11], other.T @ other / 3.0)
+    np.testing.assert_allclose(covariance[:6, 6:11], np.outer(one.mean(axis=0), other.mean(axis=0)))
+    assert not covariance[11:].any()
 
 
 def test_a_one_sided_magnitude_doubles_the_evidence_where_it_is_surely_positive() -> None:

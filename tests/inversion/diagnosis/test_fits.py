@@ -9,7 +9,9 @@ from scipy.stats import multivariate_normal
 from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.plan import LATTICES
 from birdstrike.inversion.diagnosis.system import Places
+from birdstrike.inversion.estimation.mesh_correction import stack
 from tests.inversion.diagnosis.conftest import Laboratory
 
 
@@ -61,3 +63,13 @@ def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: 
     count = len(fit.system.dz)
     density = multivariate_normal.logpdf(fit.system.dz, one.z[:count], one.z_cov)  # pyright: ignore[reportArgumentType]
     assert alone.joint(NOTHING, ()) == pytest.approx(one.log_evidence + density, abs=1e-6)
+
+
+def test_what_another_lattice_moves_is_read_where_both_simulations_finished(laboratory: Laboratory) -> None:
+    setup = laboratory.answered[0][1][0].setup
+    assert len(setup.lattice_moves) == LATTICES
+    first = setup.plan.fine_points()[0]
+    own, other = (stack(setup.runs[f"{kind} {first}"], setup.time, setup.channels) for kind in ("fine", "lattice"))
+    assert setup.lattice_moves[0] == pytest.approx(other - own)
+    lost = replace(setup, runs={label: run for label, run in setup.runs.items() if label != f"lattice {first}"})
+    assert len(lost.lattice_moves) == LATTICES - 1

@@ -25,7 +25,7 @@ NOISE = {CHANNEL: 3e-5, STRAIN: 2e-5}
 def strain(theta: Array) -> Array:
     """A smooth response of the pulse's peak, and a jitter that changes from one point to the next: chaos.
 
-    Points within 1e-4 of a range share it, or an answer's last digits would draw another run.
+    Points that round to the same 1e-4 of a range share it, or an answer's last digits would draw another run.
     """
     seed = int(abs(hash(tuple(np.round(theta / HIGHS, 4)))) % 2**32)
     slow = np.convolve(np.random.default_rng(seed).normal(size=len(TIME) + 40), np.ones(41) / np.sqrt(41.0), "valid")
