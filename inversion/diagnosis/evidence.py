@@ -413,7 +413,8 @@ class ModelTester:
         """(count, r) calibrated parameters, (count, q) sizes h of the members, (count,) nodes of a model's posterior.
 
         From the joint Gaussians of the likeliest nodes. The whole of a magnitude that an unnamed error shares is the
-        member's, as in `_magnitudes`.
+        member's, as in `_magnitudes`. What another lattice moves is not in them: they are of the fit, which took it up,
+        and predictions with these parameters need it.
         """
         weights = self.model(hypothesis, sizes).weights
         top = np.argsort(-weights)[:FEW]
@@ -436,26 +437,22 @@ class ModelTester:
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
         columns, directions = self._columns(members), self.directions(members, sizes if members else ())
         logs, _, _ = self._weighed(hypothesis, number, self.reduced(grams, number, columns, directions), grams)
-        own, lattice = [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]], self._lattice(hypothesis)
-        whole = grams.at(number, [*own, *lattice])[0]
-        gram = whole[: len(own), : len(own)]
+        gram = grams.at(number, [0, *self.free, *columns[1:], *directions.columns[len(self.free) :]])[0]
         parts, factors = [], self._factors(len(members))
         for factor, due in zip(factors, rng.multinomial(count, softmax(logs[:, 0])), strict=True):
             d = np.concatenate([self.sizes(number)[0], factor, directions.errors])
             inverse = np.linalg.inv(d[:, None] * gram[1:, 1:] * d + np.eye(len(d)))
             mean, chol = inverse @ (d * gram[1:, 0]), np.linalg.cholesky(0.5 * (inverse + inverse.T))
-            moved = d[:, None] * (inverse @ (d[:, None] * whole[1 : len(own), len(own) :]))
-            spread = np.hstack([d[:, None] * chol, moved])
-            parts.append(self._possible(hypothesis.members, d * mean, spread, int(due), rng))
+            parts.append(self._possible(hypothesis.members, d * mean, d[:, None] * chol, int(due), rng))
         return np.vstack(parts)
 
     def _possible(
-        self, members: Sequence[Suspect], mean: Array, spread: Array, count: int, rng: np.random.Generator
+        self, members: Sequence[Suspect], mean: Array, chol: Array, count: int, rng: np.random.Generator
     ) -> Array:
-        """(count, n) normal draws, spread (n, c) their factor; one with a magnitude that cannot be negative anew."""
+        """(count, n) draws of a normal distribution; one with a magnitude that cannot be negative, but is, anew."""
         x, due, free = np.zeros((count, len(mean))), np.arange(count), len(self.free)
         for _ in range(REDRAWN):
-            x[due] = mean + rng.standard_normal((len(due), spread.shape[1])) @ spread.T
+            x[due] = mean + rng.standard_normal((len(due), len(mean))) @ chol.T
             due = due[self._impossible(members, x[due, free : free + len(members)])]
             if not len(due):
                 break

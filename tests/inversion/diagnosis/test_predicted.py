@@ -16,6 +16,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.tree import load_tree, save_tree
 from birdstrike.inversion.diagnosis.answer import curve_at
 from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, unknown_or_stated
+from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.system import FAST, Places, build
 from birdstrike.inversion.prediction.from_diagnosis import read_diagnosis
@@ -47,7 +48,9 @@ def test_the_draws_of_a_single_effect_have_its_magnitude_and_its_spread(laborato
     assert labels
     for label in labels:
         fit, model = ranking.fits[label], ranking.models[label]
-        evidence = fit.evidence
+        fitted = replace(fit.system, at={**fit.system.at, "lattice": slice(0, 0)})  # draws are of the fit alone
+        tester = ModelTester(fitted, fit.tester.known, fit.places.h, fit.tester.scale, apart=ranking.problem.apart)
+        evidence = tester.model(model, list(fit.evidence.h))
         _, sizes, _ = fit.tester.draws(model, list(evidence.h), 2000, np.random.default_rng(0))
         sd = float(np.sqrt(evidence.h_cov[0, 0]))
         if model.members[0].one_sided and evidence.h[0] < 2.0 * sd:
