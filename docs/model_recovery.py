@@ -150,7 +150,7 @@ def beside_optimisers(folder: Path, model: str, number: int, runs: int) -> dict[
     """A truth calibrated by its own model and by optimisers: method -> (error over the noise, simulations a shot)."""
     kept = folder / f"{model}_{number}_optimisers.json"
     if kept.is_file():
-        return json.loads(kept.read_text(encoding="utf-8"))
+        return json.loads(kept.read_text(encoding="utf-8"))["methods"]
     cases, records = [rig(v) for v in SPEEDS], records_of(model, number)
 
     def calibrated(**more: Any) -> ModelAnswer:
@@ -164,7 +164,7 @@ def beside_optimisers(folder: Path, model: str, number: int, runs: int) -> dict[
         "calibration": (error, max(own.strikes.values())),
         **{name: (one.weighted, one.strikes) for name, one in found.optimised.items()},
     }
-    write_json(kept, entry)
+    write_json(kept, {"methods": entry})
     return entry
 
 
