@@ -220,6 +220,11 @@ class Shot:
         return self.sample(self.setup.scatter)
 
     @cached_property
+    def lattice_moves(self) -> Array:
+        """(r, n) SI, what another lattice moves at each point of `Setup.lattice_moves`; read once for all fits."""
+        return self.sample(self.setup.lattice_moves)
+
+    @cached_property
     def shapes(self) -> dict[str, Shape]:
         """channel -> the discrepancy in time, from what meshes differ by."""
         draws = self.setup.split(self.setup.mesh_draws)

@@ -130,7 +130,7 @@ def build(
         if one.response:
             parts[f"error of {one.label}"] = _signature_error(one, shots, signatures[one.label], places, options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
-    parts["lattice"] = lattice_columns([shot.sample(shot.setup.lattice_moves) for shot in shots])
+    parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
     at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
     peaks = _peaks(shots, means)
