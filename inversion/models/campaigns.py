@@ -23,10 +23,10 @@ from birdstrike.doe.campaign.planned import planned_design
 from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
-from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.known_errors import case_nuisances, discrepancy_columns, stated_discrepancy
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.estimation.refinement import PAYS, added_variance, with_run
+from birdstrike.inversion.estimation.refinement import PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, shared_keys
@@ -143,15 +143,13 @@ class ModelRuns:
         return Shot(dataset, setup.measured, solver, options, known, campaign=place, verifier=verifier, case=case)
 
     def refined(self, joint: Joint, said: list[str]) -> tuple[Dataset, Emulator, int]:
-        """Runs added about the best fit, all shots at each point, while the emulator's error widens the answer."""
+        """Runs added about the best fit, all shots at each point, until the emulator is good enough there."""
         dataset, names, added = joint.dataset, list(joint.measured.channels), 0
         emulator = fit_emulator(dataset, names, self.options.seed)
         for number in range(self.options.rounds):
             found = locate(dataset, joint.measured, joint.options, emulator, silent, None)
             calibration = found.calibration
-            if calibration.design.deficient:
-                break
-            if added_variance(calibration.calibrator, calibration.modes[0]) < PAYS:
+            if calibration.design.deficient or _good_enough(calibration.calibrator, calibration.modes[0]):
                 break
             self.report("runs near the answer", number / self.options.rounds)
             points = near_answer(found, self.options.batch, self.options.seed + number)
@@ -206,6 +204,15 @@ class ModelRuns:
 def verified(shot: Shot) -> Forward:
     """The model of a shot that verifies answers."""
     return shot.verifier or shot.forward
+
+
+def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
+    """Whether the emulator neither widens an interval nor errs by more than the noise.
+
+    What its components leave out counts as the runs' scatter where an interval's width is shared out; about an answer
+    far from most runs it is mostly want of runs, which more of them take away.
+    """
+    return added_variance(calibrator, mode) < PAYS and emulator_error(calibrator, mode) < 1.0
 
 
 def _done(counts: RunCounts) -> float:

@@ -117,6 +117,21 @@ def test_no_shot_takes_more_than_forty_simulations(calibrated: Calibrated) -> No
         assert max(model["strikes_per_shot"].values()) <= 40 - (20 - RUNS)
 
 
+def test_runs_are_added_while_the_emulator_errs_by_more_than_the_noise(tmp_path: Path) -> None:
+    def rough(case: Case, **given: Any) -> Histories:
+        run, bird = rig.strike(case, **given), case.bird.material.build(case.bird.actual_density)
+        phase = 1e4 * bird.viscosity / 1500.0
+        return replace(
+            run,
+            channels={name: y + 5.0 * rig.NOISE * np.sin(phase + 3e4 * rig.TIME) for name, y in run.channels.items()},
+        )
+
+    with rig.formula_for_solver() as patch:
+        patch.setattr("birdstrike.inversion.forward.simulate", rough)
+        found = calibrate_models(*rig.shots("null", {}), tmp_path, ["null"], runs=RUNS, workers=1, posterior=False)
+    assert set(found.models["null"].strikes.values()) == {RUNS + 15 + 3}  # three rounds; answer, held out, published
+
+
 @pytest.mark.parametrize(("name", "kept"), [("plastic_kinematic", True), ("null", False)])
 def test_eroding_runs_are_used_where_a_failure_strain_erodes(name: str, kept: bool, tmp_path: Path) -> None:
     case = calibrated_case(candidate(name), rig.shot(80.0))
