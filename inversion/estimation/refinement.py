@@ -24,6 +24,7 @@ AUTO = "auto"
 AUTO_RUNS = 10
 """Budget of `auto`: the points of a quadratic in three parameters, enough for the small region of an answer."""
 PAYS = 0.2  # of an interval's variance: below it the interval is at most a tenth wider than with a perfect emulator
+OF_THE_NOISE = 1.0  # emulator error at an answer, below which no more runs are asked for
 CANDIDATES = 400  # points about the best fits among which the next run is chosen
 WIDER = 1.5  # of the best fits' standard deviations: a first emulator may have placed them wrongly
 
@@ -78,7 +79,7 @@ def refine(
 def _enough(located: Located, error: float, share: float, auto: bool) -> str:
     """Why no further run is needed; empty where one is."""
     if not auto:
-        return f"the emulator's error at the answer is {error:.2f} of the noise" if error < 1.0 else ""
+        return f"the emulator's error at the answer is {error:.2f} of the noise" if error < OF_THE_NOISE else ""
     if not located.prior_predictive.inside or located.calibration.design.deficient:
         return "no run was added, since the record does not lie where runs near one answer would help"
     return f"the emulator adds {100 * share:.0f} % to an interval's variance" if share < PAYS else ""

@@ -26,7 +26,7 @@ from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.known_errors import case_nuisances, discrepancy_columns, stated_discrepancy
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
-from birdstrike.inversion.estimation.refinement import PAYS, added_variance, emulator_error, with_run
+from birdstrike.inversion.estimation.refinement import OF_THE_NOISE, PAYS, added_variance, emulator_error, with_run
 from birdstrike.inversion.estimation.shots import Joint, Shot
 from birdstrike.inversion.forward import Forward, StoredSolver
 from birdstrike.inversion.models.candidates import Candidate, calibrated_case, literature_case, shared_keys
@@ -212,7 +212,7 @@ def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
     What its components leave out counts as the runs' scatter where an interval's width is shared out; about an answer
     far from most runs it is mostly want of runs, which more of them take away.
     """
-    return added_variance(calibrator, mode) < PAYS and emulator_error(calibrator, mode) < 1.0
+    return emulator_error(calibrator, mode) < OF_THE_NOISE and added_variance(calibrator, mode) < PAYS
 
 
 def _done(counts: RunCounts) -> float:
