@@ -123,6 +123,14 @@ def baseline_shapes(fits: Mapping[str, tuple[Shot, Fit]], shapes: Mapping[str, S
     return found
 
 
+def larger_shapes(shapes: Mapping[str, Shape], other: Mapping[str, Shape]) -> dict[str, Shape]:
+    """At every instant the larger of two growths; each is the least that its draws show beyond chance."""
+    return {
+        channel: replace(shape, growth=np.maximum(shape.growth, other[channel].growth))
+        for channel, shape in shapes.items()
+    }
+
+
 def discrepancy_of(fit: Fit) -> Array:
     """(n,) posterior mean of the discrepancy of a single calibrated shot, in the record's units."""
     system = fit.system

@@ -36,6 +36,7 @@ from birdstrike.inversion.diagnosis.answer import (
 from birdstrike.inversion.diagnosis.baseline import (
     Baselines,
     baseline_shapes,
+    larger_shapes,
     mesh_shapes,
     residual_rms,
 )
@@ -54,7 +55,7 @@ from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
-from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, rank
+from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, likelier, rank
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
@@ -129,14 +130,22 @@ class Pipeline:
             return replace(self, shots=measured)._assembled(ranking, p, heldout)
 
     def problem(self) -> Problem:
-        """The shots with their discrepancy."""
+        """The shots with their discrepancy.
+
+        What a baseline's residual is beyond the unnamed errors shows little of how the discrepancy grows in time: one
+        slow curve has few degrees of freedom. Meshes show more, of an error that need not be the model's. So that both
+        are tried, and the records say which.
+        """
         shots = (*self.shots, *self.baselines.shots)
-        shapes = mesh_shapes(shots)
-        if self.baselines.shots:
-            shapes = baseline_shapes(self.baselines.fits, shapes)
-        known, options = self._known(kinds_of(shots)), SystemOptions(self.options.parameter_length)
-        apart = birds_apart(self.options.baseline_bird)
-        return Problem(shots, suspects(shots), known, shapes, options, self.options.magnitude_scale, apart)
+        meshes, known = mesh_shapes(shots), self._known(kinds_of(shots))
+        options, apart = SystemOptions(self.options.parameter_length), birds_apart(self.options.baseline_bird)
+        found, scale = suspects(shots), self.options.magnitude_scale
+        if not self.baselines.shots:
+            return Problem(shots, found, known, meshes, options, scale, apart)
+        own = baseline_shapes(self.baselines.fits, meshes)
+        alone = Problem(shots, found, known, own, options, scale, apart)
+        grown = replace(known, source=f"{known.source}; in time also as simulations on two meshes differ")
+        return likelier(alone, replace(alone, known=grown, shapes=larger_shapes(own, meshes)))
 
     def _known(self, kinds: Sequence[str]) -> Amplitudes:
         """The discrepancy's amplitudes from baselines, from the case, or unknown."""

@@ -155,6 +155,18 @@ class Problem:
         return Places(z, h)
 
 
+def likelier(problem: Problem, other: Problem) -> Problem:
+    """That of two problems of the same shots under which the records are likelier without any effect.
+
+    Their parameters are fitted in each, from one place; later fits begin there.
+    """
+    first = problem.refit(NOTHING)
+    second = replace(other, begin=first.places).refit(NOTHING)
+    if second.joint > first.joint:
+        return replace(other, begin=second.places)
+    return replace(problem, begin=first.places)
+
+
 MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it back
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5

@@ -10,6 +10,7 @@ from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.plan import LATTICES
+from birdstrike.inversion.diagnosis.ranking import Problem, likelier
 from birdstrike.inversion.diagnosis.system import Places
 from birdstrike.inversion.estimation.mesh_correction import stack
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -63,6 +64,40 @@ def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: 
     count = len(fit.system.dz)
     density = multivariate_normal.logpdf(fit.system.dz, one.z[:count], one.z_cov)  # pyright: ignore[reportArgumentType]
     assert alone.joint(NOTHING, ()) == pytest.approx(one.log_evidence + density, abs=1e-6)
+
+
+def redrawn(problem: Problem, truth: Problem, places: Places, rng: np.random.Generator) -> Problem:
+    """Another problem with records of no effect that the truth's model of their errors makes."""
+    system = truth.refit(NOTHING, places, steps=0).system
+    whitened = np.zeros(len(system.noise))
+    for block in system.blocks:
+        covariance = block.F + truth.known.nodes[block.kind][0] ** 2 * block.U
+        whitened[block.rows] = np.linalg.cholesky(covariance) @ rng.standard_normal(len(covariance))
+    errors = iter(np.split(system.noise @ whitened, np.cumsum([len(one.record.values) for one in truth.shots])[:-1]))
+    shots = []
+    for one in problem.shots:
+        values = one.sample(one.setup.grid(places.z[one.group][None]))[0] + next(errors)
+        traces = [replace(trace, values=values[one.record.channel == i]) for i, trace in enumerate(one.record.traces)]
+        shots.append(replace(one, record=replace(one.record, traces=tuple(traces))))
+    return replace(problem, shots=tuple(shots), begin=places)
+
+
+@pytest.mark.parametrize("grows", [False, True])
+def test_the_records_say_whether_the_model_error_grows(laboratory: Laboratory, grows: bool) -> None:
+    """Records drawn with an error that grows tenfold are likelier with it, others without."""
+    ranking = laboratory.answered[0][0]
+    bare = replace(ranking.problem, found=())
+    places = Places(ranking.fits[NONE].places.z, {})
+    late = np.linspace(1.0, 10.0, len(bare.shots[0].setup.time))
+    flat = {channel: replace(shape, growth=np.ones_like(late)) for channel, shape in bare.shapes.items()}
+    grown = {channel: replace(shape, growth=late) for channel, shape in bare.shapes.items()}
+    known = replace(bare.known, fixed=dict.fromkeys(bare.known.fixed, 0.02))
+    stationary, growing = (replace(bare, known=known, shapes=shapes) for shapes in (flat, grown))
+    for seed in range(3):
+        truth = growing if grows else stationary
+        first = redrawn(stationary, truth, places, np.random.default_rng(seed))
+        chosen = likelier(first, replace(growing, shots=first.shots, begin=places))
+        assert chosen.shapes is (grown if grows else flat)
 
 
 def test_what_another_lattice_moves_is_read_where_both_simulations_finished(laboratory: Laboratory) -> None:
