@@ -110,6 +110,7 @@ class Bench:
         self.store = RunStore(folder)
         self.model = lru_cache(16)(self._model)
         self.campaign = lru_cache(16)(self._campaign)
+        self.widening = lru_cache(None)(self._widening)
 
     def forward(self, fine: bool) -> Forward:
         """The solver on one of the meshes."""
@@ -138,6 +139,14 @@ class Bench:
             dataset = found.dataset
         return Model(dataset, fit_emulator(dataset, names), found)
 
+    def _widening(self, cell: Cell, turn: int) -> float:
+        """Of the mesh correction, the same for every record at the cell's instants."""
+        model = self.model(cell.runs, turn, cell.channels, True)
+        if model.corrected is None:
+            raise AssertionError("a corrected model was asked for")
+        measured = record(model.dataset, self.truth(turn, True)[1], cell, turn)
+        return model.corrected.widening(observe(measured, model.dataset, {}), 0.0)
+
     def interval(self, part: str, cell: Cell, number: int) -> Interval | None:
         """Of one truth, in one of the designs; None where no runs stand behind the emulator."""
         model = self.model(cell.runs, number % len(DESIGNS), cell.channels, part == "finer")
@@ -157,7 +166,8 @@ class Bench:
         problem = Calibrator(CurveModel(emulator, observations, known if known.size else None), coordinates, 0.0)
         middle, found = posterior(problem, number)
         if model.corrected is not None:
-            columns = model.corrected.columns(observations, at(problem, middle))
+            widening = self.widening(cell, number % len(DESIGNS))
+            columns = model.corrected.columns(observations, at(problem, middle), widening)
             problem = replace(problem, model=replace(problem.model, known=np.hstack([known, columns])))
             _, found = posterior(problem, number)
         return Interval(z, found, coordinates.prior_width(), added)

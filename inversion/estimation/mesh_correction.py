@@ -4,27 +4,35 @@ Autoregressive co-kriging of two fidelities with factor 1 (Kennedy & O'Hagan, Bi
 m(theta), m by a Gaussian process for each principal component of all channels together that can be predicted. (Linear
 in the parameters, its leave-one-out error was twice as large: a coarse mesh errs most where the bird's viscosity is
 small.) One implementation with two readers: a calibration corrects its campaign, a diagnosis its setup.
+
+Ten curves give a covariance of ten directions, and a fit looks for the parameters where that covariance says that
+little errs: its estimates then err by two to three times what it states. So a calibration fits every fine run to what
+the other nine say, and enlarges the covariance until these estimates err as stated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial.distance import cdist
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.curve_model import CurveModel
+from birdstrike.inversion.estimation.whitening import Whitening, principal
 from birdstrike.inversion.forward import Forward, Progress, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
-from birdstrike.surrogate.gaussian_process import GaussianProcess
+from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
+from birdstrike.surrogate.run_scatter import common_factors
 
 FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
 FINE_RUNS = 10  # fine simulations: two parameters' linear trend and seven degrees of freedom
@@ -35,6 +43,10 @@ EXTRAPOLATED = 1.0 / 3.0
 Phil. Trans. A 210 (1911) 307); of first order it is 1. One standard deviation of one direction."""
 PREDICTABLE = 0.3  # leave-one-out Q2 of a component: with less a process has fitted the particles' scatter
 COMPONENTS = 4  # of ten points: more would hold single points
+INSTANTS = 250  # of a channel, at which the covariance of the scatter stands: a strain's has no smoother shape
+WIDEST = 10.0  # factor on the correction's error, beyond which its left-out fits are not believed
+PRIOR = 12.0**-0.5  # of a range: standard deviation of a parameter that may lie anywhere in it
+STEP = 1e-3  # of a range, for derivatives
 
 
 @dataclass(frozen=True)
@@ -102,22 +114,57 @@ class MeshCorrection:
         rest = np.sqrt(PREDICTABLE / max(len(self.rest), 1)) * self.rest
         return np.vstack([np.array(sizes).reshape(-1, 1) * self.directions, rest])
 
+    def scatter(self, channels: int) -> Array:
+        """(r, grid) directions, one standard deviation each, by which a new fine run leaves the correction.
+
+        Covariance of the leave-one-out errors over time and channels, shrunk, and enlarged for so few of them.
+        """
+        parts = np.split(self.errors * np.sqrt(student_inflation(len(self.errors) - 1)), channels, axis=1)
+        time = np.arange(parts[0].shape[1])
+        places = np.unique(np.linspace(0, time[-1], INSTANTS).round().astype(int))
+        factors = common_factors([part[:, places] for part in parts])
+        return np.hstack([np.stack([np.interp(time, places, row) for row in part]) for part in factors])
+
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""
         return EXTRAPOLATED * self.at(z[None])[0]
 
 
 @dataclass(frozen=True)
+class LeftOut:
+    """A fine run as the others see it.
+
+    z: (k,) where; missed: (grid,) SI, what it has beyond the coarse emulator and the correction of the others;
+    correction: of the others.
+    """
+
+    z: Array
+    missed: Array
+    correction: MeshCorrection
+
+    @classmethod
+    def each(cls, z: Array, differences: Array, channels: int, seed: int) -> tuple[LeftOut, ...]:
+        """Of fine runs at z (n, k) with their differences (n, grid) from the coarse emulator."""
+        found = list[LeftOut]()
+        for i in range(len(z)):
+            others = MeshCorrection.fit(np.delete(z, i, 0), np.delete(differences, i, 0), channels, seed)
+            found.append(cls(z[i], differences[i] - others.at(z[i][None])[0], others))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
 class CorrectedCampaign:
     """A campaign with what the fine mesh adds: what a calibration takes in the campaign's place.
 
-    dataset: the runs, their measured channels corrected; channels: those, stacked in this order; correction: of the
-    stack; figures: what it came to and cost.
+    dataset: the runs, their measured channels corrected; emulator: of the runs as they were; channels: the measured
+    ones, stacked in this order; correction: of the stack; left_out: its fine runs; figures: what it came to and cost.
     """
 
     dataset: Dataset
+    emulator: Emulator
     channels: tuple[str, ...]
     correction: MeshCorrection
+    left_out: tuple[LeftOut, ...]
     figures: MeshCorrectionFigures
 
     def forward(self, coarse: Forward) -> Forward:
@@ -129,12 +176,66 @@ class CorrectedCampaign:
         stacked = self.correction.at(self._place(theta)[None])[0]
         return dict(zip(self.channels, np.split(stacked, len(self.channels)), strict=True))
 
-    def columns(self, observations: Observations, mode: Mode) -> Array:
-        """(n, s) the correction's error at a fit, one standard deviation each."""
-        z = self._place(mode.theta)
-        rows = np.vstack([self.correction.factor(z), self.correction.extrapolation(z)])
+    def columns(self, observations: Observations, mode: Mode, widening: float | None = None) -> Array:
+        """(n, s) the correction's error at a fit, one standard deviation each; `widening` where it is known."""
+        factor = self.widening(observations, mode.t0) if widening is None else widening
+        scatter = factor * self.correction.scatter(len(self.channels))
+        rows = np.vstack([scatter, self.correction.extrapolation(self._place(mode.theta))])
+        return self._measured(rows, observations, mode.t0)
+
+    def widening(self, observations: Observations, t0: float) -> float:
+        """Factor, at least 1, on the scatter that makes estimates of the left-out fine runs err as stated."""
+        rehearsals = [self._rehearsal(one, observations, t0) for one in self.left_out]
+
+        def excess(log_factor: float) -> float:
+            return float(np.mean([error(np.exp(log_factor)) for error in rehearsals])) - 1.0
+
+        highest = float(np.log(WIDEST))
+        if excess(0.0) <= 0.0:
+            return 1.0
+        return WIDEST if excess(highest) > 0.0 else float(np.exp(brentq(excess, 0.0, highest, xtol=0.02)))
+
+    def _rehearsal(self, one: LeftOut, observations: Observations, t0: float) -> Callable[[float], float]:
+        """Mean square error of what a fine run's curves say of the parameters, in the variances stated, by the factor
+        on the scatter.
+
+        Linear about the run, over the directions of the parameters; each counts as far as the curves say more of it
+        than the ranges do.
+        """
+        model = CurveModel(self.emulator, observations)
+        emulated = model.error_factor(self._theta(one.z[None])[0], t0)
+        extrapolated = self._measured(one.correction.extrapolation(one.z)[None], observations, t0)
+        whitening = Whitening.of(model.noise, np.hstack([emulated, extrapolated]))
+        scatter, slopes, missed = (
+            whitening.apply(self._measured(rows, observations, t0).T).T
+            for rows in (one.correction.scatter(len(self.channels)), PRIOR * self._slopes(one.z), one.missed[None])
+        )
+        directions, variances = principal(scatter)
+        rows = np.hstack([slopes, missed])
+        along = directions.T @ rows
+
+        def error(factor: float) -> float:
+            shrink = 1.0 - 1.0 / np.sqrt(1.0 + factor**2 * variances)
+            own = rows - directions @ (shrink[:, None] * along)
+            sensed, sizes, _ = np.linalg.svd(own[:, :-1], full_matrices=False)
+            weights = sizes**2 / (1.0 + sizes**2)
+            return float(weights @ (sensed.T @ own[:, -1]) ** 2 / max(weights.sum(), 1e-300))
+
+        return error
+
+    def _slopes(self, z: Array) -> Array:
+        """(k, grid) derivatives of the corrected curves at z (k,), for a whole range of each parameter."""
+        up, down = np.minimum(z + STEP * np.eye(len(z)), 1.0), np.maximum(z - STEP * np.eye(len(z)), 0.0)
+        curves = [
+            stacked_curves(self.emulator, self._theta(place), self.channels) + self.correction.at(place)
+            for place in (up, down)
+        ]
+        return (curves[0] - curves[1]) / np.diag(up - down)[:, None]
+
+    def _measured(self, rows: Array, observations: Observations, t0: float) -> Array:
+        """(n, s) rows (s, grid) at the measured instants."""
         parts = dict(zip(self.channels, np.split(rows, len(self.channels), axis=1), strict=True))
-        return np.concatenate([self._at(parts[c.name], c.times - mode.t0) for c in observations.channels])
+        return np.concatenate([self._at(parts[c.name], c.times - t0) for c in observations.channels])
 
     def _at(self, rows: Array, times: Array) -> Array:
         """(n, s) of rows (s, m) at `times` [s]."""
@@ -143,6 +244,10 @@ class CorrectedCampaign:
     def _place(self, theta: Array) -> Array:
         """Fractions (k,) of the ranges."""
         return (theta - self.dataset.lows) / (self.dataset.highs - self.dataset.lows)
+
+    def _theta(self, z: Array) -> Array:
+        """Parameters (q, k) SI at fractions z (q, k) of the ranges."""
+        return self.dataset.lows + z * (self.dataset.highs - self.dataset.lows)
 
 
 @dataclass(frozen=True)
@@ -221,7 +326,8 @@ def correct_campaign(
         error=_shares(correction.errors, dataset, channels),
     )
     corrected = replace(dataset, curves={**dataset.curves, **own})
-    return CorrectedCampaign(corrected, tuple(channels), correction, figures)
+    left_out = LeftOut.each(z, differences, len(channels), seed)
+    return CorrectedCampaign(corrected, emulator, tuple(channels), correction, left_out, figures)
 
 
 def stack(run: Histories, time: Array, channels: Sequence[str]) -> Array:
