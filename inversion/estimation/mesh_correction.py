@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.spatial.distance import cdist
 
 from birdstrike.data.dataset import Dataset
@@ -193,7 +193,9 @@ class CorrectedCampaign:
         highest = float(np.log(WIDEST))
         if excess(0.0) <= 0.0:
             return 1.0
-        return WIDEST if excess(highest) > 0.0 else float(np.exp(brentq(excess, 0.0, highest, xtol=0.02)))
+        if excess(highest) > 0.0:
+            return WIDEST
+        return float(np.exp(root_scalar(excess, bracket=(0.0, highest), xtol=0.02).root))
 
     def _rehearsal(self, one: LeftOut, observations: Observations, t0: float) -> Callable[[float], float]:
         """Mean square error of what a fine run's curves say of the parameters, in the variances stated, by the factor
