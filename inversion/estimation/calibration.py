@@ -88,20 +88,24 @@ class Calibrator:
         earliest = (self.model.observations.last - self.model.end) / self.sigma
         return max(-FARTHEST_OFFSET, min(earliest, 0.0)), FARTHEST_OFFSET
 
-    def held(self, mode: Mode, i: int, value: float) -> Mode:
-        """The best fit near `mode` with coordinate i held at `value`, inside the mode's box."""
+    def whitening(self, mode: Mode) -> Whitening:
+        """Noise and the model's error where a fit stands."""
+        return self._whitening(mode.theta, mode.t0)
+
+    def held(self, mode: Mode, whitening: Whitening, i: int, value: float) -> Mode:
+        """The best fit near `mode` with coordinate i held at `value`, inside its box, errors as in `whitening`."""
         lows, highs = mode.box.lows.copy(), mode.box.highs.copy()
         lows[i] = highs[i] = value
         z = mode.z.copy()
         z[i] = value
         box = replace(mode.box, lows=lows, highs=highs)
         tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self._refine(z, tau, self._whitening(mode.theta, mode.t0), box)
+        return self._refine(z, tau, whitening, box)
 
     def information(self, mode: Mode) -> Array:
         """Fisher information (r, r) of z at `mode`, of the data alone, the time origin marginalised by its prior."""
         tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self.data_information(mode.z, tau, self._whitening(mode.theta, mode.t0), mode.box)
+        return self.data_information(mode.z, tau, self.whitening(mode), mode.box)
 
     def data_information(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Array:
         """The same at any z (r,) of a box and time origin tau [sigmas], for residuals whitened so."""
@@ -134,7 +138,7 @@ class Calibrator:
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""
         tau = mode.t0 / self.sigma if self.sigma else 0.0
-        return self._refine(mode.z, tau, self._whitening(mode.theta, mode.t0), mode.box)
+        return self._refine(mode.z, tau, self.whitening(mode), mode.box)
 
     def _refine(self, z: Array, tau: float, whitening: Whitening, box: Box) -> Mode:
         """Least squares from a start, with the emulator's error as it is in `whitening`."""

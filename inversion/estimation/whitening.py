@@ -21,6 +21,8 @@ from birdstrike.inversion.results.fit import ResidualCorrelation
 
 FEWEST_POINTS = 20
 LOST = 1e10  # variance in units of the noise's beside which that of 1 has six digits left in a covariance
+MANY = 200  # columns, beyond which the products of all pairs are quicker than singular values
+FELT = 1e-6  # in variances of the noise: what lies along a direction below changes by less than a millionth
 REJECT = 1e-3
 # White noise passes either limit about once in a thousand records of 20 to 2000 points (10 000 drawn of each length).
 LAGS, LAGS_LIMIT = 3, 6.0
@@ -57,9 +59,14 @@ class Whitening:
 def principal(factor: Array) -> tuple[Array, Array]:
     """Orthonormal directions (n, q) and variances (q,) with F F^T = directions diag(variances) directions^T, q no more
     than n and c, of a factor F (n, c)."""
-    if factor.shape[1] > len(factor) and (factor**2).sum() < LOST:  # 0.9 s for 3.9 (1940 x 4043)
-        variances, directions = np.linalg.eigh(factor @ factor.T)
-        return directions, np.maximum(variances, 0.0)
+    n, c = factor.shape
+    if c > MANY and (factor**2).sum() < LOST:
+        if c > n:  # 0.9 s for 3.9 (1940 x 4043)
+            variances, directions = np.linalg.eigh(factor @ factor.T)
+            return directions, np.maximum(variances, 0.0)
+        variances, vectors = np.linalg.eigh(factor.T @ factor)  # 0.2 s for 0.9 (3000 x 720)
+        kept = variances > FELT
+        return factor @ vectors[:, kept] / np.sqrt(variances[kept]), variances[kept]
     try:
         directions, s, _ = np.linalg.svd(factor, full_matrices=False)
     except np.linalg.LinAlgError:  # the divide and conquer sometimes fails on hundreds of nearly null directions

@@ -15,8 +15,10 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import INDISTINGUISHABLE, Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import Box
+from birdstrike.inversion.estimation.whitening import Whitening
 from birdstrike.inversion.formatting import plain
 
+Fits = tuple[tuple[Mode, Whitening], ...]
 POINTS = 11
 AT_END = 1e-3  # of a range
 
@@ -49,29 +51,32 @@ class Profile:
 def profiles(calibrator: Calibrator, modes: tuple[Mode, ...], points: int = POINTS) -> tuple[Profile, ...]:
     """One profile for every parameter, over all the boxes where runs stand behind the emulator."""
     with threadpool_limits(limits=1, user_api="blas"):
-        return tuple(_profile(calibrator, modes, i, points) for i in range(len(calibrator.coordinates.names)))
+        fits = tuple((mode, calibrator.whitening(mode)) for mode in modes)
+        return tuple(_profile(calibrator, fits, i, points) for i in range(len(calibrator.coordinates.names)))
 
 
-def _profile(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, points: int) -> Profile:
+def _profile(calibrator: Calibrator, fits: Fits, i: int, points: int) -> Profile:
+    best = fits[0][0]
     boxes = calibrator.coordinates.boxes
     low, high = min(b.lows[i] for b in boxes), max(b.highs[i] for b in boxes)
-    grid = np.unique(np.append(np.linspace(low, high, points), np.clip(modes[0].z[i], low, high)))
-    found = [_best(calibrator, modes, i, float(value)) for value in grid]
+    grid = np.unique(np.append(np.linspace(low, high, points), np.clip(best.z[i], low, high)))
+    found = [_best(calibrator, fits, i, float(value)) for value in grid]
     known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
-    lowest = min(min(mode.cost for _, mode in known), modes[0].cost)
+    lowest = min(min(mode.cost for _, mode in known), best.cost)
     name, span = calibrator.coordinates.names[i], calibrator.coordinates.basis[i, i]
     values = np.array([calibrator.coordinates.base[i] + value * span for value, _ in known])
     ends = tuple(_at_bound(calibrator, mode, i) for _, mode in known)
     return Profile(name, values, np.array([mode.cost - lowest for _, mode in known]), ends)
 
 
-def _best(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, value: float) -> Mode | None:
+def _best(calibrator: Calibrator, fits: Fits, i: int, value: float) -> Mode | None:
     """The best of the fits from each mode, and from the other boxes that hold the value; None where none does."""
-    starts = [mode for mode in modes if mode.box.lows[i] <= value <= mode.box.highs[i]]
+    starts = [one for one in fits if one[0].box.lows[i] <= value <= one[0].box.highs[i]]
     if not starts:
-        starts = [_moved(modes[0], box) for box in calibrator.coordinates.boxes if box.lows[i] <= value <= box.highs[i]]
-    fits = [calibrator.held(mode, i, value) for mode in starts]
-    return min(fits, key=lambda mode: mode.cost) if fits else None
+        boxes = [box for box in calibrator.coordinates.boxes if box.lows[i] <= value <= box.highs[i]]
+        starts = [(_moved(fits[0][0], box), fits[0][1]) for box in boxes]
+    found = [calibrator.held(mode, whitening, i, value) for mode, whitening in starts]
+    return min(found, key=lambda mode: mode.cost) if found else None
 
 
 def _moved(mode: Mode, box: Box) -> Mode:

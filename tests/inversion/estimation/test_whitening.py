@@ -22,13 +22,15 @@ def test_whitened_square_is_that_of_the_dense_covariance(columns: int) -> None:
     np.testing.assert_allclose(whole @ covariance @ whole.T, np.eye(20), atol=1e-10)
 
 
-def test_the_whitening_is_the_same_however_many_columns_carry_the_covariance() -> None:
-    """Wide factors are whitened by their covariance, narrow ones by themselves: both give the symmetric root."""
+@pytest.mark.parametrize("columns", [40, 250, 400])
+def test_the_whitening_is_the_same_however_many_columns_carry_the_covariance(columns: int) -> None:
+    """Few columns by their singular values, many by the products of columns or of rows: all give the symmetric root."""
     rng = np.random.default_rng(1)
-    noise, factor, residual = rng.random(30) + 0.1, rng.normal(size=(30, 12)), rng.normal(size=(3, 30))
-    turned = factor @ np.linalg.qr(rng.normal(size=(40, 12)))[0].T
-    narrow, wide = Whitening.of(noise, factor), Whitening.of(noise, turned)
-    np.testing.assert_allclose(wide.apply(residual), narrow.apply(residual), atol=1e-10)
+    noise, factor, residual = rng.random(300) + 0.1, rng.normal(size=(300, 12)), rng.normal(size=(3, 300))
+    turned = factor @ np.linalg.qr(rng.normal(size=(columns, 12)))[0].T
+    few, found = Whitening.of(noise, factor), Whitening.of(noise, turned)
+    np.testing.assert_allclose(found.apply(residual), few.apply(residual), atol=1e-9)
+    assert found.log_determinant == pytest.approx(few.log_determinant, abs=1e-6)
     exact = Whitening.of(1e-9 * noise, turned).log_determinant  # next to no noise: squares would lose its digits
     assert exact == pytest.approx(Whitening.of(1e-9 * noise, factor).log_determinant, abs=1e-6)
 
