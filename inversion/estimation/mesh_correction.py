@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
-from scipy.optimize import root_scalar
 from scipy.spatial.distance import cdist
 
 from birdstrike.data.dataset import Dataset
@@ -44,7 +43,7 @@ Phil. Trans. A 210 (1911) 307); of first order it is 1. One standard deviation o
 PREDICTABLE = 0.3  # leave-one-out Q2 of a component: with less a process has fitted the particles' scatter
 COMPONENTS = 4  # of ten points: more would hold single points
 INSTANTS = 250  # of a channel, at which the covariance of the scatter stands: a strain's has no smoother shape
-WIDEST = 10.0  # factor on the correction's error, beyond which its left-out fits are not believed
+FACTORS = np.geomspace(1.0, 10.0, 48)  # on the scatter, that are tried
 PRIOR = 12.0**-0.5  # of a range: standard deviation of a parameter that may lie anywhere in it
 STEP = 1e-3  # of a range, for derivatives
 
@@ -184,18 +183,13 @@ class CorrectedCampaign:
         return self._measured(rows, observations, mode.t0)
 
     def widening(self, observations: Observations, t0: float) -> float:
-        """Factor, at least 1, on the scatter that makes estimates of the left-out fine runs err as stated."""
+        """The least factor on the scatter at which estimates of the left-out fine runs err as stated.
+
+        Where they err by more at every factor, that at which they err least.
+        """
         rehearsals = [self._rehearsal(one, observations, t0) for one in self.left_out]
-
-        def excess(log_factor: float) -> float:
-            return float(np.mean([error(np.exp(log_factor)) for error in rehearsals])) - 1.0
-
-        highest = float(np.log(WIDEST))
-        if excess(0.0) <= 0.0:
-            return 1.0
-        if excess(highest) > 0.0:
-            return WIDEST
-        return float(np.exp(root_scalar(excess, bracket=(0.0, highest), xtol=0.02).root))
+        errors = np.array([np.mean([error(factor) for error in rehearsals]) for factor in FACTORS])
+        return float(FACTORS[np.argmax(errors <= 1.0) if errors.min() <= 1.0 else errors.argmin()])
 
     def _rehearsal(self, one: LeftOut, observations: Observations, t0: float) -> Callable[[float], float]:
         """Mean square error of what a fine run's curves say of the parameters, in the variances stated, by the factor

@@ -142,6 +142,9 @@ def test_failed_fine_runs_are_left_out_until_too_few_remain(dataset: Dataset) ->
 
     failing = 3
     assert correct_campaign(dataset, fragile, FINE, [CHANNEL], lambda _: None).figures.runs == 7
+    failing = 5
+    fewest = correct_campaign(dataset, fragile, FINE, [CHANNEL], lambda _: None)
+    assert (fewest.figures.runs, len(fewest.left_out)) == (5, 5)
     failing = 6
     with pytest.raises(UserError, match=r"4 of 10 .* 5 are needed \(energy balance off"):
         correct_campaign(dataset, fragile, FINE, [CHANNEL], lambda _: None)
