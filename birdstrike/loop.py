@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from birdstrike.solver.case.case import Case, CaseSource
 
 
+PLANNED = 0.8  # of a diagnosis' progress: its planned simulations; those at the fits follow
+
+
 @dataclass(frozen=True)
 class LoopPlan:
     """What the loop is asked to do.
@@ -338,7 +341,7 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
 
     @contextmanager
     def counted() -> Iterator[Callable[[RunCounts], None]]:
-        yield lambda counts: progress((counts.finished + counts.failed) / counts.total)
+        yield onwards(progress)
 
     options = DiagnosisOptions(seed=plan.seed, workers=plan.workers, counter=counted, say=plan.say, retry=plan.retry)
     diagnose(
@@ -352,6 +355,22 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
         channels=plan.channels,
         baseline_bird=plan.baseline_bird,
     )
+
+
+def onwards(progress: Progress) -> Callable[[RunCounts], None]:
+    """Takes the counts of one batch of runs after another: the first ends at `PLANNED`, each further one takes half of
+    what is left, for how many follow is not known beforehand."""
+    begun, end, last = 0.0, PLANNED, 0.0
+
+    def counted(counts: RunCounts) -> None:
+        nonlocal begun, end, last
+        share = (counts.finished + counts.failed) / counts.total
+        if share < last:
+            begun, end = end, (1.0 + end) / 2.0
+        last = share
+        progress(begun + share * (end - begun))
+
+    return counted
 
 
 def _report_inputs(plan: LoopPlan) -> Mapping[str, Any]:

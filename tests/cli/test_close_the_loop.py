@@ -16,7 +16,9 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories
 from birdstrike.data.paths import REFERENCE
+from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.inversion.estimation.posterior import Sampling
+from birdstrike.loop import onwards
 from birdstrike.reports.sections import summary
 from birdstrike.solver.case.case import Case
 from tests.reports import synthetic
@@ -286,3 +288,14 @@ def test_a_campaign_that_does_not_fit_is_refused_with_what_differs(
     assert "it was stopped midway: run the same birdstrike run-doe again" in refusal()
     assert solver.strikes == paid
     assert not out.exists()
+
+
+def test_progress_of_a_diagnosis_never_goes_back() -> None:
+    """Its planned simulations are followed by batches whose number nobody knows beforehand."""
+    shown: list[float] = []
+    counted = onwards(shown.append)
+    for total, finished in ((4, 0), (4, 2), (4, 4), (2, 0), (2, 2), (1, 0), (1, 1)):
+        counted(RunCounts(total, finished, 0, 0, 0))
+    assert shown == sorted(shown)
+    assert shown[2] == pytest.approx(0.8)
+    assert 0.9 < shown[-1] < 1.0
