@@ -267,7 +267,7 @@ def _campaign(plan: LoopPlan, progress: Progress) -> None:
         return  # finished, and found to fit before the first stage
 
     def counted(counts: RunCounts) -> None:
-        progress((counts.finished + counts.failed) / counts.total)
+        progress(counts.done)
 
     _hand_over(plan)
     run_campaign(
@@ -364,11 +364,10 @@ def onwards(progress: Progress) -> Callable[[RunCounts], None]:
 
     def counted(counts: RunCounts) -> None:
         nonlocal begun, end, last
-        share = (counts.finished + counts.failed) / counts.total
-        if share < last:
+        if counts.done < last:
             begun, end = end, (1.0 + end) / 2.0
-        last = share
-        progress(begun + share * (end - begun))
+        last = counts.done
+        progress(begun + last * (end - begun))
 
     return counted
 

@@ -19,7 +19,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.surrogate.features import Region, covered, features, regions
 from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
-from birdstrike.surrogate.run_scatter import common_factors, shrunk_correlation
+from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
 from birdstrike.surrogate.validation import Validation, q2, rmse
 
@@ -219,11 +219,10 @@ def jointly(channels: Mapping[str, CurveEmulator]) -> dict[str, CurveEmulator]:
     mixing = _factor(shrunk_correlation(errors)) if errors.shape[1] else np.zeros((0, 0))
     rows = np.split(mixing, np.cumsum([len(e.processes) for e in emulators])[:-1], axis=0)
     inflation = student_inflation(len(emulators[0].left) - 1)
-    places = [np.unique(np.linspace(0, len(e.time) - 1, INSTANTS).round().astype(int)) for e in emulators]
-    factors = common_factors([e.left[:, i] * np.sqrt(inflation) for e, i in zip(emulators, places, strict=True)])
+    left = [e.left * np.sqrt(inflation) for e in emulators]
+    remainders = factors_between([e.time for e in emulators], left, INSTANTS)
     found: dict[str, CurveEmulator] = {}
-    for (name, e), own, i, factor in zip(channels.items(), rows, places, factors, strict=True):
-        remainder = np.stack([np.interp(e.time, e.time[i], row) for row in factor])
+    for (name, e), own, remainder in zip(channels.items(), rows, remainders, strict=True):
         outside = np.maximum(inflation * (e.left**2).mean(axis=0) - (remainder**2).sum(axis=0), 0.0)
         found[name] = replace(e, mixing=own, remainder=remainder, outside=outside)
     return found

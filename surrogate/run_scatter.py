@@ -51,6 +51,16 @@ def common_factors(curves: Sequence[Array]) -> list[Array]:
     return np.split(factors, np.cumsum(widths)[:-1], axis=1)
 
 
+def factors_between(times: Sequence[Array], curves: Sequence[Array], instants: int) -> list[Array]:
+    """`common_factors` of curves (n, m) on their `times` (m,), found at so many instants of each, linear between."""
+    places = [np.unique(np.linspace(0, len(t) - 1, instants).round().astype(int)) for t in times]
+    factors = common_factors([part[:, i] for part, i in zip(curves, places, strict=True)])
+    return [
+        np.stack([np.interp(t, t[i], row) for row in factor])
+        for t, i, factor in zip(times, places, factors, strict=True)
+    ]
+
+
 def _stationary(rows: Array) -> Array:
     """(m, m) correlation that depends on the lag alone: mean of the draws' products at each lag, tapered (Bartlett) and
     without negative eigenvalues."""

@@ -25,6 +25,11 @@ class RunCounts(NamedTuple):
     running: int
     failed: int
 
+    @property
+    def done(self) -> float:
+        """Share of the runs that are over, 0..1."""
+        return (self.finished + self.failed) / max(self.total, 1)
+
 
 class Runner:
     """State of a running campaign; `outcomes` by run number.

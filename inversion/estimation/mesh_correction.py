@@ -31,7 +31,7 @@ from birdstrike.inversion.results.ingredients import MeshCorrectionFigures
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
-from birdstrike.surrogate.run_scatter import common_factors
+from birdstrike.surrogate.run_scatter import factors_between
 
 FINER_PARTICLES, FINER_SHELLS = 8, 2  # half the spacing in bird and plate, so that Richardson's argument applies
 FINE_RUNS = 10  # fine simulations: two parameters' linear trend and seven degrees of freedom
@@ -119,10 +119,8 @@ class MeshCorrection:
         Covariance of the leave-one-out errors over time and channels, shrunk, and enlarged for so few of them.
         """
         parts = np.split(self.errors * np.sqrt(student_inflation(len(self.errors) - 1)), channels, axis=1)
-        time = np.arange(parts[0].shape[1])
-        places = np.unique(np.linspace(0, time[-1], INSTANTS).round().astype(int))
-        factors = common_factors([part[:, places] for part in parts])
-        return np.hstack([np.stack([np.interp(time, places, row) for row in part]) for part in factors])
+        samples = np.arange(parts[0].shape[1], dtype=float)
+        return np.hstack(factors_between([samples] * channels, parts, INSTANTS))
 
     def extrapolation(self, z: Array) -> Array:
         """(grid,) one standard deviation of what a still finer mesh would add at z (k,)."""

@@ -20,7 +20,6 @@ from birdstrike.data.store import RunStore
 from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.doe.campaign.planned import planned_design
-from birdstrike.doe.campaign.runner import RunCounts
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion import forward
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
@@ -111,7 +110,7 @@ class ModelRuns:
                 workers=self.pool.workers,
                 simulate=forward.simulate,
                 executor=self.pool,
-                progress=lambda counts, n=setup.name: self.report(n, _done(counts)),
+                progress=lambda counts, n=setup.name: self.report(n, counts.done),
                 say=said.append,
                 retry=self.retry,
             )
@@ -213,10 +212,6 @@ def _good_enough(calibrator: Calibrator, mode: Mode) -> bool:
     far from most runs it is mostly want of runs, which more of them take away.
     """
     return emulator_error(calibrator, mode) < OF_THE_NOISE and added_variance(calibrator, mode) < PAYS
-
-
-def _done(counts: RunCounts) -> float:
-    return (counts.finished + counts.failed) / max(counts.total, 1)
 
 
 def silent(_: float) -> None:

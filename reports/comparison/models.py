@@ -57,7 +57,7 @@ def _outcomes(cases: Mapping[str, Case], store: RunStore, progress: Progress) ->
     """What became of each model's simulation; those that are due run in processes of their own."""
 
     def counted(counts: RunCounts) -> None:
-        progress((counts.finished + counts.failed) / counts.total)
+        progress(counts.done)
 
     # The longest first: the standard birds, whose kernels may have to be compiled.
     planned = [PlannedRun.of(i, {}, case, solver_for(case, forward.simulate)) for i, case in enumerate(cases.values())]
