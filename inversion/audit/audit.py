@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import warnings
 from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
 from contextlib import nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -16,12 +17,13 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
 from birdstrike.doe.campaign.run import retry_before
 from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.doe.campaign.worker import process_pool, worker_count
 from birdstrike.inversion.audit.answers import answered, code_digest
 from birdstrike.inversion.audit.records import Experiment, find_experiments, read_truth
 from birdstrike.inversion.audit.score import Score, score
 from birdstrike.inversion.audit.tables import WANTED, tables
 from birdstrike.inversion.audit.truth_runs import layouts, make_experiments
-from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions
+from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, quiet, uncounted
 from birdstrike.solver.case.case import Case, case_hash, load_case
 from birdstrike.solver.version import SOLVER_VERSION
 
@@ -107,21 +109,46 @@ def _scored(
     progress: Callable[[float], None],
     say: Callable[[str], None],
 ) -> tuple[list[Score], dict[str, str], int]:
-    """Scores, why records have none, and how many records are not yet answered."""
-    scores, failed = list[Score](), dict[str, str]()
+    """Scores, why records have none, and how many records are not yet answered.
+
+    The first record of a declared case makes the simulations that all of its records share, on all cores; the others
+    are answered side by side, one core each.
+    """
+    scores, failed = dict[str, Score](), dict[str, str]()
     tasks = [(one, noise) for noise in range(draws) for one in found]
     asked = tasks if most is None else tasks[:most]
-    for i, (one, noise) in enumerate(asked):
-        answer = answered(one, place, options, noise, retry_failed)
-        name = f"{one.name} (noise {noise})" if noise else one.name
-        if "failed" in answer:
-            failed[name] = answer["failed"]
-            say(f"{name} has no answer and is not counted: {answer['failed']}; --retry-failed tries it again")
+    names = [f"{one.name} (noise {noise})" if noise else one.name for one, noise in asked]
+
+    def take(i: int, result: Score | str) -> None:
+        if isinstance(result, str):
+            failed[names[i]] = result
+            say(f"{names[i]} has no answer and is not counted: {result}; --retry-failed tries it again")
         else:
-            scores.append(_score(name, one, answer, place, options))
-            say(f"{name}: {scores[-1].verdict} ({', '.join(scores[-1].confidence_set[:4])})")
-        progress((i + 1) / len(asked))
-    return scores, failed, len(tasks) - len(asked)
+            scores[names[i]] = result
+            say(f"{names[i]}: {result.verdict} ({', '.join(result.confidence_set[:4])})")
+        progress((len(scores) + len(failed)) / len(asked))
+
+    first = {case_hash(load_case(one.case)): i for i, (one, _) in reversed([*enumerate(asked)])}
+    for i in sorted(first.values()):
+        take(i, _answered_and_scored(names[i], *asked[i], place, options, retry_failed))
+    alone = replace(options, workers=1, display=quiet, counter=uncounted, say=warnings.warn)
+    with process_pool(worker_count(options.workers)) as pool:
+        rest = {
+            pool.submit(_answered_and_scored, names[i], *task, place, alone, retry_failed): i
+            for i, task in enumerate(asked)
+            if i not in first.values()
+        }
+        for future in as_completed(rest):
+            take(rest[future], future.result())
+    return [scores[name] for name in names if name in scores], failed, len(tasks) - len(asked)
+
+
+def _answered_and_scored(
+    name: str, one: Experiment, noise: int, place: Path, options: DiagnosisOptions, retry_failed: bool
+) -> Score | str:
+    """The score of a record, or why it has no answer."""
+    answer = answered(one, place, options, noise, retry_failed)
+    return answer["failed"] if "failed" in answer else _score(name, one, answer, place, options)
 
 
 def _score(name: str, one: Experiment, answer: dict[str, Any], place: Path, options: DiagnosisOptions) -> Score:

@@ -17,7 +17,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE
-from birdstrike.inversion.diagnosis.plan import PREFIX, slope
+from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot
@@ -182,13 +182,16 @@ def _response(
 def slopes(shot: Shot, name: str, t: Array) -> Mapping[str, Array]:
     """Effect -> (t,) signature at a sensor, one plausible size of each of the plan's effects; see `learn_responses`."""
     plan, runs = shot.setup.plan, shot.setup.runs
-    pairs = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in runs for s in (1, -1))]
-    names = [known.name for known in plan.known]
-    if len(pairs) < len(names):
-        return dict.fromkeys(names, np.zeros(len(t)))
-    half = [0.5 * (stack(runs[f"pair {i} +1"], t, [name]) - stack(runs[f"pair {i} -1"], t, [name])) for i in pairs]
-    codes = plan.signs[pairs] * [slope(known) for known in plan.known]
-    return dict(zip(names, np.linalg.lstsq(codes, np.array(half), rcond=None)[0], strict=True))
+    found: dict[str, Array] = {}
+    for block in plan.blocks:
+        names, pairs = [known.name for known in block.known], block.finished(runs)
+        if len(pairs) < len(names):
+            found |= dict.fromkeys(names, np.zeros(len(t)))
+            continue
+        ends = [[stack(runs[block.label(i, sign)], t, [name]) for i in pairs] for sign in (1, -1)]
+        half = 0.5 * (np.array(ends[0]) - np.array(ends[1]))
+        found |= dict(zip(names, np.linalg.lstsq(block.codes(pairs), half, rcond=None)[0], strict=True))
+    return found
 
 
 def _error(shot: Shot, name: str, t: Array, curve: Array, peak: float) -> Array:

@@ -28,7 +28,7 @@ from birdstrike.solver.effects.registry import effects
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
 RUNS = 25  # of the campaign
-RESPONSE_PARTICLES = 3000  # of the simulations with effects: friction drowns in the scatter of a bird of 1000 particles
+RESPONSE_PARTICLES = 3000  # at most, of the simulations with effects: friction drowns in the scatter of 1000
 LATTICES = 4  # fine simulations that are repeated on the other lattice
 OTHER_LATTICE = {"fcc": "cubic", "cubic": "fcc"}
 JITTER = 0.1  # of the spacing: each pair of the design has a lattice of its own, so that their mean has none
@@ -36,6 +36,9 @@ LEVEL = 2.0  # plausible sizes of an effect in the design: large beside the part
 GENTLER = {"plate_preload": 0.5}
 """Plausible sizes where LEVEL leaves the linear range: a fifth of the buckling load is the size of a preload, and the
 first frequency's square changes by a tenth at half of that (Leissa 1969, sect. 10.4)."""
+RESOLVED = {"bird_porosity": 3000}
+"""Particles of a bird below which an effect's response is not that of a finer one: air in a bird of 1000 moves the
+plate by 0.62 of what it does in one of 3200, in one of 3000 by 0.89 (docs/limits.md)."""
 INSTRUMENT = ("time_offset", "sensor_gain", "sensor_bandwidth", "sensor_drift")
 WIDEST = 5.0  # plausible sizes up to which an effect of the solver is looked for
 
@@ -60,26 +63,47 @@ class Known:
 
 
 @dataclass(frozen=True)
+class Block:
+    """Effects that are varied together on one mesh. base: the case on it; signs: (pairs, effects) two-level design."""
+
+    base: Case
+    known: tuple[Known, ...]
+    signs: Array
+
+    def label(self, pair: int, sign: int) -> str:
+        """Of one half of a pair."""
+        return f"pair {pair} {sign:+d} of {self.base.bird.particles} particles"
+
+    def finished(self, labels: Container[str]) -> list[int]:
+        """Pairs of which both halves are among the labels."""
+        return [i for i in range(len(self.signs)) if all(self.label(i, sign) in labels for sign in (1, -1))]
+
+    def codes(self, pairs: Sequence[int]) -> Array:
+        """(pairs, effects) plausible sizes by which half the difference of each pair moves the effects."""
+        return self.signs[list(pairs)] * [slope(known) for known in self.known]
+
+
+@dataclass(frozen=True)
 class Plan:
     """Cases to simulate by label.
 
-    case: as declared; coarse, fine, response: the case on the meshes of the
-    campaign, of the correction and of the design over the effects, with the candidate sensors; space: the parameters;
-    unit: (n, k) the campaign's points as fractions of the ranges; spread: indices of the points, most spread first;
-    known: effects by simulation; refused: effect -> why the case cannot carry it; signs: (pairs, effects) two-level
-    design.
+    case: as declared; coarse, fine: the case on the meshes of the campaign and of the correction, with the candidate
+    sensors; space: the parameters; unit: (n, k) the campaign's points as fractions of the ranges; spread: indices of
+    the points, most spread first; blocks: the effects by simulation; refused: effect -> why the case cannot carry it.
     """
 
     case: Case
     coarse: Case
     fine: Case
-    response: Case
     space: ParameterSpace
     unit: Array
     spread: tuple[int, ...]
-    known: tuple[Known, ...]
+    blocks: tuple[Block, ...]
     refused: Mapping[str, str]
-    signs: Array
+
+    def block_of(self, effect: str) -> Block:
+        """The block in which an effect is."""
+        return next(one for one in self.blocks if effect in (known.name for known in one.known))
 
     def at(self, base: Case, point: int) -> Case:
         """A case with the parameters of a point of the campaign."""
@@ -129,13 +153,13 @@ class Plan:
     def responses(self) -> dict[str, Case]:
         """The simulations with effects: both halves of each pair of the design at one point, on one lattice."""
         cases: dict[str, Case] = {}
-        for pair, row in enumerate(self.signs):
-            base = self.on_lattice(self.at(self.response, self.pair_point(pair)), pair)
-            for sign in (1, -1):
-                own = {k.name: magnitude(k, sign * s) * k.size for k, s in zip(self.known, row, strict=True)}
-                cases[f"pair {pair} {sign:+d}"] = base.with_effects(
-                    {**base.effects, **{n: b for n, b in own.items() if b}}
-                )
+        for block in self.blocks:
+            for pair, row in enumerate(block.signs):
+                base = self.on_lattice(self.at(block.base, self.pair_point(pair)), pair)
+                for sign in (1, -1):
+                    own = {k.name: magnitude(k, sign * s) * k.size for k, s in zip(block.known, row, strict=True)}
+                    acting = {**base.effects, **{name: b for name, b in own.items() if b}}
+                    cases[block.label(pair, sign)] = base.with_effects(acting)
         return cases
 
 
@@ -162,12 +186,21 @@ def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
     known, refused = library(case)
-    own = coarse
-    if case.solver.name != "external":
-        own = coarse.with_mesh(
-            min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES), coarse.plate.elements
-        )
-    return Plan(case, coarse, fine, own, space, unit, spread(unit), known, refused, two_level(len(known)))
+    return Plan(case, coarse, fine, space, unit, spread(unit), blocks(case, coarse, known), refused)
+
+
+def blocks(case: Case, coarse: Case, known: Sequence[Known]) -> tuple[Block, ...]:
+    """Effects by the mesh on which they are simulated: those of a coarse bird's inside on one that resolves them."""
+    if case.solver.name == "external":
+        return (Block(coarse, tuple(known), two_level(len(known))),)
+    least = min(max(case.bird.particles, COARSE_PARTICLES), RESPONSE_PARTICLES)
+    found: dict[int, list[Known]] = {}
+    for one in known:
+        found.setdefault(max(least, RESOLVED.get(one.name, 0)), []).append(one)
+    return tuple(
+        Block(coarse.with_mesh(particles, coarse.plate.elements), tuple(own), two_level(len(own)))
+        for particles, own in sorted(found.items())
+    )
 
 
 def meshes(case: Case) -> tuple[Case, Case]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.plan import WIDEST, Known, Plan, slope
+from birdstrike.inversion.diagnosis.plan import WIDEST, Block, Known, Plan, slope
 
 LINEAR = ((-WIDEST, -WIDEST), (WIDEST, WIDEST))
 FEWEST_LEFT = 3  # pairs beyond the number of effects
@@ -126,26 +126,37 @@ def learn_responses(
     Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel:
     an effect's signature changes with the bird's viscosity, friction's above all.
     """
-    kept = [i for i in range(len(plan.signs)) if all(f"pair {i} {s:+d}" in stacks for s in (1, -1))]
-    if len(kept) < len(plan.known) + FEWEST_LEFT:
-        return {}, {known.name: "its simulations failed" for known in plan.known}
-    half = np.array([0.5 * (stacks[f"pair {i} +1"] - stacks[f"pair {i} -1"]) for i in kept])
-    x = plan.signs[kept] * [slope(known) for known in plan.known]
+    found, lost = dict[str, Response](), dict[str, str]()
+    for block in plan.blocks:
+        kept = block.finished(stacks)
+        if len(kept) < len(block.known) + FEWEST_LEFT:
+            lost |= {known.name: "its simulations failed" for known in block.known}
+        else:
+            found |= _learnt(plan, block, kept, stacks, channels)
+    return found, lost
+
+
+def _learnt(
+    plan: Plan, block: Block, kept: Sequence[int], stacks: Mapping[str, Array], channels: int
+) -> dict[str, Response]:
+    """The responses of a block's effects, from those of its pairs that finished."""
+    half = np.array([0.5 * (stacks[block.label(i, 1)] - stacks[block.label(i, -1)]) for i in kept])
+    x, count = block.codes(kept), len(block.known)
     z = plan.unit[[plan.pair_point(i) for i in kept]]
     centre = z.mean(axis=0)
     design = np.hstack([x, *(x * own[:, None] for own in (z - centre).T)])
-    parts = [_regressed(design, part, len(plan.known)) for part in np.split(half, channels, axis=1)]
+    parts = [_regressed(design, part, count) for part in np.split(half, channels, axis=1)]
     mean = np.hstack([one[0] for one in parts])
     covariance = np.stack([one[1] for one in parts], axis=-1)
     left = np.hstack([one[2] for one in parts])
     found: dict[str, Response] = {}
-    for j, known in enumerate(plan.known):
-        own = np.arange(j, len(mean), len(plan.known))
+    for j, known in enumerate(block.known):
+        own = np.arange(j, len(mean), count)
         reach = (2.0 if known.one_sided else 1.0) * slope(known)
         spread = covariance[np.ix_(own, own)]
         error, unseen = Uncertainty(left, spread), np.zeros_like(spread)
         found[known.name] = Response(known, mean[j], mean[own[1:]], centre, (error,), unseen, reach=reach)
-    return found, {}
+    return found
 
 
 def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Array]:

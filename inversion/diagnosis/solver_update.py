@@ -15,7 +15,7 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.hypotheses import NONE, suspects
-from birdstrike.inversion.diagnosis.plan import level
+from birdstrike.inversion.diagnosis.plan import Block, level
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, stack
@@ -67,7 +67,8 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
     stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
     changes = list(setup.changes)
     for one in wanted:
-        pairs = [(f"{one.name} there {i}", f"{one.place} without {i}") for i in range(REPLICATES)]
+        block = setup.plan.block_of(one.name)
+        pairs = [(f"{one.name} there {i}", _without(one, block, i)) for i in range(REPLICATES)]
         found = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
         if found:
             changes.append(Change(one.name, one.b, one.z, np.array(found)))
@@ -144,12 +145,17 @@ def _near(z: Array, setup: Setup) -> Array:
     return np.round(np.clip(PLACE * np.round(z / PLACE), setup.lows, setup.highs), DIGITS)
 
 
+def _without(one: Wanted, block: Block, replicate: int) -> str:
+    """Label of a simulation without effects, which those of one place and one mesh share."""
+    return f"{one.place} of {block.base.bird.particles} particles without {replicate}"
+
+
 def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
     """Replicates with the effect and without it, by label."""
-    plan, cases = setup.plan, dict[str, Case]()
+    plan, cases, block = setup.plan, dict[str, Case](), setup.plan.block_of(one.name)
     for i in range(REPLICATES):
         z = np.clip(one.z + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
-        base = plan.on_lattice(plan.response.with_values(plan.values(np.round(z, DIGITS))), len(plan.signs) + i)
-        cases[f"{one.place} without {i}"] = base
+        base = plan.on_lattice(block.base.with_values(plan.values(np.round(z, DIGITS))), len(block.signs) + i)
+        cases[_without(one, block, i)] = base
         cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
     return cases

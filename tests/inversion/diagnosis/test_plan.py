@@ -47,6 +47,18 @@ def test_another_lattice_is_tried_at_points_of_the_fine_mesh() -> None:
     assert not make_plan(hexahedra, runs=9).lattices()
 
 
+def test_air_in_a_coarse_bird_is_simulated_on_a_finer_one_and_all_effects_once() -> None:
+    coarse, declared = (make_plan(load_case(name), runs=9) for name in ("audit_strike", "reference_strike"))
+    assert [one.base.bird.particles for one in coarse.blocks] == [1000, 3000]
+    assert [one.base.bird.particles for one in declared.blocks] == [3000]
+    assert [known.name for known in coarse.blocks[1].known] == ["bird_porosity"]
+    names = [known.name for one in coarse.blocks for known in one.known]
+    assert sorted(names) == sorted(known.name for known in declared.blocks[0].known)
+    assert len(coarse.responses()) == sum(2 * len(one.signs) for one in coarse.blocks)
+    for one in coarse.blocks:
+        assert len(one.signs) >= len(one.known) + 3
+
+
 @pytest.mark.parametrize(
     ("name", "own"),
     [
