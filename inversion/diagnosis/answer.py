@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
@@ -297,7 +298,7 @@ def sentence_of(found: Diagnosis) -> str:
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]
         return (
-            f"The model lacks {one.meaning} ({one.name}), {magnitude_words(one)}, with probability "
+            f"The model lacks {in_its_sense(one)} ({one.name}), {magnitude_words(one)}, with probability "
             f"{one.probability:.2f}{_beside(found)}{_errors(found)}; {_without(needs)}"
         )
     if found.verdict == UNEXPLAINED:
@@ -312,6 +313,19 @@ def sentence_of(found: Diagnosis) -> str:
         return f"{real} (p = {found.alarm:.2g}); {listed} is the likeliest explanation, but it is not attributed"
     more = f"; {rest} further models share the 95 % set" if rest > 0 else ""
     return f"{real} (p = {found.alarm:.2g}); the record does not decide between {listed}{more}"
+
+
+OPPOSITES = re.compile(r"(\w+) or (\w+)")
+
+
+def in_its_sense(one: EffectFigures) -> str:
+    """The effect's meaning; of two opposites ("faster or slower") the one that its interval tells.
+
+    The library names that of a positive magnitude first.
+    """
+    if one.interval_95 is None or one.interval_95[0] <= 0.0 <= one.interval_95[1]:
+        return one.meaning
+    return OPPOSITES.sub(r"\1" if one.interval_95[0] > 0.0 else r"\2", one.meaning)
 
 
 def _without(needs: float | None) -> str:

@@ -1,0 +1,58 @@
+"""The sentence of the answer says which of two opposites a magnitude means."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, in_its_sense
+from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.effects.registry import effects
+
+
+def _late(case: Case) -> float:
+    own = case.instrument.get("displacement_centre")
+    return own.time_offset if own else 0.0
+
+
+FIRST: dict[str, tuple[str, str, Callable[[Case], float]]] = {
+    "impact_speed": ("faster", "slower", lambda case: case.impact.speed),
+    "plate_thickness": ("thicker", "thinner", lambda case: case.plate.thickness),
+    "plate_density": ("heavier", "lighter", lambda case: case.plate.material.density),
+    "plate_preload": ("tension", "compression", lambda case: case.plate.preload[0]),
+    "bird_mass": ("heavier", "lighter", lambda case: case.bird.actual_mass),
+    "bird_length": ("longer", "shorter", lambda case: case.bird.length),
+    "time_offset": ("late", "early", _late),
+}
+"""Effect -> the words for a positive and a negative magnitude, and what of the case grows with it."""
+
+
+def figures(name: str, interval: tuple[float, float] | None) -> EffectFigures:
+    """Of an effect with an interval; the rest does not matter here."""
+    middle = None if interval is None else 0.5 * sum(interval)
+    text = effects()[name].meaning
+    return EffectFigures(
+        name, "", text, 1.0, 0.1, middle, "", interval, False, 1.0, 0.0, None, {}, None, {}, None, False
+    )
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_the_word_for_a_positive_magnitude_is_the_one_that_the_case_then_shows(name: str) -> None:
+    more, less, quantity = FIRST[name]
+    case = load_case("virtual_strike")
+    assert quantity(case.with_effects({name: effects()[name].size(case)}).resolved()) > quantity(case)
+    assert more in in_its_sense(figures(name, (0.1, 0.2)))
+    assert less not in in_its_sense(figures(name, (0.1, 0.2)))
+    assert less in in_its_sense(figures(name, (-0.2, -0.1)))
+    assert more not in in_its_sense(figures(name, (-0.2, -0.1)))
+
+
+def test_an_interval_with_both_signs_names_both_and_one_meaning_stays() -> None:
+    assert "faster or slower" in in_its_sense(figures("impact_speed", (-0.1, 0.2)))
+    assert in_its_sense(figures("bird_porosity", (0.01, 0.02))) == "air in the bird"
+
+
+def test_no_other_effect_has_two_opposites_in_its_meaning() -> None:
+    found = {name for name, one in effects().items() if OPPOSITES.search(one.meaning)}
+    assert found == {*FIRST, "rivet_strength"}
