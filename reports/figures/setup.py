@@ -15,6 +15,8 @@ from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILION, styled
 
 _WIDTH = 6.4  # in: a sketch, not a drawing
+ROW = 0.06  # of the plate's width: sensors nearer than that across it stand in one row
+HEIGHTS = (8, -16, 22, -30)  # points
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,21 @@ def _top(axes: Axes, setup: SetUp, outline: Array) -> None:
     axes.plot((-length / 2 - 20, length / 2 + 20), (0.0, 0.0), color=GREY, lw=0.7, linestyle="-.")
     for name, (x, y) in setup.sensors.items():
         axes.plot(x * 1e3, y * 1e3, "P", color=BLUE, markersize=8)
-        axes.annotate(words(name), (x * 1e3, y * 1e3), xytext=(8, 8), textcoords="offset points", color=BLUE)
+        at = {"xytext": (0, _height(setup, name)), "textcoords": "offset points", "ha": "center"}
+        axes.annotate(words(name), (x * 1e3, y * 1e3), color=BLUE, **at)
     _dimension(axes, (-length / 2, -width / 2 - 34), (length / 2, -width / 2 - 34), quantity(setup.length, "m"))
     _dimension(axes, (length / 2 + 34, -width / 2), (length / 2 + 34, width / 2), quantity(setup.width, "m"))
     axes.set_ylim(-width / 2 - 62, width / 2 + 26)
     axes.set_xlabel("x along the plate's length [mm]")
     _plain(axes, "Top view", "y [mm]")
+
+
+def _height(setup: SetUp, name: str) -> int:
+    """Points by which a sensor's name stands above it: above and below in turn along a row, so that none meet."""
+    y = setup.sensors[name][1]
+    row = [one for one, place in setup.sensors.items() if abs(place[1] - y) < ROW * setup.width]
+    place = sorted(row, key=lambda one: setup.sensors[one][0]).index(name)
+    return HEIGHTS[place % len(HEIGHTS)]
 
 
 def _shadow(setup: SetUp, outline: Array, points: int = 96) -> Array:

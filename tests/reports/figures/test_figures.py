@@ -226,6 +226,16 @@ def test_first_touch_falls_on_the_centre() -> None:
     assert lowest + setup.standoff / np.tan(setup.angle) == pytest.approx(0.0, abs=2e-4)
 
 
+def test_names_of_sensors_in_a_row_do_not_overlap() -> None:
+    places = {"displacement_centre": 0.0, "displacement_x105": 0.105, "strain_aft": -0.105, "displacement_x210": 0.21}
+    figure = setup_figure(SetUp(**{**vars(SETUP), "sensors": {name: (x, 0.0) for name, x in places.items()}}))
+    figure.canvas.draw()
+    shown = [text for text in figure.axes[1].texts if text.get_text() in {name.replace("_", " ") for name in places}]
+    assert len(shown) == len(places)
+    boxes = [text.get_window_extent() for text in shown]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+
+
 def test_the_bird_comes_from_above() -> None:
     assert push_direction(RUN.snapshots) == -1.0
     line = mid_line(RESTING)
