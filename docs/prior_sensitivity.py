@@ -32,9 +32,11 @@ VARIANTS: Mapping[str, Mapping[str, float]] = {
 WORKERS = 2
 
 
-def answer(case: str, shot: str, baseline: str | None, out: Path, variant: str) -> dict[str, Any]:
-    """What a variant says of a shot."""
-    options = replace(DiagnosisOptions(workers=1, check=False, say=lambda _: None), **VARIANTS[variant])
+def answer(
+    case: str, shot: str, baseline: str | None, out: Path, variant: str, workers: int | None = 1
+) -> dict[str, Any]:
+    """What a variant says of a shot; workers: simulations at a time, all cores for None."""
+    options = replace(DiagnosisOptions(workers=workers, check=False, say=lambda _: None), **VARIANTS[variant])
     found = diagnose(case, shot, out, options=options, baseline=() if baseline is None else (baseline,))
     best = next(one for one in found.effects if one.name not in ("none", "something_else"))
     return {
@@ -71,7 +73,7 @@ def main() -> None:
     due = [(shot, variant) for shot in words.shots for variant in VARIANTS if variant not in known.get(shot, {})]
     if due:  # alone: it makes the simulations that the others share
         shot, variant = due.pop(0)
-        known.setdefault(shot, {})[variant] = answer(words.case, shot, words.baseline, words.out, variant)
+        known.setdefault(shot, {})[variant] = answer(words.case, shot, words.baseline, words.out, variant, None)
         write_json(path, known)
     with process_pool(WORKERS) as pool:
         sent = {pool.submit(answer, words.case, one[0], words.baseline, words.out, one[1]): one for one in due}

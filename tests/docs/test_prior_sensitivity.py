@@ -35,7 +35,9 @@ def test_table_has_a_row_a_shot_and_a_second_call_asks_nothing_again(
 ) -> None:
     asked: list[tuple[str, str]] = []
 
-    def answer(case: str, shot: str, baseline: str | None, out: Path, variant: str) -> dict[str, Any]:
+    def answer(
+        case: str, shot: str, baseline: str | None, out: Path, variant: str, _: int | None = 1
+    ) -> dict[str, Any]:
         assert (case, baseline, out) == ("rig", "clean.csv", tmp_path)
         asked.append((shot, variant))
         verdict = "attributed" if shot == "fast.csv" else "no_significant_residual"
