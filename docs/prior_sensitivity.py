@@ -1,4 +1,4 @@
-"""How answers of the diagnosis turn with the scales of its priors: the table of docs/limits.md.
+"""How answers of the diagnosis turn with the scales of its priors: figures of docs/limits.md.
 
 python docs/prior_sensitivity.py CASE SHOT.csv [SHOT.csv ...] [--baseline SHOT0.csv] --out FOLDER
 
@@ -20,8 +20,10 @@ from pathlib import Path
 from typing import Any
 
 from birdstrike.data.files import write_json
-from birdstrike.doe.campaign.worker import process_pool
+from birdstrike.doe.campaign.worker import process_pool, worker_count
+from birdstrike.inversion.diagnosis.answer import NO_RESIDUAL
 from birdstrike.inversion.diagnosis.diagnose import DiagnosisOptions, diagnose
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 
 SCALES = ("magnitude_scale", "remainder_scale", "parameter_length")
 FACTORS = (0.5, 2.0)
@@ -29,7 +31,6 @@ VARIANTS: Mapping[str, Mapping[str, float]] = {
     "as it is": {},
     **{f"{name} x {factor:g}": {name: factor} for name in SCALES for factor in FACTORS},
 }
-WORKERS = 2
 
 
 def answer(
@@ -38,7 +39,7 @@ def answer(
     """What a variant says of a shot; workers: simulations at a time, all cores for None."""
     options = replace(DiagnosisOptions(workers=workers, check=False, say=lambda _: None), **VARIANTS[variant])
     found = diagnose(case, shot, out, options=options, baseline=() if baseline is None else (baseline,))
-    best = next(one for one in found.effects if one.name not in ("none", "something_else"))
+    best = next(one for one in found.effects if one.name not in (NONE, SOMETHING_ELSE))
     return {
         "alarm": found.alarm,
         "verdict": found.verdict,
@@ -55,7 +56,7 @@ def line(shot: str, found: Mapping[str, Mapping[str, Any]]) -> str:
     cells = []
     for variant in VARIANTS:
         one = found[variant]
-        size = f"{one['best']} {one['magnitude']:.3g}" if one["verdict"] != "no_significant_residual" else ""
+        size = f"{one['best']} {one['magnitude']:.3g}" if one["verdict"] != NO_RESIDUAL else ""
         cells.append(f"{one['verdict'].replace('_', ' ')} {size} ({len(one['set'])} in the set)".replace("  ", " "))
     return f"| {shot} | {' | '.join(cells)} |"
 
@@ -71,17 +72,19 @@ def main() -> None:
     path = words.out / "answers.json"
     known: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     due = [(shot, variant) for shot in words.shots for variant in VARIANTS if variant not in known.get(shot, {})]
+
+    def keep(shot: str, variant: str, found: dict[str, Any]) -> None:
+        known.setdefault(shot, {})[variant] = found
+        write_json(path, known)
+        sys.stdout.write(f"{shot} {variant}: {found}\n")
+
     if due:  # alone: it makes the simulations that the others share
         shot, variant = due.pop(0)
-        known.setdefault(shot, {})[variant] = answer(words.case, shot, words.baseline, words.out, variant, None)
-        write_json(path, known)
-    with process_pool(WORKERS) as pool:
+        keep(shot, variant, answer(words.case, shot, words.baseline, words.out, variant, None))
+    with process_pool(worker_count(None)) as pool:
         sent = {pool.submit(answer, words.case, one[0], words.baseline, words.out, one[1]): one for one in due}
         for future in as_completed(sent):
-            shot, variant = sent[future]
-            known.setdefault(shot, {})[variant] = future.result()
-            write_json(path, known)
-            sys.stdout.write(f"{shot} {variant}: {known[shot][variant]}\n")
+            keep(*sent[future], future.result())
     sys.stdout.write(f"| shot | {' | '.join(VARIANTS)} |\n|{'---|' * (len(VARIANTS) + 1)}\n")
     for shot in words.shots:
         sys.stdout.write(f"{line(Path(shot).stem, known[shot])}\n")

@@ -128,7 +128,7 @@ def _scored(
             say(f"{names[i]}: {result.verdict} ({', '.join(result.confidence_set[:4])})")
         progress((len(scores) + len(failed)) / len(asked))
 
-    first = {case_hash(load_case(one.case)): i for i, (one, _) in reversed([*enumerate(asked)])}
+    first = {one.case.read_text(encoding="utf-8"): i for i, (one, _) in reversed([*enumerate(asked)])}
     for i in sorted(first.values()):
         take(i, _answered_and_scored(names[i], *asked[i], place, options, retry_failed))
     alone = replace(options, workers=1, display=quiet, counter=uncounted, say=warnings.warn)

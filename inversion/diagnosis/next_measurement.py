@@ -188,8 +188,7 @@ def slopes(shot: Shot, name: str, t: Array) -> Mapping[str, Array]:
         if len(pairs) < len(names):
             found |= dict.fromkeys(names, np.zeros(len(t)))
             continue
-        ends = [[stack(runs[block.label(i, sign)], t, [name]) for i in pairs] for sign in (1, -1)]
-        half = 0.5 * (np.array(ends[0]) - np.array(ends[1]))
+        half = block.halves(pairs, lambda label: stack(runs[label], t, [name]))
         found |= dict(zip(names, np.linalg.lstsq(block.codes(pairs), half, rcond=None)[0], strict=True))
     return found
 

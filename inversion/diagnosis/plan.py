@@ -9,7 +9,7 @@ holds no even term and no error of the emulator. A one-sided effect is absent in
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +77,10 @@ class Block:
     def finished(self, labels: Container[str]) -> list[int]:
         """Pairs of which both halves are among the labels."""
         return [i for i in range(len(self.signs)) if all(self.label(i, sign) in labels for sign in (1, -1))]
+
+    def halves(self, pairs: Sequence[int], curve: Callable[[str], Array]) -> Array:
+        """(pairs, ...) half the difference of each pair; curve: what a simulation shows, by its label."""
+        return np.array([0.5 * (curve(self.label(i, 1)) - curve(self.label(i, -1))) for i in pairs])
 
     def codes(self, pairs: Sequence[int]) -> Array:
         """(pairs, effects) plausible sizes by which half the difference of each pair moves the effects."""

@@ -140,7 +140,7 @@ def _learnt(
     plan: Plan, block: Block, kept: Sequence[int], stacks: Mapping[str, Array], channels: int
 ) -> dict[str, Response]:
     """The responses of a block's effects, from those of its pairs that finished."""
-    half = np.array([0.5 * (stacks[block.label(i, 1)] - stacks[block.label(i, -1)]) for i in kept])
+    half = block.halves(kept, lambda label: stacks[label])
     x, count = block.codes(kept), len(block.known)
     z = plan.unit[[plan.pair_point(i) for i in kept]]
     centre = z.mean(axis=0)
