@@ -12,14 +12,13 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.before_and_after import rms_by_channel
-from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, Shape, shape_of, unknown_or_stated
+from birdstrike.inversion.diagnosis.discrepancy import UNCLEAN, Amplitudes, Shape, shape_of, unknown_or_stated
 from birdstrike.inversion.diagnosis.hypotheses import NOTHING
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.diagnosis.shots import Shot, read_shot
 from birdstrike.solver.case.case import Case
 
-UNCLEAN = 0.05  # share of the peak: a baseline whose discrepancy is larger is hardly one in which nothing is amiss
 TRUNCATED = 0.6  # of the simulated time: a shorter baseline says nothing of the rest
 
 
@@ -60,7 +59,7 @@ def read_baselines(records: Mapping[str, tuple[Measured, Setup]], channels: Sequ
         except UserError as error:
             warnings.append(left_out(name, "; ".join(error.errors)))
             continue
-        known = unknown_or_stated(tuple(dict.fromkeys(one.kinds)), {}, own_share=0.0)
+        known = unknown_or_stated(tuple(dict.fromkeys(one.kinds)), {})
         fit = calibrated(one, known, mesh_shapes((one,)))
         fits[name] = (one, fit)
         lacking = [channel for channel in channels if channel not in one.channels]

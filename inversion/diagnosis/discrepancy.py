@@ -20,6 +20,7 @@ LEAST, MOST = 0.002, 0.10
 """Of the peak: range of the amplitude where nobody states it. Two verified codes of one physics hardly agree better
 than 0.2 %; beyond 10 % nobody would calibrate the model (Oberkampf & Roy, Verification and Validation, 2010,
 ch. 12)."""
+STATED, UNKNOWN = "stated in the case", f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
 NODES = 10  # a factor of 1.5 apart
 REMAINDER = {"displacement": 0.005, "strain": 0.01}
 OTHER_REMAINDER = 0.03
@@ -38,6 +39,9 @@ PARAMETER_LENGTH = 1.0
 """Factor on the lengths over which the discrepancy changes with the parameters: see `system.roughness`."""
 GROWTH_WINDOW = 0.15  # of the record: over which the growth in time is averaged
 CHANCE = 0.95  # quantile of the ratio of two windows' variances that no growth would exceed
+UNCLEAN = 0.05
+"""Share of the peak: a baseline whose discrepancy is larger is hardly one in which nothing is amiss, and of a sensor
+that errs so by itself it shows no more than the record does."""
 UNSEEN = 0.1  # of the record: correlation time where there is nothing to read it from
 FASTEST, SLOWEST = 0.02, 0.25  # of the record: bounds of a correlation time
 
@@ -103,17 +107,18 @@ def _running(values: Array, share: float = GROWTH_WINDOW) -> Array:
 class Amplitudes:
     """What is known of the amplitudes, by kind of sensor, as shares of the peak.
 
-    nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Without a
-    baseline the part that shots share is marginalised; with one it is fixed, because the shots' difference hardly holds
-    it, and each shot's own part is marginalised. source: where they come from, for the user. own_share: of the
-    marginalised variance where no baseline is: what each shot has for itself.
+    nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Of the kinds
+    in `learnt` baselines show the part that shots share: it is fixed, because the shots' difference hardly holds it,
+    and each shot's own part is marginalised. Of the others a mixture of both is marginalised, and a shot's own part is
+    fixed. source: where they come from, for the user. own_share: of the mixture's variance: what each shot has for
+    itself.
     """
 
     nodes: Mapping[str, Array]
     log_prior: Mapping[str, Array]
     fixed: Mapping[str, float]
-    own_is_free: bool
     source: str
+    learnt: frozenset[str] = frozenset()
     own_share: float = 0.0
 
     def combinations(self) -> Array:
@@ -148,24 +153,40 @@ def unknown_or_stated(
     found = {kind: np.array([stated[kind]]) if kind in stated else grid for kind in kinds}
     flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
     own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
-    known = all(kind in stated for kind in kinds)
-    source = (
-        "stated in the case" if known else f"unknown: marginalised over {100 * LEAST:g} to {100 * MOST:g} % of the peak"
-    )
-    return Amplitudes(found, flat, own, False, source, own_share)
+    source = STATED if all(kind in stated for kind in kinds) else UNKNOWN
+    return Amplitudes(found, flat, own, source, own_share=own_share)
 
 
-def beside_baselines(shared: Mapping[str, float], count: int, scale: float = 1.0, nodes: int = NODES) -> Amplitudes:
-    """With baselines. shared: kind -> amplitude that the baselines alone show; scale: for a sensitivity study."""
-    number = nodes if len(shared) <= 2 else FEWER
+def beside_baselines(
+    kinds: Sequence[str],
+    shown: Mapping[str, float],
+    count: int,
+    stated: Mapping[str, float],
+    scale: float = 1.0,
+    nodes: int = NODES,
+) -> Amplitudes:
+    """With baselines.
+
+    A kind of which they show nothing, or an error in which any effect would be lost, is as unknown as without them.
+
+    shown: kind -> amplitude that the baselines alone show, both parts; count: of the baselines; stated: as of
+    `unknown_or_stated`; scale: for a sensitivity study.
+    """
+    number = nodes if len(kinds) <= 2 else FEWER
+    unknown = unknown_or_stated(kinds, stated, True, nodes)
+    learnt = frozenset(kind for kind in kinds if shown.get(kind, np.inf) <= UNCLEAN)
     factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, number)
     weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
     weights = weights - np.log(np.exp(weights).sum())
-    found = {kind: scale * remainder(kind) * factors for kind in shared}
-    fixed = {kind: SHARED_FACTOR * a for kind, a in shared.items()}
-    prior: dict[str, Array] = dict.fromkeys(shared, np.asarray(weights))
+    part = SHARED_FACTOR * float(np.sqrt(1.0 - OWN_SHARE))
+    found = {kind: scale * remainder(kind) * factors if kind in learnt else unknown.nodes[kind] for kind in kinds}
+    prior = {kind: np.asarray(weights) if kind in learnt else unknown.log_prior[kind] for kind in kinds}
+    fixed = {kind: part * shown[kind] if kind in learnt else unknown.fixed[kind] for kind in kinds}
     source = f"{count} baseline shot{'s' if count > 1 else ''}"
-    return Amplitudes(found, prior, fixed, True, source)
+    for kind in kinds:
+        if kind not in learnt:
+            source += f"; {kind.replace('_', ' ')} {STATED if kind in stated else UNKNOWN}"
+    return Amplitudes(found, prior, fixed, source, learnt, OWN_SHARE)
 
 
 def remainder(kind: str) -> float:

@@ -140,10 +140,13 @@ def _residuals(shot: Shot, hypothesis: Hypothesis, z: Array, h: Array) -> dict[s
 
 
 def _discrepancy(ranking: Ranking) -> Table:
-    """Shape in time by channel on the first setup's clock; fixed: amplitude by kind of the part that is not free."""
+    """Shape in time by channel on the first setup's clock.
+
+    own_is_free: kinds of sensors; fixed: amplitude by kind of the part that is not free.
+    """
     problem, time = ranking.problem, ranking.problem.shots[0].setup.time
     return {
-        "own_is_free": problem.known.own_is_free,
+        "own_is_free": sorted(problem.known.learnt),
         "fixed": dict(problem.known.fixed),
         "time": time,
         "growth": {channel: shape.growth for channel, shape in problem.shapes.items()},

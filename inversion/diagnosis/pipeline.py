@@ -64,7 +64,6 @@ SETTLED = 0.05  # posterior probability from which on an effect is likely enough
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
 MOST_WARNINGS = 5
 MOST_SHARES = 30  # models whose probabilities are listed
-UNKNOWN_SHARE = 0.02  # of the peak: amplitude of a kind of sensor that no baseline has
 
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
 Counter = Callable[[], AbstractContextManager[Callable[[RunCounts], None]]]
@@ -149,17 +148,17 @@ class Pipeline:
 
     def _known(self, kinds: Sequence[str]) -> Amplitudes:
         """The discrepancy's amplitudes from baselines, from the case, or unknown."""
-        if self.baselines.shots:
-            found = [fit.evidence.amplitudes for _, fit in self.baselines.fits.values()]
-            own = {k: [one[k] for one in found if k in one] or [UNKNOWN_SHARE] for k in kinds}
-            mean = {kind: float(np.mean(shares)) for kind, shares in own.items()}
-            return beside_baselines(mean, len(found), self.options.remainder_scale)
-        case = self.shots[0].setup.plan.case
-        stated: dict[str, float] = {}
+        case, stated = self.shots[0].setup.plan.case, dict[str, float]()
         for sensor, share in case.inversion.discrepancy.items():
             kind = case.sensors[sensor].kind
             stated[kind] = max(share, stated.get(kind, 0.0))
-        return unknown_or_stated(kinds, {k: stated[k] for k in kinds if k in stated}, len(self.shots) > 1)
+        stated = {kind: stated[kind] for kind in kinds if kind in stated}
+        if not self.baselines.shots:
+            return unknown_or_stated(kinds, stated, len(self.shots) > 1)
+        found = [fit.evidence.amplitudes for _, fit in self.baselines.fits.values()]
+        each = {kind: [one[kind] for one in found if kind in one] for kind in kinds}
+        shown = {kind: float(np.mean(shares)) for kind, shares in each.items() if shares}
+        return beside_baselines(kinds, shown, len(found), stated, self.options.remainder_scale)
 
     def _same_bird(self, ranking: Ranking) -> float | None:
         """Probability that the baselines' birds are the shots'; None without baselines.

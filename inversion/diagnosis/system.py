@@ -147,14 +147,14 @@ def build(
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
         along = _along_library(shots, unnamed, kind, peaks)
-        library = _grown(shots, along, shapes) if known.own_is_free else None
+        library = _grown(shots, along, shapes) if kind in known.learnt else None
         shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, library))
         cut = np.ix_(rows, rows)
         physical = np.asarray(block_diag(*(part.T @ part for part in along)))
         fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
         slow = _unrepeated(shots, kind, shapes, peaks)
         own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
-        free, held = (own, shared) if known.own_is_free else (_lone(shared, own, known.own_share), own)
+        free, held = (own, shared) if kind in known.learnt else (_lone(shared, own, known.own_share), own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
@@ -483,7 +483,7 @@ def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitud
     for shot, own in zip(shots, peaks, strict=True):
         for i, trace in enumerate(shot.record.traces):
             n = len(trace.values)
-            if shot.baseline or not known.own_is_free:
+            if shot.baseline or shot.kinds[i] not in known.learnt:
                 blocks.append(np.zeros((n, 0)))
                 continue
             shape = shapes[trace.name]

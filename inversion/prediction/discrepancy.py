@@ -26,12 +26,12 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import UNSEEN, remainder, started
-from birdstrike.inversion.diagnosis.pipeline import UNKNOWN_SHARE
 from birdstrike.inversion.prediction.distance import Distance
 from birdstrike.inversion.prediction.learnt import Explanation, SensorError
 
 INSTANTS = 100  # of the new record: linear between
 LEARNT_INSTANTS = 160  # of all learnt records together
+UNKNOWN_SHARE = 0.02  # of the peak: amplitude of a kind of sensor that no record shows
 UNRELATED = 1e-3  # correlation below which a record tells nothing
 LEVELS = 5  # of an amplitude that is drawn from a continuous distribution
 

@@ -73,7 +73,9 @@ def _explanation(one: Tree, model: Tree, shape: Tree) -> Explanation:
     kinds = list(one["amplitude"])
     free = {kind: np.asarray(one["amplitude"][kind], dtype=float) for kind in kinds}
     fixed = {kind: np.full(n, float(shape["fixed"].get(kind, 0.0))) for kind in kinds}
-    shared, own = (fixed, free) if shape["own_is_free"] else (free, fixed)
+    learnt = kinds if shape["own_is_free"] is True else shape["own_is_free"] or []  # of an earlier version: all or none
+    shared = {kind: (fixed if kind in learnt else free)[kind] for kind in kinds}
+    own = {kind: (free if kind in learnt else fixed)[kind] for kind in kinds}
     return Explanation(
         one["label"],
         float(one["share"]),

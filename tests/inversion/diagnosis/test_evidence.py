@@ -15,7 +15,14 @@ from birdstrike.data.errors import UserError
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
-from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, alike, matern52, started
+from birdstrike.inversion.diagnosis.discrepancy import (
+    Amplitudes,
+    alike,
+    beside_baselines,
+    matern52,
+    started,
+    unknown_or_stated,
+)
 from birdstrike.inversion.diagnosis.evidence import (
     BIRDS,
     SIZES,
@@ -71,7 +78,7 @@ def log_density(y: np.ndarray, C: np.ndarray) -> float:
 
 def known(nodes: np.ndarray) -> Amplitudes:
     weights = np.full(len(nodes), -np.log(len(nodes)))
-    return Amplitudes({"displacement": nodes}, {"displacement": weights}, {"displacement": 0.0}, False, "test")
+    return Amplitudes({"displacement": nodes}, {"displacement": weights}, {"displacement": 0.0}, "test")
 
 
 def models(one_sided: bool = False) -> dict[str, Hypothesis]:
@@ -212,6 +219,23 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
         covered += truth in credible_set(shares)
     assert told / count == pytest.approx(right / count, abs=0.07)
     assert covered / count > 0.92
+
+
+def test_baselines_tell_of_the_sensors_that_they_show() -> None:
+    """A kind that errs by more than 5 % in the baseline, or is not in it, stays as unknown as in a lone record."""
+    kinds = ("displacement", "strain", "reaction_force")
+    found = beside_baselines(kinds, {"displacement": 0.004, "strain": 0.08}, 1, {"reaction_force": 0.02})
+    lone = unknown_or_stated(kinds, {"reaction_force": 0.02}, several=True)
+    assert found.learnt == {"displacement"}
+    assert found.fixed["displacement"] == pytest.approx(2.0 * np.sqrt(0.5) * 0.004)
+    for kind in kinds[1:]:
+        np.testing.assert_array_equal(found.nodes[kind], lone.nodes[kind])
+        assert found.fixed[kind] == lone.fixed[kind]
+    assert found.nodes["reaction_force"].tolist() == [0.02]
+    for weights in found.log_prior.values():
+        assert np.exp(weights).sum() == pytest.approx(1.0)
+    assert "; strain unknown" in found.source
+    assert "; reaction force stated in the case" in found.source
 
 
 def test_a_baseline_of_the_same_discrepancy_finds_what_a_lone_shot_cannot() -> None:
