@@ -409,12 +409,12 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
 
 def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
     """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI)."""
-    from birdstrike.inversion.diagnosis.answer import EffectFigures, magnitude_words
+    from birdstrike.inversion.diagnosis.answer import EffectFigures, in_its_sense, magnitude_words
 
     answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}
     if listed := diagnosed.get("effects"):
         one = EffectFigures(**listed[0])
-        words = {"meaning": one.meaning, "magnitude_words": magnitude_words(one)}
+        words = {"meaning": in_its_sense(one), "magnitude_words": magnitude_words(one)}
         answer["likeliest"] = {"name": one.name, "probability": one.probability, "magnitude": one.magnitude, **words}
     for state in ("before", "after"):
         found = diagnosed.get(state) or {}
