@@ -109,9 +109,8 @@ class Amplitudes:
 
     nodes: of the part that is marginalised; log_prior: of the nodes, normalised; fixed: of the other part. Of the kinds
     in `learnt` baselines show the part that shots share: it is fixed, because the shots' difference hardly holds it,
-    and each shot's own part is marginalised. Of the others a mixture of both is marginalised, and a shot's own part is
-    fixed. source: where they come from, for the user. own_share: of the mixture's variance: what each shot has for
-    itself.
+    and each shot's own part is marginalised. Of the others a mixture of both is marginalised (`OWN_SHARE`), and a
+    shot's own part is fixed. source: where they come from, for the user.
     """
 
     nodes: Mapping[str, Array]
@@ -119,7 +118,6 @@ class Amplitudes:
     fixed: Mapping[str, float]
     source: str
     learnt: frozenset[str] = frozenset()
-    own_share: float = 0.0
 
     def combinations(self) -> Array:
         """(q, kinds) every combination of the kinds' nodes."""
@@ -138,15 +136,11 @@ class Amplitudes:
 
 
 def unknown_or_stated(
-    kinds: Sequence[str],
-    stated: Mapping[str, float],
-    several: bool = False,
-    nodes: int = NODES,
-    own_share: float = OWN_SHARE,
+    kinds: Sequence[str], stated: Mapping[str, float], several: bool = False, nodes: int = NODES
 ) -> Amplitudes:
     """Without a baseline.
 
-    stated: kind -> share of the peak; several: whether there is more than one shot; own_share: as of `Amplitudes`.
+    stated: kind -> share of the peak; several: whether there is more than one shot.
     """
     count = nodes if len(kinds) <= 2 else FEWER
     grid = np.geomspace(LEAST, MOST, count)
@@ -154,7 +148,7 @@ def unknown_or_stated(
     flat = {kind: np.full(len(v), -np.log(len(v))) for kind, v in found.items()}
     own = {kind: remainder(kind) if several else 0.0 for kind in kinds}
     source = STATED if all(kind in stated for kind in kinds) else UNKNOWN
-    return Amplitudes(found, flat, own, source, own_share=own_share)
+    return Amplitudes(found, flat, own, source)
 
 
 def beside_baselines(
@@ -172,21 +166,20 @@ def beside_baselines(
     shown: kind -> amplitude that the baselines alone show, both parts; count: of the baselines; stated: as of
     `unknown_or_stated`; scale: for a sensitivity study.
     """
-    number = nodes if len(kinds) <= 2 else FEWER
     unknown = unknown_or_stated(kinds, stated, True, nodes)
-    learnt = frozenset(kind for kind in kinds if shown.get(kind, np.inf) <= UNCLEAN)
-    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, number)
+    learnt = frozenset(kind for kind, share in shown.items() if share <= UNCLEAN)
+    factors = np.geomspace(1.0 / SPREAD_OWN**2, SPREAD_OWN**2, nodes if len(kinds) <= 2 else FEWER)
     weights = -0.5 * (np.log(factors) / np.log(SPREAD_OWN)) ** 2
     weights = weights - np.log(np.exp(weights).sum())
     part = SHARED_FACTOR * float(np.sqrt(1.0 - OWN_SHARE))
-    found = {kind: scale * remainder(kind) * factors if kind in learnt else unknown.nodes[kind] for kind in kinds}
-    prior = {kind: np.asarray(weights) if kind in learnt else unknown.log_prior[kind] for kind in kinds}
-    fixed = {kind: part * shown[kind] if kind in learnt else unknown.fixed[kind] for kind in kinds}
+    found = {**unknown.nodes, **{kind: scale * remainder(kind) * factors for kind in learnt}}
+    prior = {**unknown.log_prior, **dict.fromkeys(learnt, np.asarray(weights))}
+    fixed = {**unknown.fixed, **{kind: part * shown[kind] for kind in learnt}}
     source = f"{count} baseline shot{'s' if count > 1 else ''}"
     for kind in kinds:
         if kind not in learnt:
             source += f"; {kind.replace('_', ' ')} {STATED if kind in stated else UNKNOWN}"
-    return Amplitudes(found, prior, fixed, source, learnt, OWN_SHARE)
+    return Amplitudes(found, prior, fixed, source, learnt)
 
 
 def remainder(kind: str) -> float:

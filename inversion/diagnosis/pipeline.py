@@ -48,7 +48,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     predicts_better,
     run_at,
 )
-from birdstrike.inversion.diagnosis.discrepancy import Amplitudes, beside_baselines, unknown_or_stated
+from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
 from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE, hypotheses, suspects
 from birdstrike.inversion.diagnosis.model_file import model_table
@@ -152,7 +152,6 @@ class Pipeline:
         for sensor, share in case.inversion.discrepancy.items():
             kind = case.sensors[sensor].kind
             stated[kind] = max(share, stated.get(kind, 0.0))
-        stated = {kind: stated[kind] for kind in kinds if kind in stated}
         if not self.baselines.shots:
             return unknown_or_stated(kinds, stated, len(self.shots) > 1)
         found = [fit.evidence.amplitudes for _, fit in self.baselines.fits.values()]
@@ -295,7 +294,7 @@ class Pipeline:
     ) -> tuple[str, ...]:
         """At most five, the gravest first; close: why the likeliest effect is not attributed."""
         found = [*self.warnings, *self.baselines.warnings]
-        if not self.baselines.shots and not ranking.problem.known.source.startswith("stated"):
+        if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "
                 "that only effects larger than the model error can be named; fire a shot in which nothing is changed "

@@ -18,7 +18,7 @@ from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 from scipy.special import eval_legendre
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import PARAMETER_LENGTH, Amplitudes, Shape, alike, started
+from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, PARAMETER_LENGTH, Amplitudes, Shape, alike, started
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import Shot
@@ -154,7 +154,7 @@ def build(
         fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
         slow = _unrepeated(shots, kind, shapes, peaks)
         own = white.both((1.0 - PHYSICAL - FAST) * slow + PHYSICAL * physical + FAST * fast)
-        free, held = (own, shared) if kind in known.learnt else (_lone(shared, own, known.own_share), own)
+        free, held = (own, shared) if kind in known.learnt else (_lone(shared, own), own)
         F = np.eye(len(rows)) + (numerical @ numerical.T)[cut] + known.fixed[kind] ** 2 * held[cut]
         blocks.append(Block.of(kind, rows, F, free[cut]))
         smooth[kind] = white.both(_smooth(shots, kind, signatures, found))[cut]
@@ -164,9 +164,9 @@ def build(
     return System(tuple(blocks), smooth, columns, at, middle, groups, chol, _named(shots, variances), weights, moved)
 
 
-def _lone(shared: Array, own: Array, share: float) -> Array:
+def _lone(shared: Array, own: Array) -> Array:
     """The free part where no baseline tells what shots share from what each has for itself."""
-    return (1.0 - share) * shared + share * own
+    return (1.0 - OWN_SHARE) * shared + OWN_SHARE * own
 
 
 def _named(shots: Sequence[Shot], parts: Sequence[Array]) -> dict[str, Array]:
