@@ -119,7 +119,8 @@ class State:
 class Diagnosis(Displayed):
     """Everything that a diagnosis found; `sentence` is the one for a test report.
 
-    alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; tolerances and
+    alarm: p-value of none; families, probabilities: posterior; required_discrepancy: shares of the peak; left_out:
+    channels that simulations cannot predict -> share of the peak by which another lattice moves them; tolerances and
     unnamed: of earlier versions, always empty; case: the case with the effect in it, which `case_after` is the file of;
     model: the emulators and fits as arrays, of which model.npz is the file.
     """
@@ -153,6 +154,7 @@ class Diagnosis(Displayed):
     curves: Mapping[str, Any] = field(default_factory=dict)
     case: Case | None = None
     model: Mapping[str, Any] = field(default_factory=dict)
+    left_out: Mapping[str, float] = field(default_factory=dict)
     tolerances: tuple[Mapping[str, Any], ...] = ()
     unnamed: str | None = None
 
@@ -454,12 +456,13 @@ def consistency(log_evidence: float, best: float) -> float:
 
 def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, float], bool]:
     """SI magnitude, 95 % interval, whether a limit of what was looked at holds it."""
-    evidence, one = ranking.evidence[label], ranking.models[label].members[0]
+    standing, one = ranking.standings[label], ranking.models[label].members[0]
     low, high = one.limits
-    h, sd = float(evidence.h[0]), float(np.sqrt(evidence.h_cov[0, 0]))
-    ends = [one.magnitude(float(np.clip(h + s * NINETY_FIVE * sd, low, high))) for s in (-1.0, 1.0)]
-    at_bound = h + NINETY_FIVE * sd >= high or (not one.one_sided and h - NINETY_FIVE * sd <= low)
-    return one.magnitude(float(np.clip(h, low, high))), (min(ends), max(ends)), bool(at_bound and abs(h) > 0.9 * high)
+    h = float(np.clip(standing.evidence.h[0], low, high))
+    begin, end = standing.fit.tester.interval(standing.evidence)
+    ends = [one.magnitude(x) for x in (min(begin, h), max(end, h))]
+    at_bound = abs(h) > 0.9 * high and (end > 0.99 * high or (not one.one_sided and begin < 0.99 * low))
+    return one.magnitude(h), (min(ends), max(ends)), at_bound
 
 
 def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: SolverRun | None) -> State:

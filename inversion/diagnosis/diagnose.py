@@ -102,7 +102,8 @@ def diagnose(
         setups = all_setups(shots, clean, simulations, choice)
         read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
         records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
-        baselines = read_baselines(records, channels_of(shots))
+        used = tuple(dict.fromkeys(channel for shot in read_shots for channel in shot.channels))
+        baselines = read_baselines(records, used)
         held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
         found = Pipeline(read_shots, baselines, choice, simulations, warnings).diagnosis(held)
     copy_case(shots[0].case, folder)

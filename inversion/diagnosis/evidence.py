@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import cho_factor, cho_solve, helmert
 from scipy.special import log_ndtr, softmax
 from scipy.stats import chi2, norm
@@ -39,12 +40,13 @@ its size counts against it (Liang, Paulo, Molina, Clyde & Berger, J. Am. Stat. A
 class Evidence:
     """One model, amplitudes marginalised. weights: (nodes,) posterior of the nodes; amplitudes: kind -> posterior mean;
     unnamed: that of the unnamed errors' size; z: (free,) of the columns of the free directions; h_cov, z_cov: of the
-    magnitudes and the calibrated parameters, with what another lattice moves in them."""
+    magnitudes and the calibrated parameters, with what another lattice moves in them; h_lattice: that alone."""
 
     hypothesis: Hypothesis
     log_evidence: float
     h: Array
     h_cov: Array
+    h_lattice: Array
     z: Array
     z_cov: Array
     weights: Array
@@ -254,12 +256,7 @@ class ModelTester:
             turned[: len(held), r] = -held
             whole = turned.T @ whole @ turned
             d[:, : len(held)] = 0.0
-        own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
-        cross = d[:, :, None] * whole[:, :r, r:]
-        factor = cho_factor(own, lower=True, check_finite=False)
-        W = cho_solve(factor, cross, check_finite=False)
-        S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
-        return Reduced(S, W, 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1), out)
+        return Reduced(*_integrated(whole, d), out)
 
     @cached_property
     def singles(self) -> tuple[dict[str, int], Reduced]:
@@ -373,7 +370,7 @@ class ModelTester:
         weights[nodes] = w.sum(axis=0)
         mean = {k: float(np.exp(weights @ np.log(self.combinations[:, i]))) for i, k in enumerate(self.kinds)}
         unnamed = float(np.exp(weights @ np.log(self.unnamed)))
-        return Evidence(hypothesis, evidence, h, h_cov + by_lattice, z, z_cov, weights, mean, unnamed)
+        return Evidence(hypothesis, evidence, h, h_cov + by_lattice, by_lattice, z, z_cov, weights, mean, unnamed)
 
     @cached_property
     def shared(self) -> frozenset[str]:
@@ -406,6 +403,52 @@ class ModelTester:
                 cov[..., :, i] *= ratio[..., None]
                 cov[..., i, i] = np.maximum(rest, 0.0)
         return mean, cov
+
+    def interval(self, evidence: Evidence) -> tuple[float, float]:
+        """95 % interval of a single effect's size, within its limits.
+
+        By quadrature over the size, with what is not known of the signature for each: it grows with the size, so that
+        an effect of which little is seen is not held to be small because simulations have not shown it clearly. What
+        another lattice moves is added to both sides (`_covariances`). A signature that an unnamed error shares is the
+        effect's as a whole.
+        """
+        (one,) = evidence.hypothesis.members
+        nodes, (low, high) = np.flatnonzero(evidence.weights > 0.0), one.limits
+        centre, sd = float(evidence.h[0]), float(np.sqrt(evidence.h_cov[0, 0]))
+        local = np.linspace(centre - REACH * sd, centre + REACH * sd, QUADRATURE)
+        sizes = np.unique(np.clip([*np.linspace(low, high, QUADRATURE), *local], low, high))
+        logs = self._log_density(one, nodes, sizes)
+        density = np.exp(logs - logs.max())
+        mass = cumulative_trapezoid(density, sizes, initial=0.0)
+        ends = np.interp(TAILS, mass / mass[-1], sizes)
+        by_lattice = TAILS_AWAY * np.sqrt(evidence.h_lattice[0, 0])
+        begin, middle, end = (float(x) for x in ends)
+        return (
+            max(middle - float(np.hypot(middle - begin, by_lattice)), low),
+            min(middle + float(np.hypot(end - middle, by_lattice)), high),
+        )
+
+    def _log_density(self, one: Suspect, nodes: Indices, sizes: Array) -> Array:
+        """(sizes,) log density of the records and of an effect's size, all else and the nodes integrated out."""
+        at, unknown, first = self.system.at, self.directions([one.label], [1.0]), len(self.free)
+        d, own = self.sizes(nodes), self.deviations**2 + np.zeros((len(nodes), 1))
+        free = np.arange(first)
+        if one.label in self.shared:
+            shared = self._unnamed_of(one.label) - at["J"].start
+            free, own = np.delete(free, shared), own + d[:, shared, None] ** 2
+        columns = [*self.free[free], 0, at[one.label].start, *unknown.columns[first:]]
+        S, _, logdet = _integrated(self.grams.at(nodes, columns), d[:, free])
+        prior = norm.logpdf(sizes[:, None, None], scale=np.sqrt(own))  # (sizes, nodes, deviations)
+        found = np.empty((len(sizes), len(nodes)))
+        for i, size in enumerate(sizes):
+            turned = np.eye(S.shape[-1])[:, [*range(2, S.shape[-1]), 0]]
+            turned[1, -1] = -size
+            left, _, more = _integrated(
+                turned.T @ S @ turned, np.tile(abs(size) * unknown.errors, (len(nodes), 1))
+            )
+            found[i] = -0.5 * (left[:, 0, 0] + more)
+        logs = found - 0.5 * (self.grams.logdet[nodes] + logdet) + self.log_weights[nodes]
+        return np.asarray(np.logaddexp.reduce(logs + np.logaddexp.reduce(prior, axis=2), axis=1))
 
     def draws(
         self, hypothesis: Hypothesis, sizes: Sequence[float], count: int, rng: np.random.Generator
@@ -506,6 +549,9 @@ class ModelTester:
         return self.rotation.T @ (parameters / held) @ self.rotation, sizes / held
 
 
+QUADRATURE = 41  # sizes over the limits, and as many about the mean
+REACH = 5.0  # standard deviations on each side of the mean
+TAILS, TAILS_AWAY = (0.025, 0.5, 0.975), 1.96  # of a 95 % interval; standard deviations of its ends
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
 REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 
@@ -517,6 +563,20 @@ def _one_sided(members: Sequence[Suspect], best: Array, covariance: Array) -> Ar
         if one.one_sided:
             total += np.log(2.0) + log_ndtr(best[..., i] / np.sqrt(covariance[..., i, i]))
     return total
+
+
+def _integrated(whole: Array, d: Array) -> tuple[Array, Array, Array]:
+    """S (nodes, c, c), W (nodes, r, c), log det (nodes,) of `Reduced`: the first r columns integrated out.
+
+    whole: (nodes, r + c, r + c) X^T C^-1 X; d: (nodes, r) prior standard deviations.
+    """
+    r = d.shape[1]
+    own = d[:, :, None] * whole[:, :r, :r] * d[:, None, :] + np.eye(r)
+    cross = d[:, :, None] * whole[:, :r, r:]
+    factor = cho_factor(own, lower=True, check_finite=False)
+    W = cho_solve(factor, cross, check_finite=False)
+    S = whole[:, r:, r:] - np.einsum("nri,nrj->nij", cross, W, optimize=True)
+    return S, W, 2.0 * np.log(np.einsum("nrr->nr", factor[0])).sum(axis=1)
 
 
 def _mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:

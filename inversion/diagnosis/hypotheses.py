@@ -94,13 +94,19 @@ NOTHING = Hypothesis(NONE, (), 1.0, NONE)  # of records in which nothing is susp
 
 
 def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
-    """Every effect that the measured shots could have; baselines have none."""
+    """Every effect that the measured shots could have; baselines have none.
+
+    A sensor that is left out can be at fault too: the record tells nothing of that, and it keeps what the prior gives.
+    """
     measured = [shot for shot in shots if not shot.baseline]
     first, names = measured[0], tuple(shot.name for shot in measured)
     found: list[Suspect] = []
     for name, response in first.setup.responses.items():
         found += _by_shot(Suspect(name, name, family_of(name), names, response))
-    for fault in instrument_effects(first.setup.plan.case, first.channels):
+    case, left_out = first.setup.plan.case, first.setup.left_out
+    measured_by = instrument_effects(case, (*first.channels, *left_out))
+    unseen = [one for one in measured_by if len(one.sensors) == 1 and one.sensors[0] in left_out]
+    for fault in (*instrument_effects(case, first.channels), *unseen):
         one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault)
         found += _by_shot(one) if fault.label == "time_offset" else [one]
     return tuple(found)

@@ -66,7 +66,7 @@ def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     now = expected(gram, columns, sizes, weights)
     found = [*_baseline(ranking, compared, sizes, weights)]
     for name, sensor in shot.setup.plan.coarse.sensors.items():
-        if name in shot.channels or sensor.kind == "contact_force":
+        if name in (*shot.channels, *shot.setup.unpredictable) or sensor.kind == "contact_force":
             continue
         more = sensor_information(ranking, shot, name, compared)
         if more is not None:

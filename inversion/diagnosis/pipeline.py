@@ -56,7 +56,7 @@ from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, likelier, rank
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 
@@ -220,6 +220,7 @@ class Pipeline:
             strikes=simulation_counts(ranking, self.simulations, shot, runs, chosen),
             warnings=self._warnings(ranking, chosen, figures, failed, close),
             refused=shot.setup.refused,
+            left_out={name: share for one in self.shots for name, share in one.setup.left_out.items()},
             record={"path": shot.name, "simulated": False},
             sentence="",
             curves={one.name: curves(ranking, one, chosen, _of_shot(runs, one.name)) for one in self.shots},
@@ -293,7 +294,9 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """At most five, the gravest first; close: why the likeliest effect is not attributed."""
-        found = [*self.warnings, *self.baselines.warnings]
+        setups = {id(shot.setup): shot.setup for shot in self.shots}.values()
+        left_out = [unpredicted(one.left_out, one.left_out) for one in setups if one.left_out]
+        found = [*self.warnings, *self.baselines.warnings, *left_out]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "

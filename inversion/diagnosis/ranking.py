@@ -488,5 +488,6 @@ def _as_better_single(pair: Hypothesis, found: Standings) -> Standing:
         log_evidence=single.log_evidence - 1.0,
         h=own * single.h[0],
         h_cov=np.diag(own) * single.h_cov[0, 0],
+        h_lattice=np.diag(own) * single.h_lattice[0, 0],
     )
     return Standing(evidence, better.fit)

@@ -25,7 +25,9 @@ taken.
 LEFT = np.geomspace(0.02, 1.0, 25)  # of the half differences' mean square: what the regression may leave
 DIRECTIONS = 5  # of what the regression leaves: its slow part, which the parameters or another effect could imitate
 BEYOND_CHANCE = 2.35  # ratio of variances: F of 10 instants that are independent, and 20, at 95 %
-VAGUE = 10.0  # times the half differences' root mean square: standard deviation of a signature's prior
+FAINTEST = 0.1
+"""Of the variance that the scatter of the runs gives a signature: the least variance of its prior, for a response that
+is nothing but scatter may still be a small one."""
 
 
 @dataclass(frozen=True)
@@ -162,24 +164,27 @@ def _learnt(
 def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Array]:
     """Coefficients (q, m), their covariance (q, q) in units of what is left, and its directions (pairs, m).
 
-    Normal priors: vague for the first `count` coefficients, a share of the signature's size for its changes with the
-    parameters; share and scatter at their likeliest (MacKay, Neural Comput. 4 (1992) 415).
+    Normal priors: for the first `count` coefficients of the size that they show beyond the scatter (positive-part
+    James-Stein: Efron & Morris, J. Am. Stat. Assoc. 70 (1975) 311), without which the scatter of an effect that moves
+    nothing would be its signature; a share of that for its changes with the parameters; share and scatter at their
+    likeliest (MacKay, Neural Comput. 4 (1992) 415).
     """
     power = float((half**2).mean()) or 1.0
     u, size, _ = np.linalg.svd(half / np.sqrt(power), full_matrices=False)
     first = np.linalg.lstsq(design[:, :count], half, rcond=None)[0]
-    own = np.sqrt((first**2).mean(axis=1) / power)
+    shown = (first**2).mean(axis=1) / power
+    chance = np.diag(np.linalg.inv(design[:, :count].T @ design[:, :count]))
     scores = u * size / np.sqrt(half.shape[1])
     best = max(
         (
-            (_log_evidence(design, scores, _prior(own, change, design), left), change, left)
+            (_log_evidence(design, scores, _prior(shown, left * chance, change, design), left), change, left)
             for change in CHANGES
             for left in LEFT
         ),
         key=lambda one: one[0],
     )
     _, change, left = best
-    prior = _prior(own, change, design)
+    prior = _prior(shown, left * chance, change, design)
     kept = prior > 0.0
     A = design[:, kept].T @ design[:, kept] / left + np.diag(1.0 / prior[kept])
     inverse = np.zeros((len(prior), len(prior)))
@@ -192,10 +197,14 @@ def _regressed(design: Array, half: Array, count: int) -> tuple[Array, Array, Ar
     return mean, inverse / left, scale * s[:, None] * v
 
 
-def _prior(own: Array, change: float, design: Array) -> Array:
-    """(q,) prior variances of the coefficients, the half differences' mean square as unit."""
-    times = design.shape[1] // len(own) - 1
-    return np.concatenate([np.full(len(own), VAGUE**2), *([(change * own) ** 2] * times)])
+def _prior(shown: Array, chance: Array, change: float, design: Array) -> Array:
+    """(q,) prior variances of the coefficients, the half differences' mean square as unit.
+
+    shown, chance: mean square of each signature as it is seen, and of what scatter alone gives it.
+    """
+    times = design.shape[1] // len(shown) - 1
+    own = np.maximum(shown - chance, FAINTEST * chance)
+    return np.concatenate([own, *([change**2 * own] * times)])
 
 
 def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> float:

@@ -13,6 +13,7 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Change, Response, learn_responses, scatter, updated
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
@@ -22,6 +23,12 @@ from birdstrike.surrogate.run_scatter import common_factors
 
 SCATTER_BLOCKS = 100  # of the time: finer than a record's blocks
 STEP = 1e-3  # of the ranges: central differences of the emulator
+PARTS = 25
+"""Of the time, over which curves are averaged before lattices are compared: what changes faster is nearly white, and
+the model error of each shot by itself has room for it."""
+NOISIER = 4.0
+"""Times the scatter of the quietest sensor: one that scatters by more could add a sixteenth to what that one tells of
+the bird, and its errors, which change with the bird in ways that no emulator of such runs shows, cost much more."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,8 @@ class Setup:
 
     time: (m,) [s]; channels: the sensors, stacked in this order on a grid of (channels * m,) values; runs: histories by
     label; lows, highs: (k,) fractions of the ranges between which the emulator stands on runs; learnt: responses from
-    the two-level design; changes: simulations of single effects since.
+    the two-level design; measured: all channels of the records; unpredictable: sensors, candidates too, that lattices
+    move too much -> by how much, which `channels` are without; changes: simulations of single effects since.
     """
 
     plan: Plan
@@ -43,7 +51,14 @@ class Setup:
     lows: Array
     highs: Array
     runs: Mapping[str, Histories]
+    measured: tuple[str, ...]
+    unpredictable: Mapping[str, float]
     changes: tuple[Change, ...] = ()
+
+    @property
+    def left_out(self) -> dict[str, float]:
+        """Measured channel that no simulation can predict -> RMS by which lattices move it, as a share of its peak."""
+        return {name: share for name, share in self.unpredictable.items() if name in self.measured}
 
     @cached_property
     def scatter(self) -> Array:
@@ -144,20 +159,62 @@ def make_setup(
     runs: Mapping[str, Histories],
     progress: Callable[[float], None] | None = None,
 ) -> Setup:
-    """Fit emulator, mesh correction and responses."""
+    """Fit emulator, mesh correction and responses to those of the channels that simulations can predict."""
+    given = (tuple(channels), unpredictable(plan, channels, runs))
+    channels = [name for name in channels if name not in given[1]]
     data = dataset(plan, channels, runs)
     emulator = fit_emulator(data, channels, progress=progress)
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
     parts = (plan, data.time, tuple(channels), emulator)
     none = MeshCorrection.none(len(data.time) * len(channels))
-    bare = Setup(*parts, none, {}, {}, lows, highs, runs)
+    bare = Setup(*parts, none, {}, {}, lows, highs, runs, *given)
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
     mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
     responses, lost = learn_responses(plan, stacks, len(channels))
-    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs)
+    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs, *given)
+
+
+def unpredictable(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) -> dict[str, float]:
+    """Sensor, or candidate for one -> RMS, as a share of its peak, by which it differs from lattice to lattice.
+
+    Of those that differ by more than a shot is taken to have for itself, and by `NOISIER` times as much as the quietest
+    of the channels. A fault of the model in them would be taken for the bird's parameters or for an effect.
+    """
+    scatter = between_lattices(plan, runs)
+    if not scatter:
+        return {}
+    sensors, quietest = plan.coarse.sensors, min(scatter[name] for name in channels)
+    return {
+        name: share
+        for name, share in scatter.items()
+        if share > max(NOISIER * quietest, remainder(sensors[name].kind))
+    }
+
+
+def between_lattices(plan: Plan, runs: Mapping[str, Histories]) -> dict[str, float]:
+    """Sensor -> RMS difference of the fine simulations on two lattices, as a share of its peak; empty without them.
+
+    Of curves averaged over `PARTS` parts of the time.
+    """
+    labels = [(f"fine {i}", f"lattice {i}") for i in plan.fine_points()]
+    pairs = [(runs[own], runs[other]) for own, other in labels if own in runs and other in runs]
+    known = [name for name in plan.coarse.sensors if pairs and name in pairs[0][0].channels]
+    found: dict[str, float] = {}
+    for name in known:
+        shares = []
+        for own, other in pairs:
+            curve, moved = (_in_parts(one) for one in (own.channels[name], other.channels[name] - own.channels[name]))
+            shares.append((moved**2).mean() / max(float(np.abs(curve).max()), 1e-300) ** 2)
+        found[name] = float(np.sqrt(np.mean(shares)))
+    return found
+
+
+def _in_parts(curve: Array) -> Array:
+    """(PARTS,) means of a curve (m,)."""
+    return np.array([part.mean() for part in np.array_split(curve, min(PARTS, len(curve)))])
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

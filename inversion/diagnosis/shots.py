@@ -5,6 +5,7 @@ A record is cut to the simulated time; neighbouring instants are averaged where 
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,6 +15,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
@@ -232,11 +234,23 @@ class Shot:
         return {channel: shape_of(part, middle[channel], self.setup.time) for channel, part in draws.items()}
 
 
+def unpredicted(shares: Mapping[str, float], channels: Iterable[str]) -> str:
+    """Why channels are left out, and what to do; shares: `Setup.unpredictable`."""
+    moved = ", ".join(f"{name} ({100 * shares[name]:.0f} %)" for name in channels if name in shares)
+    return (
+        f"{moved} left out: by so much of its peak a simulation on this mesh changes where only the lattice of the "
+        "bird's particles is another, so that neither the bird's parameters nor faults can be read from it; raise "
+        "bird.particles"
+    )
+
+
 def read_shot(
     name: str, setup: Setup, measured: Measured, group: str, baseline: bool = False, tolerance: float | None = None
 ) -> Shot:
-    """The record's channels that the setup has, in the window of the simulation."""
+    """The record's channels that the setup has, in the window of the simulation; raises MeasuredError without any."""
     own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
+    if not own:
+        raise MeasuredError([f"{measured.path}: {unpredicted(setup.unpredictable, measured.channels)}"])
     expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
     record = read_record(replace(measured, channels=own), expected, tolerance)
     return Shot(name, setup, record, group, baseline)

@@ -153,6 +153,45 @@ def test_intervals_hold_what_another_lattice_moves() -> None:
     assert 0.9 < held[True] < 0.99
 
 
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_an_interval_holds_an_effect_whose_signature_is_hardly_known(one_sided: bool) -> None:
+    """Truths from the priors: signature as learnt off by its stated error, which is as large as the signature.
+
+    The size's posterior is not Gaussian, because the error grows with the size.
+    """
+    rng, s, label, draws = np.random.default_rng(8), system(0, size=1.0), "e1", 300
+    model = models(one_sided)[label]
+    (one,) = model.members
+    learnt = s.columns[:, s.at[label].start]
+    errors = np.array([np.sin(f * np.linspace(0.0, 1.0, POINTS) + 1.0) for f in (3.0, 9.0, 17.0)]).T
+    first = s.columns.shape[1]
+    at = {**s.at, f"error of {label}": slice(first, first + 3)}
+    amplitudes, held = known(np.array([1e-3])), 0.0
+    for _ in range(draws):
+        h = np.inf
+        while abs(h) > one.limits[1]:
+            h = rng.choice(SIZES) * rng.standard_normal()
+        h = abs(h) if one_sided else h
+        true = learnt + errors @ rng.standard_normal(3)
+        z = rng.standard_normal(2)
+        y = s.columns[:, s.at["J"]] @ z + s.columns[:, s.at["nuisance"]][:, 0] * rng.standard_normal() + h * true
+        columns = np.column_stack([y + rng.standard_normal(POINTS), s.columns[:, 1:], errors])
+        tester = ModelTester(replace(s, columns=columns, at=at), amplitudes, unnamed=(1e-6,))
+        low, high = tester.interval(tester.model(model))
+        held += (low <= h <= high) / draws
+    assert held == pytest.approx(0.95, abs=0.03)
+
+
+def test_a_sharp_interval_is_that_of_the_gaussian() -> None:
+    s = system(0)
+    s = system(0, 2.0 * s.columns[:, s.at["e1"].start])
+    tester = ModelTester(s, known(np.array([0.01])))
+    found = tester.model(models()["e1"])
+    low, high = tester.interval(found)
+    sd = float(np.sqrt(found.h_cov[0, 0]))
+    assert (low, high) == pytest.approx((found.h[0] - 1.96 * sd, found.h[0] + 1.96 * sd), abs=0.05 * sd)
+
+
 def test_draws_scatter_as_the_intervals_say_without_the_lattice() -> None:
     s, rng = system(0), np.random.default_rng(2)
     lattice = 0.3 * s.columns[:, s.at["J"]] @ rng.standard_normal((2, 4))
@@ -303,7 +342,7 @@ def test_the_likeliest_pair_is_compared_where_it_lies_best_itself() -> None:
     tried = {label: Hypothesis(label, tuple(members[m] for m in label.split("+")), 0.01, "pairs") for label in pairs}  # pyright: ignore[reportArgumentType]
     singles = {name: Hypothesis(name, (one,), 0.5, "f") for name, one in members.items()}  # pyright: ignore[reportArgumentType]
     none = np.zeros(0)
-    blank = Evidence(singles["a"], 5.0, np.zeros(2), np.eye(2), none, none, none, {}, 1.0)
+    blank = Evidence(singles["a"], 5.0, np.zeros(2), np.eye(2), np.eye(2), none, none, none, {}, 1.0)
     fit = Fit(Places({"shots": np.zeros(1)}, {}), None, None, blank)  # pyright: ignore[reportArgumentType]
     found = {name: Standing(replace(blank, hypothesis=one, log_evidence=0.0), fit) for name, one in singles.items()}
     found["a"] = Standing.refitted(fit)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
 from birdstrike.inversion.diagnosis.instrument import instrument_effects, signature
-from birdstrike.inversion.diagnosis.plan import make_plan, two_level
+from birdstrike.inversion.diagnosis.plan import Block, Known, make_plan, two_level
+from birdstrike.inversion.diagnosis.responses import learn_responses
+from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.effects.registry import effects
@@ -45,6 +50,59 @@ def test_another_lattice_is_tried_at_points_of_the_fine_mesh() -> None:
         assert (case.bird.particles, case.plate.elements) == (same.bird.particles, same.plate.elements)
     hexahedra = load_case("reference_strike", {"bird.method": "hexahedra"})
     assert not make_plan(hexahedra, runs=9).lattices()
+
+
+@pytest.mark.parametrize(
+    ("displacement", "force", "left_out"),
+    [
+        (0.01, 0.06, {"reaction_force"}),
+        (0.01, 0.025, set[str]()),  # as quiet as repeated shots are
+        (0.03, 0.06, set[str]()),  # no sensor is much quieter
+        (None, 0.06, set[str]()),  # the only one
+    ],
+)
+def test_a_sensor_that_lattices_move_much_more_than_others_is_left_out(
+    displacement: float | None, force: float, left_out: set[str]
+) -> None:
+    """Shares of the peak; half of them in waves that are as fast as the output, which do not count."""
+    plan = make_plan(load_case("audit_strike"), runs=9)
+    time = np.linspace(0.0, 1.0, 1001)
+    curve, fast = np.sin(np.pi * time), np.resize([1.0, -1.0], len(time))
+    moved = {"displacement_centre": displacement or 0.0, "reaction_force": force}
+
+    def run(share: float) -> Any:
+        return SimpleNamespace(channels={name: curve + share * s * (1.0 + fast) for name, s in moved.items()})
+
+    measured = [name for name, share in moved.items() if share]
+    runs = {label: run(0.0) for label in plan.meshes()} | {label: run(1.0) for label in plan.lattices()}
+    found = unpredictable(plan, measured, runs)
+    assert {name for name in found if name in measured} == left_out
+    assert all(found[name] == pytest.approx(moved[name], rel=0.05) for name in found)
+    assert not unpredictable(plan, measured, {label: run(0.0) for label in plan.meshes()})
+
+
+def test_the_scatter_of_runs_does_not_pass_for_a_signature() -> None:
+    """Two effects, of which one moves nothing: its signature is less than the scatter, and less than its own error."""
+    case, rng = load_case("audit_strike"), np.random.default_rng(3)
+    known = tuple(Known(effects()[name], 1.0, -5.0) for name in ("plate_thickness", "plate_density"))
+    signs = two_level(len(known))
+    block, m = Block(case, known, signs), 200
+    plan: Any = SimpleNamespace(blocks=(block,), unit=rng.random((len(signs), 2)), pair_point=lambda i: i)
+    curve = np.sin(np.linspace(0.0, 3.0, m))
+    waves = np.array([np.sin(f * np.linspace(0.0, 3.0, m) + f) for f in range(1, 7)])
+    stacks = {
+        block.label(i, sign): 2.0 * sign * signs[i, 0] * curve + 0.2 * rng.standard_normal(6) @ waves
+        for i in range(len(signs))
+        for sign in (1, -1)
+    }
+    found, lost = learn_responses(plan, stacks, 1)
+    assert not lost
+    strong, none = found["plate_thickness"], found["plate_density"]
+    middle = np.full(2, 0.5)
+    assert strong.at(middle) == pytest.approx(curve, abs=0.2)
+    assert np.linalg.norm(none.at(middle)) < np.linalg.norm(none.error_at(middle))
+    chance = 0.2 * np.sqrt(waves.shape[0] / 2.0) / np.sqrt(2.0 * len(signs)) / 2.0  # of half differences at two sizes
+    assert np.sqrt((none.signature**2).mean()) < chance
 
 
 def test_air_in_a_coarse_bird_is_simulated_on_a_finer_one_and_all_effects_once() -> None:
