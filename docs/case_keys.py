@@ -98,6 +98,8 @@ TARGET = {
     "target.materials.<name>.failure_strain": "Plastic strain at which a layer fails; absent: never.",
     "target.materials.<name>.fracture_energy": "Energy per area of crack that a failing layer still takes, "
     "whatever the size of the shells; 0: it carries nothing at once.",
+    "target.materials.<name>.return_mapping": "How a stress beyond yield returns to the yield surface: closest_point "
+    "under plane stress, or radial, all components alike, as OpenRadioss's shells do by default (softer).",
     "target.materials.<name>.rate_c": "Cowper-Symonds C of 1 + (rate/C)^(1/P); 0 is off.",
     "target.materials.<name>.rate_p": "Cowper-Symonds P.",
     "target.materials.<name>.yield_stress": "Initial yield stress.",

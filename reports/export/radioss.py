@@ -16,7 +16,7 @@ from birdstrike.reports.export.exported import Export
 from birdstrike.reports.export.fixed_columns import card, columns, comments, ten_a_line
 from birdstrike.reports.export.model import StrikeModel
 from birdstrike.reports.export.numbering import Numbering
-from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on
+from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on, return_flag
 
 VERSION = 2022
 NAMES = {"t": "Mg", "us": "mus"}
@@ -119,7 +119,8 @@ def _properties(model: StrikeModel, system: UnitSystem, numbering: Numbering) ->
         yield card(0.0, 0.0, 0.0, 0.0, 0.0, width=WIDE)
         yield "#        N   Istrain               Thick              Ashear              Ithick     Iplas"
         thickness = system.value(part.thickness, "m")
-        yield columns((5, 10), (1, 10), (thickness, WIDE), (0.0, WIDE), (None, 10), (2, 10), (1, 10))
+        iplas = return_flag(part.material)
+        yield columns((5, 10), (1, 10), (thickness, WIDE), (0.0, WIDE), (None, 10), (2, 10), (iplas, 10))
     yield from _bird_property(model, system, numbering.bird_part)
     for number, springs in zip(numbering.spring_parts, model.springs, strict=True):
         yield from (f"/PROP/SPR_GENE/{number}", "support: springs to the ground")

@@ -189,6 +189,11 @@ def metal_lines(
     )
 
 
+def return_flag(material: object) -> int:
+    """Iplas of a /PROP/SHELL: 1 returns by iteration to the closest point, 2 radially, which is Radioss' default."""
+    return 2 if getattr(material, "return_mapping", "") == "radial" else 1
+
+
 def refuse_fracture(title: str, material: object) -> None:
     """Raises UserError for softening by an energy per area, which has no common card."""
     if getattr(material, "fracture_energy", 0.0):

@@ -2,6 +2,7 @@
 
 J. C. Simo & T. J. R. Hughes, Computational Inelasticity (1998), section 3.4: the yield function is diagonal in the
 sum, the difference and the shear of the relative stress, which leaves one scalar equation for the multiplier.
+A law can ask for the return that scales the whole trial stress instead, as other codes' shells do by default.
 The factor of the strain rate (G. R. Cowper & P. S. Symonds, Brown University report 28, 1957; Johnson & Cook) is that
 of the very step (backward Euler), not an older one; heat and softening are those at the step's beginning.
 """
@@ -25,7 +26,9 @@ from birdstrike.solver.kernels.metal import (
     KINEMATIC,
     LINEAR,
     POISSON,
+    RADIAL,
     RATE_C,
+    RETURN,
     STRAIN_LIMIT,
     YIELD,
     YOUNG,
@@ -57,10 +60,15 @@ def relative_norm_squared(plus, minus, shear):
 
 @njit(cache=True, error_model="numpy", inline="always")
 def slopes(row):
-    """Growth [Pa] of the return's divisors with the multiplier: of the sum, and of the difference and the shear."""
+    """Growth [Pa] of the return's divisors with the multiplier: of the sum, and of the difference and the shear.
+
+    A radial return divides all alike, by what the shear is divided by: trial stress less 3 G times the growth of the
+    plastic strain.
+    """
     young, nu = row[YOUNG], row[POISSON]
     kinematic = 2.0 * row[KINEMATIC] / 3.0
-    return young / (3.0 * (1.0 - nu)) + kinematic, young / (1.0 + nu) + kinematic
+    rest = young / (1.0 + nu) + kinematic
+    return rest if row[RETURN] == RADIAL else young / (3.0 * (1.0 - nu)) + kinematic, rest
 
 
 @njit(cache=True, error_model="numpy", inline="always")

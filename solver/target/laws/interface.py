@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -42,16 +42,21 @@ class Metal(TargetMaterial):
     """What all metals share: elasticity, and the plastic strain at which a layer fails.
 
     failure_strain: absent, it never fails; fracture_energy [J/m^2]: absent, a layer that reaches it carries nothing
-    from then on; else it softens until this energy per area of crack is spent, whatever the size of the shells.
+    from then on; else it softens until this energy per area of crack is spent, whatever the size of the shells;
+    return_mapping: of a stress beyond yield, to the closest point of the yield surface under plane stress, or, for
+    comparison with codes that do so (OpenRadioss's shells by default), by scaling all its components alike: a tension
+    in two directions then hardens by 0.6 of its plastic strain, and a strip that cannot contract is 2.6 % softer.
     """
 
     young: Annotated[float, Between("0.1 GPa", "1000 GPa")]
     poisson: Annotated[float, Between(0.0, 0.49)]
     failure_strain: FailureStrain | None = None
     fracture_energy: Annotated[float, Between("0 kN/m", "10000 kN/m")] = 0.0
+    return_mapping: Literal["closest_point", "radial"] = "closest_point"
 
     def row(self) -> Array:
         row = elastic_row(self.young, self.poisson)
+        row[metal.RETURN] = metal.RADIAL if self.return_mapping == "radial" else metal.CLOSEST_POINT
         row[metal.FAILURE] = np.inf if self.failure_strain is None else self.failure_strain
         row[metal.FRACTURE_ENERGY] = self.fracture_energy
         self.harden(row)

@@ -63,6 +63,28 @@ def closed(table: dict, strain: float, elastic: float, stress: float, plastic: f
     return float(bisect(off, 1e-12, 1.0, xtol=1e-15))  # pyright: ignore[reportArgumentType]
 
 
+def test_a_radial_return_keeps_the_direction_of_the_trial_stress():
+    """Shear is the same; a strip that cannot contract flows at 1/sqrt(1 - nu + nu^2) of the flow stress, not 2/sqrt3.
+
+    In biaxial tension the plastic strain is what the equivalent trial stress has lost, over 3 G.
+    """
+    closest, radial = (layer_of(POWER | {"return_mapping": name}) for name in ("closest_point", "radial"))
+    for one in (closest, radial):
+        one.strain(np.array([0.0, 0.0, 0.08]))
+    assert radial.stress[2] == pytest.approx(closest.stress[2], rel=1e-12)
+    flat = BILINEAR | {"tangent_modulus": "0 MPa"}
+    for name, expected in (("closest_point", 2.0 / math.sqrt(3.0)), ("radial", 1.0 / math.sqrt(0.79))):
+        strip = layer_of(flat | {"return_mapping": name})
+        for _ in range(400):
+            strip.strain(np.array([0.1 / 400, 0.0, 0.0]))
+        assert strip.stress[0] == pytest.approx(expected * 345e6, rel=1e-3)
+    biaxial = layer_of(BILINEAR | {"return_mapping": "radial"})
+    biaxial.strain(np.array([0.03, 0.03, 0.0]))
+    trial, shear_modulus = 0.03 * 73e9 / 0.7, 73e9 / 2.6
+    assert biaxial.stress[0] == pytest.approx(flow(BILINEAR, biaxial.eps_p), rel=1e-9)
+    assert biaxial.eps_p == pytest.approx((trial - biaxial.stress[0]) / (3.0 * shear_modulus), rel=1e-9)
+
+
 @pytest.mark.parametrize("table", [POWER, TABLE, BILINEAR], ids=lambda table: table["law"])
 @pytest.mark.parametrize("steps", [1, 40])
 def test_hardening_in_shear_and_in_biaxial_tension(table, steps):
