@@ -7,7 +7,9 @@ solutions to verify against in `reference/`.
 """
 
 from birdstrike.solver.cpu_features import use_full_vectors, wait_briefly
+from birdstrike.solver.kernel_cache import forget_stale_kernels
 
 # Before any kernel compiles or runs, and the same in every process: the cache of compiled code is keyed by the target.
 use_full_vectors()
 wait_briefly()
+forget_stale_kernels()

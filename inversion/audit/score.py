@@ -112,7 +112,7 @@ def score(
 ) -> Score:
     """The answer of one record; simulate: for the error that remains, which is left out without it."""
     found = answer["diagnosis"]
-    shots, channels = len(found["shots"]), tuple(found["noise"]["sensors"])
+    shots, channels = len(found["shots"]), (*found["noise"]["sensors"], *found.get("left_out", {}))
     ranked = single_ranks(found)
     same = [listed(label, ranked, channels, shots) for label in truth.effects]
 
@@ -136,7 +136,7 @@ def score(
         form=truth.form,
         kind=truth.kind,
         what=truth.what,
-        planted=dict(truth.effects),
+        planted=dict(zip(same, truth.effects.values(), strict=True)),
         verdict=found["verdict"],
         p=found["alarm"],
         alarm=found["alarm"] < found["alpha"],

@@ -458,10 +458,11 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
     """SI magnitude, 95 % interval, whether a limit of what was looked at holds it."""
     standing, one = ranking.standings[label], ranking.models[label].members[0]
     low, high = one.limits
-    h = float(np.clip(standing.evidence.h[0], low, high))
-    begin, end = standing.fit.tester.interval(standing.evidence)
+    evidence = standing.fit.evidence if standing.own else standing.evidence
+    h = float(np.clip(evidence.h[0], low, high))
+    begin, end = standing.fit.tester.interval(evidence)
     ends = [one.magnitude(x) for x in (min(begin, h), max(end, h))]
-    at_bound = abs(h) > 0.9 * high and (end > 0.99 * high or (not one.one_sided and begin < 0.99 * low))
+    at_bound = abs(h) > 0.9 * high and (end > 0.95 * high or (not one.one_sided and begin < 0.95 * low))
     return one.magnitude(h), (min(ends), max(ends)), at_bound
 
 

@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.evidence import AUTO, birds_apart
 from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
 from birdstrike.inversion.diagnosis.plan import make_plan
-from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan
+from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
 from birdstrike.inversion.diagnosis.shots import read_shot
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case
@@ -100,12 +100,13 @@ def diagnose(
         Simulations(folder / "runs", further, choice.workers, shown, choice.retry) as simulations,
     ):
         setups = all_setups(shots, clean, simulations, choice)
+        shots, lost = predicted_shots(shots, setups)
         read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
         records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
         used = tuple(dict.fromkeys(channel for shot in read_shots for channel in shot.channels))
         baselines = read_baselines(records, used)
         held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
-        found = Pipeline(read_shots, baselines, choice, simulations, warnings).diagnosis(held)
+        found = Pipeline(read_shots, baselines, choice, simulations, (*lost, *warnings)).diagnosis(held)
     copy_case(shots[0].case, folder)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
@@ -214,16 +215,33 @@ def all_setups(
     shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], simulations: Simulations, choice: DiagnosisOptions
 ) -> dict[str, Setup]:
     """Setups by the case's hash, one for each different case, with the measured channels."""
+    cases = {case_hash(one.case): one.case for one in (*shots, *clean)}
+    plans = {key: make_plan(case, choice.runs, choice.seed) for key, case in cases.items()}
+    runs = {key: simulate_plan(plan, simulations) for key, plan in plans.items()}
+    moved = unpredictable([(plans[key], runs[key]) for key in plans], channels_of(shots))
     found: dict[str, Setup] = {}
-    for one in (*shots, *clean):
-        key = case_hash(one.case)
-        if key in found:
-            continue
-        channels = [channel for channel in channels_of(shots) if channel in one.case.sensors]
-        plan = make_plan(one.case, choice.runs, choice.seed)
-        with choice.display(f"Simulations and emulator of {one.case.name}") as progress:
-            found[key] = make_setup(plan, channels, simulate_plan(plan, simulations), progress)
+    for key, case in cases.items():
+        channels = [channel for channel in channels_of(shots) if channel in case.sensors]
+        with choice.display(f"Emulator of {case.name}") as progress:
+            found[key] = make_setup(plans[key], channels, runs[key], moved, progress)
     return found
+
+
+def predicted_shots(
+    shots: Sequence[NamedRecord], setups: Mapping[str, Setup]
+) -> tuple[list[NamedRecord], tuple[str, ...]]:
+    """The shots of which a sensor can be predicted, and a warning for each of the others; raises MeasuredError."""
+    found: list[NamedRecord] = []
+    lost: list[str] = []
+    for one in shots:
+        setup = setups[case_hash(one.case)]
+        if set(one.record.channels) & set(setup.channels):
+            found.append(one)
+        else:
+            lost.append(f"{one.name} is left out: {unpredicted(setup, one.record.channels)}")
+    if not found:
+        raise MeasuredError(lost)
+    return found, tuple(lost)
 
 
 def write(found: Diagnosis, folder: Path) -> Diagnosis:

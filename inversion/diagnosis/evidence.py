@@ -405,7 +405,7 @@ class ModelTester:
         return mean, cov
 
     def interval(self, evidence: Evidence) -> tuple[float, float]:
-        """95 % interval of a single effect's size, within its limits.
+        """95 % interval of a single effect's size [plausible sizes], within its limits.
 
         By quadrature over the size, with what is not known of the signature for each: it grows with the size, so that
         an effect of which little is seen is not held to be small because simulations have not shown it clearly. What
@@ -414,7 +414,7 @@ class ModelTester:
         """
         (one,) = evidence.hypothesis.members
         nodes, (low, high) = np.flatnonzero(evidence.weights > 0.0), one.limits
-        centre, sd = float(evidence.h[0]), float(np.sqrt(evidence.h_cov[0, 0]))
+        centre, sd = float(np.clip(evidence.h[0], low, high)), float(np.sqrt(evidence.h_cov[0, 0]))
         local = np.linspace(centre - REACH * sd, centre + REACH * sd, QUADRATURE)
         sizes = np.unique(np.clip([*np.linspace(low, high, QUADRATURE), *local], low, high))
         logs = self._log_density(one, nodes, sizes)
@@ -439,15 +439,14 @@ class ModelTester:
         columns = [*self.free[free], 0, at[one.label].start, *unknown.columns[first:]]
         S, _, logdet = _integrated(self.grams.at(nodes, columns), d[:, free])
         prior = norm.logpdf(sizes[:, None, None], scale=np.sqrt(own))  # (sizes, nodes, deviations)
-        found = np.empty((len(sizes), len(nodes)))
-        for i, size in enumerate(sizes):
-            turned = np.eye(S.shape[-1])[:, [*range(2, S.shape[-1]), 0]]
-            turned[1, -1] = -size
-            left, _, more = _integrated(
-                turned.T @ S @ turned, np.tile(abs(size) * unknown.errors, (len(nodes), 1))
-            )
-            found[i] = -0.5 * (left[:, 0, 0] + more)
-        logs = found - 0.5 * (self.grams.logdet[nodes] + logdet) + self.log_weights[nodes]
+        # the signature's errors, of variances that grow with the square of the size, in the axes of their information
+        lam, V = np.linalg.eigh(unknown.errors[:, None] * S[:, 2:, 2:] * unknown.errors)
+        pull = np.einsum("nrk,r,nrc->nck", V, unknown.errors, S[:, 2:, :2])  # (nodes, 2, errors): residual, signature
+        square = sizes[:, None, None] ** 2
+        rest = square * (pull[:, 0] - sizes[:, None, None] * pull[:, 1]) ** 2 / (1.0 + square * lam)
+        quadratic = S[:, 0, 0] - sizes[:, None] * (2.0 * S[:, 0, 1] - sizes[:, None] * S[:, 1, 1]) - rest.sum(axis=2)
+        logdet = self.grams.logdet[nodes] + logdet + np.log1p(square * np.maximum(lam, 0.0)).sum(axis=2)
+        logs = self.log_weights[nodes] - 0.5 * (quadratic + logdet)
         return np.asarray(np.logaddexp.reduce(logs + np.logaddexp.reduce(prior, axis=2), axis=1))
 
     def draws(
@@ -551,7 +550,8 @@ class ModelTester:
 
 QUADRATURE = 41  # sizes over the limits, and as many about the mean
 REACH = 5.0  # standard deviations on each side of the mean
-TAILS, TAILS_AWAY = (0.025, 0.5, 0.975), 1.96  # of a 95 % interval; standard deviations of its ends
+TAILS = (0.025, 0.5, 0.975)  # of a 95 % interval
+TAILS_AWAY = float(norm.ppf(TAILS[-1]))  # standard deviations of its ends
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
 REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 

@@ -46,7 +46,8 @@ OF_SHOT = (
 
 @dataclass(frozen=True)
 class Suspect:
-    """One effect where it acts. label: as in the answer; shots: names of the shots, response or fault: what it does."""
+    """One effect where it acts. label: as in the answer; shots: names of the shots, response or fault: what it does;
+    seen: whether a sensor that is used can show it."""
 
     label: str
     name: str
@@ -54,6 +55,7 @@ class Suspect:
     shots: tuple[str, ...]
     response: Response | None = None
     fault: InstrumentEffect | None = None
+    seen: bool = True
 
     @property
     def one_sided(self) -> bool:
@@ -96,7 +98,8 @@ NOTHING = Hypothesis(NONE, (), 1.0, NONE)  # of records in which nothing is susp
 def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     """Every effect that the measured shots could have; baselines have none.
 
-    A sensor that is left out can be at fault too: the record tells nothing of that, and it keeps what the prior gives.
+    A sensor that is left out can be at fault too: of that the record tells nothing, so that it is as likely beside
+    `none` as the prior has it.
     """
     measured = [shot for shot in shots if not shot.baseline]
     first, names = measured[0], tuple(shot.name for shot in measured)
@@ -107,7 +110,7 @@ def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     measured_by = instrument_effects(case, (*first.channels, *left_out))
     unseen = [one for one in measured_by if len(one.sensors) == 1 and one.sensors[0] in left_out]
     for fault in (*instrument_effects(case, first.channels), *unseen):
-        one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault)
+        one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault, seen=fault not in unseen)
         found += _by_shot(one) if fault.label == "time_offset" else [one]
     return tuple(found)
 

@@ -53,11 +53,8 @@ class Proposal:
 
 def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
     """The best candidate; None where there are no two models or nothing to add."""
-    compared = [
-        label
-        for label in sorted(ranking.shares, key=lambda name: -ranking.shares[name])
-        if label in ranking.models and len(ranking.models[label].members) == 1 and ranking.shares[label] >= LEAST
-    ][:MOST]
+    likely = [label for label in ranking.seen if ranking.shares[label] >= LEAST]
+    compared = sorted(likely, key=lambda label: -ranking.shares[label])[:MOST]
     if len(compared) < 2:
         return None
     gram, columns = record_information(ranking.fits[NONE].tester, compared, _likeliest(ranking, compared))

@@ -295,8 +295,8 @@ class Pipeline:
     ) -> tuple[str, ...]:
         """At most five, the gravest first; close: why the likeliest effect is not attributed."""
         setups = {id(shot.setup): shot.setup for shot in self.shots}.values()
-        left_out = [unpredicted(one.left_out, one.left_out) for one in setups if one.left_out]
-        found = [*self.warnings, *self.baselines.warnings, *left_out]
+        left_out = [f"{one.plan.case.name}: {unpredicted(one, one.left_out)}" for one in setups if one.left_out]
+        found = [*self.warnings, *left_out, *self.baselines.warnings]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
                 "no baseline and no stated model error: it is taken as unknown, between 0.2 and 10 % of the peak, so "

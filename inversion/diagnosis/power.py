@@ -39,9 +39,9 @@ def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
 
 
 def absorbed(ranking: Ranking) -> dict[str, float]:
-    """Effect -> share of its signature that the parameters imitate."""
+    """Effect that a sensor shows -> share of its signature that the parameters imitate."""
     fit = ranking.fits[NONE]
-    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    labels = ranking.seen
     gram = fit.tester.grams.node(int(fit.evidence.weights.argmax()))
     whole = np.array([gram[fit.system.at[label].start, fit.system.at[label].start] for label in labels])
     left = np.diag(information(fit, labels))
@@ -50,9 +50,12 @@ def absorbed(ranking: Ranking) -> dict[str, float]:
 
 
 def collinear(ranking: Ranking, most: int = 3) -> dict[str, dict[str, float]]:
-    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part."""
+    """Effect -> those most like it, with the cosine of the signatures once parameters have taken their part.
+
+    Of effects that a sensor shows.
+    """
     fit = ranking.fits[NONE]
-    labels = [label for label, m in ranking.models.items() if len(m.members) == 1]
+    labels = ranking.seen
     left = information(fit, labels)
     size = np.sqrt(np.maximum(np.diag(left), 1e-300))
     cosine = left / np.outer(size, size)

@@ -221,6 +221,11 @@ class Ranking:
         """Posterior probabilities."""
         return probabilities(self.evidence)
 
+    @property
+    def seen(self) -> list[str]:
+        """Single effects that a sensor can show."""
+        return [label for label, one in self.models.items() if len(one.members) == 1 and one.members[0].seen]
+
     def refitted(self, label: str) -> Ranking:
         """The same answer with a refit of one of its models."""
         if self.standings[label].own:

@@ -1,9 +1,9 @@
 """Responses of the curves to effects of the solver, learnt from the two-level design, with what is not known of them.
 
-change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the least-squares slope of the half differences
-of folded-over pairs; what the regression leaves, spread by its covariance, is the uncertainty of S (Box, Hunter &
-Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until simulations elsewhere show that the
-response bends.
+change(b) = h(b) S on the grid, b the magnitude in plausible sizes. S is the slope of the half differences of
+folded-over pairs, shrunk by what it shows beyond scatter; what the regression leaves, spread by its covariance, is the
+uncertainty of S (Box, Hunter & Hunter, Statistics for Experimenters, 2nd ed. 2005, ch. 6 and 10). h(b) = b until
+simulations elsewhere show that the response bends.
 """
 
 from __future__ import annotations
@@ -125,13 +125,14 @@ def learn_responses(
 ) -> tuple[dict[str, Response], dict[str, str]]:
     """Every effect's response, and why the others have none; stacks: (grid,) curves by label.
 
-    Half differences are regressed on the design and, shrunk, on its products with the parameters, channel by channel:
+    Half differences are regressed on the design and on its products with the parameters, both shrunk, channel by channel:
     an effect's signature changes with the bird's viscosity, friction's above all.
     """
     found, lost = dict[str, Response](), dict[str, str]()
     for block in plan.blocks:
         kept = block.finished(stacks)
-        if len(kept) < len(block.known) + FEWEST_LEFT:
+        enough = len(kept) >= len(block.known) + FEWEST_LEFT
+        if not enough or np.linalg.matrix_rank(block.codes(kept)) < len(block.known):
             lost |= {known.name: "its simulations failed" for known in block.known}
         else:
             found |= _learnt(plan, block, kept, stacks, channels)

@@ -157,11 +157,15 @@ def make_setup(
     plan: Plan,
     channels: Sequence[str],
     runs: Mapping[str, Histories],
+    moved: Mapping[str, float],
     progress: Callable[[float], None] | None = None,
 ) -> Setup:
-    """Fit emulator, mesh correction and responses to those of the channels that simulations can predict."""
-    given = (tuple(channels), unpredictable(plan, channels, runs))
-    channels = [name for name in channels if name not in given[1]]
+    """Fit emulator, mesh correction and responses to those of the channels that simulations can predict.
+
+    moved: the others, see `unpredictable`.
+    """
+    given = (tuple(channels), moved)
+    channels = [name for name in channels if name not in moved]
     data = dataset(plan, channels, runs)
     emulator = fit_emulator(data, channels, progress=progress)
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
@@ -177,27 +181,28 @@ def make_setup(
     return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs, *given)
 
 
-def unpredictable(plan: Plan, channels: Sequence[str], runs: Mapping[str, Histories]) -> dict[str, float]:
+def unpredictable(
+    simulated: Sequence[tuple[Plan, Mapping[str, Histories]]], channels: Sequence[str]
+) -> dict[str, float]:
     """Sensor, or candidate for one -> RMS, as a share of its peak, by which it differs from lattice to lattice.
 
-    Of those that differ by more than a shot is taken to have for itself, and by `NOISIER` times as much as the quietest
-    of the channels. A fault of the model in them would be taken for the bird's parameters or for an effect.
+    In that of the cases where it differs most. Of sensors that differ by more than a shot is taken to have for itself,
+    and by `NOISIER` times as much as the quietest of the channels. A fault of the model in them would be taken for the
+    bird's parameters or for an effect.
     """
-    scatter = between_lattices(plan, runs)
-    if not scatter:
-        return {}
-    sensors, quietest = plan.coarse.sensors, min(scatter[name] for name in channels)
-    return {
-        name: share
-        for name, share in scatter.items()
-        if share > max(NOISIER * quietest, remainder(sensors[name].kind))
-    }
+    scatter, kinds = dict[str, float](), dict[str, str]()
+    for plan, runs in simulated:
+        for name, share in between_lattices(plan, runs).items():
+            scatter[name] = max(share, scatter.get(name, 0.0))
+            kinds[name] = plan.coarse.sensors[name].kind
+    quietest = min((scatter[name] for name in channels if name in scatter), default=np.inf)
+    return {n: share for n, share in scatter.items() if share > max(NOISIER * quietest, remainder(kinds[n]))}
 
 
 def between_lattices(plan: Plan, runs: Mapping[str, Histories]) -> dict[str, float]:
     """Sensor -> RMS difference of the fine simulations on two lattices, as a share of its peak; empty without them.
 
-    Of curves averaged over `PARTS` parts of the time.
+    Of curves averaged over `PARTS` parts of the time; a sensor that shows nothing in one of them has no share.
     """
     labels = [(f"fine {i}", f"lattice {i}") for i in plan.fine_points()]
     pairs = [(runs[own], runs[other]) for own, other in labels if own in runs and other in runs]
@@ -207,8 +212,10 @@ def between_lattices(plan: Plan, runs: Mapping[str, Histories]) -> dict[str, flo
         shares = []
         for own, other in pairs:
             curve, moved = (_in_parts(one) for one in (own.channels[name], other.channels[name] - own.channels[name]))
-            shares.append((moved**2).mean() / max(float(np.abs(curve).max()), 1e-300) ** 2)
-        found[name] = float(np.sqrt(np.mean(shares)))
+            peak = float(np.abs(curve).max())
+            shares.append((moved**2).mean() / peak**2 if peak else np.nan)
+        if np.isfinite(shares).all():
+            found[name] = float(np.sqrt(np.mean(shares)))
     return found
 
 

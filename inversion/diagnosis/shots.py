@@ -5,7 +5,7 @@ A record is cut to the simulated time; neighbouring instants are averaged where 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
+from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
 from birdstrike.inversion.observations.noise import Noise
@@ -234,13 +235,15 @@ class Shot:
         return {channel: shape_of(part, middle[channel], self.setup.time) for channel, part in draws.items()}
 
 
-def unpredicted(shares: Mapping[str, float], channels: Iterable[str]) -> str:
-    """Why channels are left out, and what to do; shares: `Setup.unpredictable`."""
-    moved = ", ".join(f"{name} ({100 * shares[name]:.0f} %)" for name in channels if name in shares)
+def unpredicted(setup: Setup, channels: Iterable[str]) -> str:
+    """Why channels are left out, and what to do."""
+    shares, fine, declared = setup.unpredictable, setup.plan.fine.bird.particles, setup.plan.case.bird.particles
+    moved = ", ".join(f"{name} by {100 * shares[name]:.0f} %" for name in channels if name in shares)
+    enough = f"up to {COARSE_PARTICLES}" if declared < COARSE_PARTICLES else f"beyond {fine}"
     return (
-        f"{moved} left out: by so much of its peak a simulation on this mesh changes where only the lattice of the "
-        "bird's particles is another, so that neither the bird's parameters nor faults can be read from it; raise "
-        "bird.particles"
+        f"another lattice of the bird's {fine} particles alone moves {moved} of the peak, several times as much as the "
+        "quietest sensor, so that neither the bird's parameters nor faults can be read from it: not used; raise "
+        f"bird.particles = {declared} {enough}"
     )
 
 
@@ -250,7 +253,7 @@ def read_shot(
     """The record's channels that the setup has, in the window of the simulation; raises MeasuredError without any."""
     own = {c: measured.channels[c] for c in setup.channels if c in measured.channels}
     if not own:
-        raise MeasuredError([f"{measured.path}: {unpredicted(setup.unpredictable, measured.channels)}"])
+        raise MeasuredError([f"{measured.path}: {unpredicted(setup, measured.channels)}"])
     expected = Expected.of_case(setup.plan.case, float(setup.time[-1]), LATEST_SHIFT)
     record = read_record(replace(measured, channels=own), expected, tolerance)
     return Shot(name, setup, record, group, baseline)

@@ -203,6 +203,14 @@ def basis_section(results: DiagnosisResults) -> Section:
         blocks.append(Paragraph(_baseline(content["baseline"], units)))
     runs = content["strikes"]
     blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored."))
+    if content.get("left_out"):
+        moved = ", ".join(f"{in_words(name)} ({100 * share:.0f} %)" for name, share in content["left_out"].items())
+        blocks.append(
+            Paragraph(
+                f"Measured, but not used: {moved}. By so much of its peak a simulation changes where only the lattice of "
+                "the bird's particles is another; whether these sensors are themselves at fault, the record does not say."
+            )
+        )
     if content["refused"]:
         reasons = "; ".join(f"{in_words(name)}: {reason}" for name, reason in content["refused"].items())
         blocks.append(Paragraph(f"Effects that this case cannot carry: {reasons}."))

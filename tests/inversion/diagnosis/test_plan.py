@@ -75,10 +75,10 @@ def test_a_sensor_that_lattices_move_much_more_than_others_is_left_out(
 
     measured = [name for name, share in moved.items() if share]
     runs = {label: run(0.0) for label in plan.meshes()} | {label: run(1.0) for label in plan.lattices()}
-    found = unpredictable(plan, measured, runs)
+    found = unpredictable([(plan, runs)], measured)
     assert {name for name in found if name in measured} == left_out
     assert all(found[name] == pytest.approx(moved[name], rel=0.05) for name in found)
-    assert not unpredictable(plan, measured, {label: run(0.0) for label in plan.meshes()})
+    assert not unpredictable([(plan, {label: run(0.0) for label in plan.meshes()})], measured)
 
 
 def test_the_scatter_of_runs_does_not_pass_for_a_signature() -> None:
