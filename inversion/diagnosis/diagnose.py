@@ -22,7 +22,7 @@ from birdstrike.inversion.diagnosis.model_file import FILE
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, quiet, uncounted
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
-from birdstrike.inversion.diagnosis.shots import read_shot
+from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case
 

@@ -125,8 +125,8 @@ def learn_responses(
 ) -> tuple[dict[str, Response], dict[str, str]]:
     """Every effect's response, and why the others have none; stacks: (grid,) curves by label.
 
-    Half differences are regressed on the design and on its products with the parameters, both shrunk, channel by channel:
-    an effect's signature changes with the bird's viscosity, friction's above all.
+    Half differences are regressed on the design and on its products with the parameters, both shrunk, channel by
+    channel: an effect's signature changes with the bird's viscosity, friction's above all.
     """
     found, lost = dict[str, Response](), dict[str, str]()
     for block in plan.blocks:

@@ -13,7 +13,6 @@ from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.results import is_smooth
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.discrepancy import remainder
 from birdstrike.inversion.diagnosis.plan import Plan
 from birdstrike.inversion.diagnosis.responses import Change, Response, learn_responses, scatter, updated
 from birdstrike.inversion.estimation.mesh_correction import MeshCorrection, stack, stacked_curves
@@ -26,8 +25,8 @@ STEP = 1e-3  # of the ranges: central differences of the emulator
 PARTS = 25
 """Of the time, over which curves are averaged before lattices are compared: what changes faster is nearly white, and
 the model error of each shot by itself has room for it."""
-NOISIER = 4.0
-"""Times the scatter of the quietest sensor: one that scatters by more could add a sixteenth to what that one tells of
+NOISY, NOISIER = 0.03, 4.0
+"""Share of the peak, as much as repeated shots are taken to scatter in a force; times the scatter of the quietest sensor: one that scatters by more could add a sixteenth to what that one tells of
 the bird, and its errors, which change with the bird in ways that no emulator of such runs shows, cost much more."""
 
 
@@ -186,17 +185,16 @@ def unpredictable(
 ) -> dict[str, float]:
     """Sensor, or candidate for one -> RMS, as a share of its peak, by which it differs from lattice to lattice.
 
-    In that of the cases where it differs most. Of sensors that differ by more than a shot is taken to have for itself,
-    and by `NOISIER` times as much as the quietest of the channels. A fault of the model in them would be taken for the
-    bird's parameters or for an effect.
+    In that of the cases where it differs most. Of sensors that differ by more than `NOISY` and by `NOISIER` times as
+    much as the quietest of the channels. A fault of the model in them would be taken for the bird's parameters or for
+    an effect.
     """
-    scatter, kinds = dict[str, float](), dict[str, str]()
+    scatter: dict[str, float] = {}
     for plan, runs in simulated:
         for name, share in between_lattices(plan, runs).items():
             scatter[name] = max(share, scatter.get(name, 0.0))
-            kinds[name] = plan.coarse.sensors[name].kind
     quietest = min((scatter[name] for name in channels if name in scatter), default=np.inf)
-    return {n: share for n, share in scatter.items() if share > max(NOISIER * quietest, remainder(kinds[n]))}
+    return {name: share for name, share in scatter.items() if share > max(NOISIER * quietest, NOISY)}
 
 
 def between_lattices(plan: Plan, runs: Mapping[str, Histories]) -> dict[str, float]:

@@ -207,8 +207,8 @@ def basis_section(results: DiagnosisResults) -> Section:
         moved = ", ".join(f"{in_words(name)} ({100 * share:.0f} %)" for name, share in content["left_out"].items())
         blocks.append(
             Paragraph(
-                f"Measured, but not used: {moved}. By so much of its peak a simulation changes where only the lattice of "
-                "the bird's particles is another; whether these sensors are themselves at fault, the record does not say."
+                f"Measured, but not used: {moved}. By so much of its peak a simulation changes where only the lattice "
+                "of the bird's particles is another; whether these sensors are at fault, the record does not say."
             )
         )
     if content["refused"]:

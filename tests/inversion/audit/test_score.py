@@ -71,6 +71,19 @@ def test_magnitudes_and_parameters_are_covered_by_their_own_intervals() -> None:
     assert dict(other.parameters) == {}, "parameters of another model have no true value"
 
 
+def test_a_fault_of_a_sensor_that_is_left_out_is_no_other_sensor_s() -> None:
+    """One sensor is used and another left out: the common fault is that of the one that is used."""
+    shares = {"none": 0.02, "sensor_gain": 0.96, "sensor_gain.strain_back": 0.02}
+    given = answer(shares, "attributed", credible=("sensor_gain",))
+    (used,) = given["diagnosis"]["noise"]["sensors"]
+    given["diagnosis"]["left_out"] = {"strain_back": 0.06}
+    other = score("a", given, truth("single", {"sensor_gain.strain_back": 0.05}), tiny())
+    assert (other.right, other.rank, other.in_set) == (False, 2, False)
+    own = score("a", given, truth("single", {f"sensor_gain.{used}": 0.05}), tiny())
+    assert (own.right, own.rank, own.in_set) == (True, 1, True)
+    assert own.channels == (used, "strain_back")
+
+
 def test_a_sensor_s_fault_is_the_common_one_where_it_is_the_only_sensor() -> None:
     assert equivalent("sensor_gain", "sensor_gain.a", ("a",), 1)
     assert not equivalent("sensor_gain", "sensor_gain.a", ("a", "b"), 1)

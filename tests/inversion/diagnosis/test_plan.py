@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from birdstrike.data.curves import Measured
+from birdstrike.data.errors import MeasuredError
+from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
 from birdstrike.inversion.diagnosis.instrument import instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import Block, Known, make_plan, two_level
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 
@@ -79,6 +82,46 @@ def test_a_sensor_that_lattices_move_much_more_than_others_is_left_out(
     assert {name for name in found if name in measured} == left_out
     assert all(found[name] == pytest.approx(moved[name], rel=0.05) for name in found)
     assert not unpredictable([(plan, {label: run(0.0) for label in plan.meshes()})], measured)
+
+
+def test_a_sensor_is_left_out_where_it_scatters_most_and_one_that_shows_nothing_is_not_compared() -> None:
+    plan = make_plan(load_case("audit_strike"), runs=9)
+    curve = np.sin(np.linspace(0.0, 3.0, 501))
+
+    def runs(share: float, strain: float = 0.0) -> dict[str, Any]:
+        shown = {"displacement_centre": 0.01, "reaction_force": share}
+        fine, other = (
+            SimpleNamespace(
+                channels={n: (1.0 + s * x) * curve for n, s in shown.items()} | {"strain_back": strain * curve}
+            )
+            for x in (0.0, 1.0)
+        )
+        return dict.fromkeys(plan.meshes(), fine) | dict.fromkeys(plan.lattices(), other)
+
+    measured = ["strain_back", "displacement_centre", "reaction_force"]
+    assert set(unpredictable([(plan, runs(0.02)), (plan, runs(0.5))], measured)) == {"reaction_force"}
+    assert not unpredictable([(plan, runs(0.02))], measured)
+    assert set(unpredictable([(plan, runs(0.05))], measured)) == {"reaction_force"}, (
+        "the dead gauge is not the quietest"
+    )
+    assert set(unpredictable([(plan, runs(0.05, strain=1.0))], measured)) == {"reaction_force"}
+
+
+def test_a_shot_of_which_nothing_is_predicted_is_left_out_and_others_go_on() -> None:
+    case = load_case("audit_strike")
+    plan = make_plan(case, runs=9)
+    setup: Any = SimpleNamespace(plan=plan, channels=("displacement_centre",), unpredictable={"reaction_force": 0.11})
+
+    def record(name: str) -> Measured:
+        return Measured(np.zeros(2), {name: np.zeros(2)}, {}, {name: ""}, (), "shot.csv")
+
+    shots = [NamedRecord(name, case, record(name)) for name in ("displacement_centre", "reaction_force")]
+    found, (lost,) = predicted_shots(shots, {case_hash(case): setup})
+    assert [one.name for one in found] == ["displacement_centre"]
+    assert "reaction_force by 11 % of the peak" in lost
+    assert "raise bird.particles = 400 up to 1000" in lost
+    with pytest.raises(MeasuredError, match="reaction_force"):
+        predicted_shots(shots[1:], {case_hash(case): setup})
 
 
 def test_the_scatter_of_runs_does_not_pass_for_a_signature() -> None:
