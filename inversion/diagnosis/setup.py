@@ -26,8 +26,9 @@ PARTS = 25
 """Of the time, over which curves are averaged before lattices are compared: what changes faster is nearly white, and
 the model error of each shot by itself has room for it."""
 NOISY, NOISIER = 0.03, 4.0
-"""Share of the peak, as much as repeated shots are taken to scatter in a force; times the scatter of the quietest sensor: one that scatters by more could add a sixteenth to what that one tells of
-the bird, and its errors, which change with the bird in ways that no emulator of such runs shows, cost much more."""
+"""Share of the peak, as much as repeated shots are taken to scatter in a force; times the scatter of the quietest
+sensor: one that scatters by more could add a sixteenth to what that one tells of the bird, and its errors, which change
+with the bird in ways that no emulator of such runs shows, cost much more."""
 
 
 @dataclass(frozen=True)
