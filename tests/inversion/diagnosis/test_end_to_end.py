@@ -11,6 +11,7 @@ import pytest
 
 from birdstrike.data.curves import Measured, read_measured, write_measured
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
+from birdstrike.data.tree import load_tree
 from birdstrike.inversion.diagnosis.before_and_after import Held
 from birdstrike.inversion.diagnosis.diagnose import (
     DiagnosisOptions,
@@ -96,6 +97,33 @@ def test_the_second_call_simulates_nothing_and_says_the_same(laboratory: Laborat
     after = laboratory.content()
     assert after["strikes"]["paid"] == 0
     assert after["confidence_set"] == before["confidence_set"]
+
+
+def test_a_sensor_that_lattices_move_too_much_is_left_out_and_told(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own faults stay in the list, about as likely beside `none` as beforehand; nothing is compared with them."""
+    moved = {"displacement_side": 0.08, "probe_strain_fore": 0.2}
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.unpredictable", lambda *_: moved)
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "clean.csv"), "--baseline", str(folder / "loose.csv"))
+    result = laboratory.diagnose("noisy", *words)
+    assert result.exit_code == 0, result.output
+    found = laboratory.content("noisy")
+    assert found["left_out"] == {"displacement_side": 0.08}
+    assert list(found["noise"]["sensors"]) == ["displacement_centre"]
+    assert "displacement_side by 8 % of the peak" in found["warnings"][0]
+    told = {one["name"]: one for one in found["effects"]}
+    unseen = told["sensor_gain.displacement_side"]
+    assert abs(unseen["log_evidence"]) < 2.0, "by the place about which each model is judged"
+    assert unseen["absorbed"] is None
+    assert unseen["twins"] == {}
+    assert not any("displacement_side" in name for one in told.values() for name in one["twins"])
+    posterior = load_tree(folder / "noisy" / "model.npz")["posterior"]
+    assert not any("displacement_side" in one["label"] for one in posterior)
+    assert sum(one["share"] for one in posterior) == pytest.approx(1.0)
+    page = html.unescape((folder / "noisy" / "diagnosis.html").read_text(encoding="utf-8"))
+    assert "Measured, but not used: displacement side (8 %)" in page
 
 
 def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
