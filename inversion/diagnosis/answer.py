@@ -26,6 +26,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     predicted,
     rms_by_channel,
 )
+from birdstrike.inversion.diagnosis.evidence import NINETY_FIVE
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
@@ -385,7 +386,6 @@ def _errors(found: Diagnosis) -> str:
     )
 
 
-NINETY_FIVE = float(norm.ppf(0.975))
 NOT_EFFECTS = {NONE: "no effect", SOMETHING_ELSE: "something that no effect of the library describes"}
 REFUTED = 1e-4  # smallest p-value that is told
 TOLD = 0.05  # probability of something else from which on it is told
@@ -458,7 +458,7 @@ def magnitude_of(ranking: Ranking, label: str) -> tuple[float, tuple[float, floa
     """SI magnitude, 95 % interval, whether a limit of what was looked at holds it."""
     standing, one = ranking.standings[label], ranking.models[label].members[0]
     low, high = one.limits
-    evidence = standing.fit.evidence if standing.own else standing.evidence
+    evidence = standing.at_fit
     h = float(np.clip(evidence.h[0], low, high))
     begin, end = standing.fit.tester.interval(evidence)
     ends = [one.magnitude(x) for x in (min(begin, h), max(end, h))]

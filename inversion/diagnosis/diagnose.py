@@ -218,10 +218,11 @@ def all_setups(
     cases = {case_hash(one.case): one.case for one in (*shots, *clean)}
     plans = {key: make_plan(case, choice.runs, choice.seed) for key, case in cases.items()}
     runs = {key: simulate_plan(plan, simulations) for key, plan in plans.items()}
-    moved = unpredictable([(plans[key], runs[key]) for key in plans], channels_of(shots))
+    measured = channels_of(shots)
+    moved = unpredictable([(plans[key], runs[key]) for key in plans], measured)
     found: dict[str, Setup] = {}
     for key, case in cases.items():
-        channels = [channel for channel in channels_of(shots) if channel in case.sensors]
+        channels = [channel for channel in measured if channel in case.sensors]
         with choice.display(f"Emulator of {case.name}") as progress:
             found[key] = make_setup(plans[key], channels, runs[key], moved, progress)
     return found

@@ -17,7 +17,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.setup import Setup
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.estimation.mesh_correction import stack
 from birdstrike.surrogate.weights import emulator_table, process_table
@@ -35,7 +35,7 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
     looked at; fits: parameters and effects, SI, by shot's group; posterior, discrepancy, conditions, contacts (first
     contact [s] by shot): what `predict` carries to another case.
     """
-    setups = list({id(shot.setup): shot.setup for shot in shots}.values())
+    setups = setups_of(shots)
     space = shots[0].setup.plan.space
     return {
         "parameters": [
@@ -94,9 +94,9 @@ def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
 def _drawn(ranking: Ranking, label: str, shots: Sequence[Shot]) -> Table:
     hypothesis, shot = ranking.models[label], shots[0]
     setup = shot.setup
-    fit = ranking.standings[label].fit
-    tester = fit.tester
-    sizes, rng = [float(h) for h in ranking.evidence[label].h], np.random.default_rng(0)
+    standing = ranking.standings[label]
+    fit, tester = standing.fit, standing.fit.tester
+    sizes, rng = [float(h) for h in standing.at_fit.h], np.random.default_rng(0)
     parameters, found, nodes = tester.draws(hypothesis, sizes, DRAWS, rng)
     k = len(setup.lows)
     begin = fit.system.groups.index(shot.group) * k

@@ -56,7 +56,7 @@ from birdstrike.inversion.diagnosis.next_measurement import propose
 from birdstrike.inversion.diagnosis.plan import RUNS
 from birdstrike.inversion.diagnosis.power import gain, minimum_detectable
 from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, likelier, rank
-from birdstrike.inversion.diagnosis.shots import Shot, unpredicted
+from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 
@@ -294,8 +294,8 @@ class Pipeline:
         close: Sequence[str],
     ) -> tuple[str, ...]:
         """At most five, the gravest first; close: why the likeliest effect is not attributed."""
-        setups = {id(shot.setup): shot.setup for shot in self.shots}.values()
-        left_out = [f"{one.plan.case.name}: {unpredicted(one, one.left_out)}" for one in setups if one.left_out]
+        setups = [one for one in setups_of(self.shots) if one.left_out]
+        left_out = [f"{one.plan.case.name}: {unpredicted(one, one.left_out)}" for one in setups]
         found = [*self.warnings, *left_out, *self.baselines.warnings]
         if not self.baselines.shots and ranking.problem.known.source != STATED:
             found.append(
@@ -348,8 +348,7 @@ class Pipeline:
 
 def _lattices_lacking(shots: Sequence[Shot]) -> list[str]:
     """A warning for every case whose simulations on another lattice did not all finish."""
-    setups = {id(shot.setup): shot.setup for shot in shots}.values()
-    counts = [(one.plan.case.name, len(one.lattice_moves), len(one.plan.lattices())) for one in setups]
+    counts = [(one.plan.case.name, len(one.lattice_moves), len(one.plan.lattices())) for one in setups_of(shots)]
     return [
         f"{name}: {finished} of {wanted} simulations on another lattice finished; the intervals of parameters and "
         "magnitudes hold too little of what the choice of a lattice moves"

@@ -190,6 +190,11 @@ class Standing:
         return cls(fit.evidence, fit, True)
 
     @property
+    def at_fit(self) -> Evidence:
+        """Of the fit; not what the model is ranked by, where `Ranking.refitted` has made a fit for its figures."""
+        return self.fit.evidence if self.own else self.evidence
+
+    @property
     def score(self) -> float:
         """Log of evidence times prior."""
         return self.evidence.log_evidence + float(np.log(self.evidence.hypothesis.prior))

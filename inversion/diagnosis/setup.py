@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,10 +71,8 @@ class Setup:
         channels = len(self.channels)
         if not self.changes:
             return np.zeros((0, len(self.time) * channels))
-        parts = np.array_split(np.arange(len(self.time)), min(SCATTER_BLOCKS, len(self.time)))
         draws = np.split(scatter(self.changes, channels), channels, axis=1)
-        means = [np.stack([one[:, part].mean(axis=1) for part in parts], axis=1) for one in draws]
-        middle = np.array([self.time[part].mean() for part in parts])
+        means, middle = [in_parts(one, SCATTER_BLOCKS) for one in draws], in_parts(self.time, SCATTER_BLOCKS)
         rows = [np.array([np.interp(self.time, middle, row) for row in own]) for own in common_factors(means)]
         return np.hstack([own / np.sqrt((own**2).sum(axis=0).mean()) for own in rows])
 
@@ -114,11 +112,9 @@ class Setup:
     @cached_property
     def lattice_moves(self) -> Array:
         """(n, channels * m) SI, what the other lattice moves at each of the points that were simulated on both."""
-        pairs = [(self.runs.get(f"lattice {i}"), self.runs.get(f"fine {i}")) for i in self.plan.fine_points()]
         moved = [
             stack(other, self.time, self.channels) - stack(own, self.time, self.channels)
-            for other, own in pairs
-            if other is not None and own is not None
+            for own, other in lattice_pairs(self.plan, self.runs)
         ]
         return np.reshape(moved, (len(moved), len(self.channels) * len(self.time)))
 
@@ -164,21 +160,19 @@ def make_setup(
 
     moved: the others, see `unpredictable`.
     """
-    given = (tuple(channels), moved)
-    channels = [name for name in channels if name not in moved]
+    measured, channels = tuple(channels), tuple(name for name in channels if name not in moved)
     data = dataset(plan, channels, runs)
     emulator = fit_emulator(data, channels, progress=progress)
     box = max(emulator.regions, key=lambda r: float(np.prod(r.highs - r.lows)))
     lows, highs = (fractions(plan, np.asarray(edge)) for edge in (box.lows, box.highs))
-    parts = (plan, data.time, tuple(channels), emulator)
     none = MeshCorrection.none(len(data.time) * len(channels))
-    bare = Setup(*parts, none, {}, {}, lows, highs, runs, *given)
+    bare = Setup(plan, data.time, channels, emulator, none, {}, {}, lows, highs, runs, measured, moved)
     fine = [i for i in plan.fine_points() if f"fine {i}" in runs]
     stacks = {label: stack(histories, data.time, channels) for label, histories in runs.items()}
     z = plan.unit[fine]
     mesh = MeshCorrection.fit(z, np.array([stacks[f"fine {i}"] for i in fine]) - bare.coarse(z), len(channels))
     responses, lost = learn_responses(plan, stacks, len(channels))
-    return Setup(*parts, mesh, responses, {**plan.refused, **lost}, lows, highs, runs, *given)
+    return replace(bare, mesh=mesh, learnt=responses, refused={**plan.refused, **lost})
 
 
 def unpredictable(
@@ -203,24 +197,30 @@ def between_lattices(plan: Plan, runs: Mapping[str, Histories]) -> dict[str, flo
 
     Of curves averaged over `PARTS` parts of the time; a sensor that shows nothing in one of them has no share.
     """
-    labels = [(f"fine {i}", f"lattice {i}") for i in plan.fine_points()]
-    pairs = [(runs[own], runs[other]) for own, other in labels if own in runs and other in runs]
+    pairs = lattice_pairs(plan, runs)
     known = [name for name in plan.coarse.sensors if pairs and name in pairs[0][0].channels]
     found: dict[str, float] = {}
     for name in known:
         shares = []
         for own, other in pairs:
-            curve, moved = (_in_parts(one) for one in (own.channels[name], other.channels[name] - own.channels[name]))
-            peak = float(np.abs(curve).max())
+            moved = in_parts(other.channels[name] - own.channels[name], PARTS)
+            peak = float(np.abs(in_parts(own.channels[name], PARTS)).max())
             shares.append((moved**2).mean() / peak**2 if peak else np.nan)
         if np.isfinite(shares).all():
             found[name] = float(np.sqrt(np.mean(shares)))
     return found
 
 
-def _in_parts(curve: Array) -> Array:
-    """(PARTS,) means of a curve (m,)."""
-    return np.array([part.mean() for part in np.array_split(curve, min(PARTS, len(curve)))])
+def lattice_pairs(plan: Plan, runs: Mapping[str, Histories]) -> list[tuple[Histories, Histories]]:
+    """The fine simulations that finished on both lattices, the plan's own lattice first."""
+    labels = [(f"fine {i}", f"lattice {i}") for i in plan.fine_points()]
+    return [(runs[own], runs[other]) for own, other in labels if own in runs and other in runs]
+
+
+def in_parts(curves: Array, count: int) -> Array:
+    """(..., count) means of curves (..., m) over as many parts of the time, at most m."""
+    m = curves.shape[-1]
+    return np.stack([curves[..., part].mean(axis=-1) for part in np.array_split(np.arange(m), min(count, m))], axis=-1)
 
 
 def fractions(plan: Plan, theta: Array) -> Array:

@@ -5,7 +5,7 @@ A record is cut to the simulated time; neighbouring instants are averaged where 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -233,6 +233,11 @@ class Shot:
         draws = self.setup.split(self.setup.mesh_draws)
         middle = self.setup.split(self.setup.grid(np.full((1, len(self.setup.lows)), 0.5))[0])
         return {channel: shape_of(part, middle[channel], self.setup.time) for channel, part in draws.items()}
+
+
+def setups_of(shots: Sequence[Shot]) -> list[Setup]:
+    """The shots' setups, each once, in their order."""
+    return list({id(shot.setup): shot.setup for shot in shots}.values())
 
 
 def unpredicted(setup: Setup, channels: Iterable[str]) -> str:

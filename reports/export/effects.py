@@ -247,14 +247,7 @@ class _Radioss(_Writer):
 
     def thickness(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
         thickness, material = _struck(case)
-        yield from (f"/PROP/SHELL/{number}", effect.name)
-        yield "#   Ishell    Ismstr     Ish3n    Idrill    Ipinch                  P_Thick_Fail"
-        yield columns((24, 10), (2, 10), (2, 10), (0, 10), (0, 10), (None, 10), (0.0, WIDE))
-        yield card(0.0, 0.0, 0.0, 0.0, 0.0, width=WIDE)
-        yield "#        N   Istrain               Thick              Ashear              Ithick     Iplas"
-        value = self.system.value(thickness, "m")
-        iplas = radioss_materials.return_flag(material)
-        yield columns((5, 10), (1, 10), (value, WIDE), (0.0, WIDE), (None, 10), (2, 10), (iplas, 10))
+        yield from radioss_materials.shell_lines(effect.name, material, thickness, number, self.system)
 
     def metal(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
         yield from radioss_materials.metal_lines(effect.name, _struck(case)[1], number, self.system)

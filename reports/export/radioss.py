@@ -16,7 +16,7 @@ from birdstrike.reports.export.exported import Export
 from birdstrike.reports.export.fixed_columns import card, columns, comments, ten_a_line
 from birdstrike.reports.export.model import StrikeModel
 from birdstrike.reports.export.numbering import Numbering
-from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on, return_flag
+from birdstrike.reports.export.radioss_materials import WIDE, bird_lines, metal_lines, remarks_on, shell_lines
 
 VERSION = 2022
 NAMES = {"t": "Mg", "us": "mus"}
@@ -112,15 +112,8 @@ def _materials(model: StrikeModel, system: UnitSystem, numbering: Numbering) -> 
 
 def _properties(model: StrikeModel, system: UnitSystem, numbering: Numbering) -> Iterator[str]:
     for number, part in enumerate(model.parts, start=1):
-        yield from (f"/PROP/SHELL/{number}", f"{part.name}: QEPH shells, five points")
-        yield "#   Ishell    Ismstr     Ish3n    Idrill    Ipinch                  P_Thick_Fail"
-        yield columns((24, 10), (2, 10), (2, 10), (0, 10), (0, 10), (None, 10), (0.0, WIDE))
-        yield "#                 Hm                  Hf                  Hr                  Dm                  Dn"
-        yield card(0.0, 0.0, 0.0, 0.0, 0.0, width=WIDE)
-        yield "#        N   Istrain               Thick              Ashear              Ithick     Iplas"
-        thickness = system.value(part.thickness, "m")
-        iplas = return_flag(part.material)
-        yield columns((5, 10), (1, 10), (thickness, WIDE), (0.0, WIDE), (None, 10), (2, 10), (iplas, 10))
+        title = f"{part.name}: QEPH shells, five points"
+        yield from shell_lines(title, part.material, part.thickness, number, system)
     yield from _bird_property(model, system, numbering.bird_part)
     for number, springs in zip(numbering.spring_parts, model.springs, strict=True):
         yield from (f"/PROP/SPR_GENE/{number}", "support: springs to the ground")

@@ -189,9 +189,25 @@ def metal_lines(
     )
 
 
-def return_flag(material: object) -> int:
-    """Iplas of a /PROP/SHELL: 1 returns by iteration to the closest point, 2 radially, which is Radioss' default."""
-    return 2 if getattr(material, "return_mapping", "") == "radial" else 1
+def shell_lines(
+    title: str, material: PlateMaterial | TargetMaterial | None, thickness: float, number: int, system: UnitSystem
+) -> list[str]:
+    """The /PROP of QEPH shells of a thickness [m]: five points, which neither thin nor thicken.
+
+    Iplas: 1 returns by iteration to the closest point, 2 radially, which is Radioss' default.
+    """
+    iplas = 2 if isinstance(material, Metal) and material.return_mapping == "radial" else 1
+    across = system.value(thickness, "m")
+    return [
+        f"/PROP/SHELL/{number}",
+        title,
+        "#   Ishell    Ismstr     Ish3n    Idrill    Ipinch                  P_Thick_Fail",
+        columns((24, 10), (2, 10), (2, 10), (0, 10), (0, 10), (None, 10), (0.0, WIDE)),
+        "#                 Hm                  Hf                  Hr                  Dm                  Dn",
+        card(0.0, 0.0, 0.0, 0.0, 0.0, width=WIDE),
+        "#        N   Istrain               Thick              Ashear              Ithick     Iplas",
+        columns((5, 10), (1, 10), (across, WIDE), (0.0, WIDE), (None, 10), (2, 10), (iplas, 10)),
+    ]
 
 
 def refuse_fracture(title: str, material: object) -> None:
