@@ -10,27 +10,29 @@ from birdstrike.data.errors import UserError
 from birdstrike.reports.verification.problem import Problem
 
 MODULES = (
-    "planar_problems",
-    "lattice_problems",
-    "clamped_plate_problems",
-    "plate_problems",
-    "shell_problems",
-    "plasticity_problems",
-    "stagnation_problems",
-    "target_problems",
-    "energy_balance_problems",
-    "openradioss_problems",
-    "assembly_problems",
-    "joined_problems",
+    "planar",
+    "lattice",
+    "clamped_plate",
+    "plate",
+    "shell",
+    "plasticity",
+    "stagnation",
+    "target",
+    "energy_balance",
+    "openradioss",
+    "assembly",
+    "joined",
     "parameter_sensitivity",
-    "published_problems",
-    "bird_model_problems",
+    "published",
+    "bird_model",
 )
 
 
 def problems() -> dict[str, Problem]:
     """All, by name."""
-    listed = [p for module in MODULES for p in import_module(f"birdstrike.reports.verification.{module}").PROBLEMS]
+    listed = [
+        p for module in MODULES for p in import_module(f"birdstrike.reports.verification.problems.{module}").PROBLEMS
+    ]
     return {problem.name: problem for problem in listed}
 
 

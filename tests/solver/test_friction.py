@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.columns import SEED
-from birdstrike.reports.verification.target_problems import sliding_layer
+from birdstrike.reports.verification.problems.target import sliding_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.target.assembly import Target

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from birdstrike.data.histories import Histories, Snapshot
-from birdstrike.reports.verification.joined_problems import Crossed, crossings
-from birdstrike.reports.verification.joined_problems import random_panel as random_spec
+from birdstrike.reports.verification.problems.joined import Crossed, crossings
+from birdstrike.reports.verification.problems.joined import random_panel as random_spec
 from birdstrike.reports.verification.runs import compute
 from birdstrike.solver.build import rest_mesh
 from birdstrike.solver.case.case import Case, load_case

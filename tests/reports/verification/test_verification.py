@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Histories, Snapshot
-from birdstrike.reports.verification.bird_model_problems import deformation
 from birdstrike.reports.verification.cache import Cache, Result, fingerprint, imported
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.reports.verification.made import Made, made_now
 from birdstrike.reports.verification.page import page, write_page
-from birdstrike.reports.verification.planar_problems import crossing, planar_impact
 from birdstrike.reports.verification.problem import Picture, Problem, Reason, Row, Solution, below, matches, near, shown
+from birdstrike.reports.verification.problems.bird_model import deformation
+from birdstrike.reports.verification.problems.planar import crossing, planar_impact
 from birdstrike.reports.verification.registry import chosen, problems
 from birdstrike.reports.verification.runs import RunSpec, compute, momentum_given
 from birdstrike.reports.verification.verify import Verification, result_named, verify
@@ -175,9 +175,9 @@ def test_what_is_solved_is_kept_until_its_inputs_change(tmp_path: Path):
 
 def test_what_is_solved_depends_on_what_it_imports_and_on_nothing_else():
     """Files are found by what the problem's module imports, not by their names."""
-    files = {path.name for path in imported("birdstrike.reports.verification.shell_problems")}
-    assert {"shell_problems.py", "plate_problems.py", "plate_ritz.py", "draw.py", "style.py", "runs.py"} <= files
-    assert not {"page.py", "verify.py", "registry.py", "planar_problems.py", "results.py"} & files
+    files = {path.name for path in imported("birdstrike.reports.verification.problems.shell")}
+    assert {"shell.py", "plate.py", "plate_ritz.py", "draw.py", "style.py", "runs.py"} <= files
+    assert not {"page.py", "verify.py", "registry.py", "planar.py", "results.py"} & files
 
 
 def test_a_second_verify_runs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

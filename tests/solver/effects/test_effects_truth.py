@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.histories import Array
-from birdstrike.reports.verification.plate_problems import RITZ
+from birdstrike.reports.verification.problems.plate import RITZ
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import case_hash, load_case

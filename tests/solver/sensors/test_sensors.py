@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.columns import SEED
-from birdstrike.reports.verification.target_problems import gauge_under_a_layer
+from birdstrike.reports.verification.problems.target import gauge_under_a_layer
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
 from birdstrike.solver.sensors.places import blend, place_on, point_at

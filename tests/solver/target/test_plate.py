@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.plate_problems import (
+from birdstrike.reports.verification.problems.plate import (
     ALUMINIUM,
     RITZ,
     central_load,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import UserError
-from birdstrike.reports.verification.plate_problems import central_load, shells
+from birdstrike.reports.verification.problems.plate import central_load, shells
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.supports import EdgeStiffness
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.assembly_problems import impulse_target, panel_reference, set_in_motion
+from birdstrike.reports.verification.problems.assembly import impulse_target, panel_reference, set_in_motion
 
 END = 6e-4  # s, past the centre's peak; make verify runs on
 

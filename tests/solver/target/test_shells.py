@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.shell_problems import (
+from birdstrike.reports.verification.problems.shell import (
     pinched_hemisphere,
     scordelis_lo,
     scordelis_lo_plate,

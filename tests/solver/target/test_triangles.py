@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from birdstrike.reports.verification.plate_problems import ALUMINIUM, RITZ
+from birdstrike.reports.verification.problems.plate import ALUMINIUM, RITZ
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembly import Target

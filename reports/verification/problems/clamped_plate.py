@@ -10,8 +10,8 @@ import pandas as pd
 from birdstrike.data.histories import Array
 from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.plate_problems import MESHES, central_load, respond, shells
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, near
+from birdstrike.reports.verification.problems.plate import MESHES, central_load, respond, shells
 from birdstrike.solver.target.modes import natural_frequencies
 
 

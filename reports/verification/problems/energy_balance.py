@@ -15,7 +15,7 @@ from birdstrike.reports.verification.runs import RunSpec
 
 REFERENCE_STRIKE = RunSpec("reference_strike", (("time.snapshots", "[]"),))
 INVISCID = REFERENCE_STRIKE.with_(bird__material__viscosity="0 Pa s")
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 CONSERVED, BALANCE = "conservation", "energies, each from its own rate"
 SMALL = {
     "bird.particles": "500",

@@ -6,8 +6,8 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.plate_problems import Compared
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.problems.plate import Compared
 from birdstrike.reports.verification.runs import RunSpec
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import cylindrical_panel, plate_mesh, shell_mesh

@@ -8,7 +8,6 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.reports.verification.draw import Curve, Panel, draw, slope_line
-from birdstrike.reports.verification.plate_problems import Compared, centre_of
 from birdstrike.reports.verification.problem import (
     Computed,
     Picture,
@@ -20,7 +19,8 @@ from birdstrike.reports.verification.problem import (
     near,
     shown,
 )
-from birdstrike.reports.verification.shell_problems import spinning_shell
+from birdstrike.reports.verification.problems.plate import Compared, centre_of
+from birdstrike.reports.verification.problems.shell import spinning_shell
 from birdstrike.solver.reference.plasticity import (
     biaxial_stress,
     cowper_symonds_shear_stress,

@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 
 from birdstrike.reports.verification.draw import Curve, Panel, draw
-from birdstrike.reports.verification.openradioss_problems import SOURCE, VARIANTS, Misfit, Reference, compare, reference
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, shown
+from birdstrike.reports.verification.problems.openradioss import SOURCE, VARIANTS, Misfit, Reference, compare, reference
 from birdstrike.reports.verification.runs import RunSpec
 from birdstrike.solver.build import bird_lattice
 

@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 
 from birdstrike.reports.verification.problem import Computed, Problem, Row, Solution, below, matches, shown
+from birdstrike.reports.verification.problems.stagnation import DENSITY, DIAMETER, S1, C, Compared, rigid_run
 from birdstrike.reports.verification.runs import RunSpec
-from birdstrike.reports.verification.stagnation_problems import DENSITY, DIAMETER, S1, C, Compared, rigid_run
 from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.bird.eos.grueneisen import grueneisen
 from birdstrike.solver.bird.materials.fluid import Fluid

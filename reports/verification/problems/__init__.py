@@ -1,0 +1,1 @@
+"""Problems of the verification, variants of `problem.Problem`: a file for each family, listed in `registry`."""
