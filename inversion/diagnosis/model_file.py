@@ -73,7 +73,7 @@ def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
 def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
     """Draws of every model of the credible set, its share of the probability among them, and of none beside them.
 
-    Without the faults of sensors that are left out: no record tells their size, and what is predicted does not hang on
+    Without the faults of sensors that are left out: no record identifies their size, and what is predicted does not hang on
     such a sensor.
 
     parameters (n, k) SI of the shots' bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share of the

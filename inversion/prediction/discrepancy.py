@@ -32,7 +32,7 @@ from birdstrike.inversion.prediction.learnt import Explanation, SensorError
 INSTANTS = 100  # of the new record: linear between
 LEARNT_INSTANTS = 160  # of all learnt records together
 UNKNOWN_SHARE = 0.02  # of the peak: amplitude of a kind of sensor that no record shows
-UNRELATED = 1e-3  # correlation below which a record tells nothing
+UNRELATED = 1e-3  # correlation below which a record gives no information
 LEVELS = 5  # of an amplitude that is drawn from a continuous distribution
 
 

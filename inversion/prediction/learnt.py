@@ -19,7 +19,7 @@ from birdstrike.inversion.estimation.known_errors import DISCREPANCY_LENGTH
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
 
-KNOWN_TO = 1.5  # factor, one standard deviation, to which one record tells the size of the model's error
+KNOWN_TO = 1.5  # factor, one standard deviation, to which one record fixes the size of the model's error
 
 
 @dataclass(frozen=True)

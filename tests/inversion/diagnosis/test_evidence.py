@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.special import logsumexp, softmax
-from scipy.stats import multivariate_normal
+from scipy.stats import binom, multivariate_normal
 
 from birdstrike.data.errors import UserError
+from birdstrike.inversion.diagnosis.alarm import alarm
 from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
@@ -33,7 +34,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     credible_set,
     probabilities,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
@@ -108,6 +109,31 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     assert found == pytest.approx(
         float(expected), abs=1e-3
     )  # amplitudes of less than a thousandth of the weight are left out
+
+
+def alarm_of(y: np.ndarray, nodes: np.ndarray) -> float:
+    """p-value of none for a record of the made-up shot."""
+    every = models() | {SOMETHING_ELSE: Hypothesis(SOMETHING_ELSE, (), 0.05, SOMETHING_ELSE)}
+    tester = ModelTester(system(0, y), known(nodes))
+    fit: Any = SimpleNamespace(tester=tester, evidence=tester.model(every[NONE]))
+    ranking: Any = SimpleNamespace(fits={NONE: fit}, models=every)
+    return alarm(ranking, 0, 99)
+
+
+def test_the_alarm_keeps_its_rate_and_has_power() -> None:
+    """Clean records, amplitudes from their priors: no more alarms than the rate, and some p-values on either side."""
+    rng, s, nodes = np.random.default_rng(1), system(0), np.array([0.005, 0.02, 0.1])
+    signature = s.columns[:, s.at["e1"].start]
+
+    def clean() -> np.ndarray:
+        return rng.multivariate_normal(np.zeros(POINTS), covariance(s, rng.choice(nodes), rng.choice(UNNAMED)))
+
+    p = np.array([alarm_of(clean(), nodes) for _ in range(80)])
+    assert binom.sf((p <= 0.05).sum() - 1, len(p), 0.05) > 0.01
+    assert p.min() < 0.3 < 0.6 < p.max()
+    quiet = covariance(s, nodes[0], UNNAMED[0])
+    struck = [alarm_of(rng.multivariate_normal(3.0 * signature, quiet), nodes) for _ in range(5)]
+    assert max(struck) <= 0.05
 
 
 def test_a_magnitude_holds_what_an_unnamed_error_of_the_same_signature_has() -> None:
