@@ -98,8 +98,8 @@ NOTHING = Hypothesis(NONE, (), 1.0, NONE)  # of records in which nothing is susp
 def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     """Every effect that the measured shots could have; baselines have none.
 
-    A sensor that is left out can be at fault too: the record holds no information on that, so that it is about as likely
-    beside `none` as the prior has it.
+    A sensor that is left out can be at fault too: the record holds no information on that, so that it is about as
+    likely beside `none` as the prior has it.
     """
     measured = [shot for shot in shots if not shot.baseline]
     first, names = measured[0], tuple(shot.name for shot in measured)

@@ -73,8 +73,8 @@ def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
 def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:
     """Draws of every model of the credible set, its share of the probability among them, and of none beside them.
 
-    Without the faults of sensors that are left out: no record identifies their size, and what is predicted does not hang on
-    such a sensor.
+    Without the faults of sensors that are left out: no record identifies their size, and what is predicted does not
+    hang on such a sensor.
 
     parameters (n, k) SI of the shots' bird; magnitudes: (n, members) SI; amplitude: kind of sensor -> (n,) share of the
     peak, of the part of the discrepancy that is marginalised; residuals: of each shot, see `_residuals`.

@@ -320,9 +320,9 @@ class Pipeline:
             stated = self.options.baseline_bird != AUTO
             known = "as stated" if stated else f"probability that it is: {ranking.same_bird:.2g}"
             found.append(
-                f"the bird of the baseline is not the shot's ({known}): model "
-                "error changes with the bird and may be taken for an effect, so that none is attributed; fire the "
-                "baseline with a bird of the shot's own recipe"
+                f"the bird of the baseline is not the shot's ({known}): model error changes with the bird and may be "
+                "taken for an effect, so that an alarm means little and none is attributed; fire the baseline with a "
+                "bird of the shot's own recipe"
             )
         found += close
         if chosen and next(one for one in figures if one.name == chosen).at_bound:
