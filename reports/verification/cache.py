@@ -15,12 +15,10 @@ from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.paths import CASES, REFERENCE
 from birdstrike.data.store import RunStore
 from birdstrike.reports.figures.style import png
-from birdstrike.reports.verification.made import Made, made_now
+from birdstrike.reports.verification.made import ROOT, Made, made_now
 from birdstrike.reports.verification.problem import Problem, Reason, Row, Solution
 from birdstrike.solver.version import SOLVER_VERSION
 
-PACKAGE = Path(__file__).resolve().parents[2]
-"""Root of the folders that `birdstrike` holds."""
 OWN = ("birdstrike.reports.", "birdstrike.solver.reference.")
 """Modules that make rows and pictures; what computes a history is in the solver's version."""
 DOTS_PER_INCH = 130
@@ -75,7 +73,7 @@ def imported(module: str) -> frozenset[Path]:
         name = waiting.pop()
         if name in found or not (name == module or name.startswith(OWN)):
             continue
-        path = PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py")
+        path = ROOT.joinpath(*name.split(".")[1:]).with_suffix(".py")
         if not path.is_file():
             continue
         found[name] = path

@@ -11,6 +11,7 @@ from pathlib import Path
 from birdstrike.solver.version import SOLVER_VERSION
 
 ROOT = Path(__file__).resolve().parents[2]
+"""Of the folders that `birdstrike` holds, and of the checkout where there is one."""
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,14 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from birdstrike.data.errors import RunFailed
+from birdstrike.reports.verification.made import ROOT
 from birdstrike.reports.verification.problem import Computed, Problem, Row, Solution, below, shown
 from birdstrike.reports.verification.runs import RunSpec
 
 REFERENCE_STRIKE = RunSpec("reference_strike", (("time.snapshots", "[]"),))
 INVISCID = REFERENCE_STRIKE.with_(bird__material__viscosity="0 Pa s")
-ROOT = Path(__file__).resolve().parents[3]
 CONSERVED, BALANCE = "conservation", "energies, each from its own rate"
 SMALL = {
     "bird.particles": "500",
