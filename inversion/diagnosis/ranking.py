@@ -195,6 +195,11 @@ class Standing:
         return self.fit.evidence if self.own else self.evidence
 
     @property
+    def at_best(self) -> float:
+        """Log evidence with the likeliest signatures that simulations leave possible (`ModelTester.at_best`)."""
+        return self.fit.tester.at_best(self.evidence)
+
+    @property
     def score(self) -> float:
         """Log of evidence times prior."""
         return self.evidence.log_evidence + float(np.log(self.evidence.hypothesis.prior))

@@ -22,7 +22,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.solver.case.case import Case
 
-MOST = 3  # effects brought up to date in one round; the next takes those that are within reach then
+MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
 LEAST_SIZE = 2.0  # plausible sizes, never beyond the design's own: a smaller change drowns in the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
 BENT = 0.9  # of a linear response
@@ -58,7 +58,7 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
     first = next(shot for shot in problem.shots if not shot.baseline)
-    wanted = [_wanted(ranking, label, first) for label in _labels(ranking)]
+    wanted = [_wanted(ranking, label, first) for label in wanted_effects(ranking)]
     wanted = [one for one in wanted if not _known(one)][:MOST]
     if not wanted:
         return problem
@@ -107,17 +107,20 @@ def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
     return replace(problem, shots=shots, found=suspects(shots))
 
 
-def _labels(ranking: Ranking) -> list[str]:
-    """Effects of the solver within reach of the best, the likeliest first, members of the likeliest pairs before."""
+def wanted_effects(ranking: Ranking) -> list[str]:
+    """Effects of the solver within reach of the best, members of the likeliest pairs before, the others by how likely
+    they are at best: an effect whose learnt signature is a little wrong looks less likely than it is until it has been
+    simulated, and one that has been would win by that alone.
+    """
     if ranking.shares[NONE] > SURE:
         return []
     singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
-    score = {label: ranking.evidence[label].log_evidence for label in singles}
+    score = {label: ranking.standings[label].at_best for label, one in singles.items() if one.response}
     top = max(score.values())
     pairs = sorted((n for n, m in ranking.models.items() if len(m.members) == 2), key=lambda n: -ranking.shares[n])[:3]
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
     near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
-    order = [label for label in sorted(singles, key=lambda n: -score[n]) if score[label] > top - near]
+    order = [label for label in sorted(score, key=lambda n: -score[n]) if score[label] > top - near]
     found: list[str] = []
     for label in [*named, *order]:
         if singles[label].response and all(singles[label].name != singles[other].name for other in found):

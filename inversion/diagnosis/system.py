@@ -128,7 +128,8 @@ def build(
     for one in found:
         parts[one.label] = signatures[one.label][:, None]
         if one.response:
-            parts[f"error of {one.label}"] = _signature_error(one, shots, signatures[one.label], places, options.share)
+            parts[f"error of {one.label}"] = _learnt_error(one, shots, signatures[one.label], places)
+            parts[f"error of {one.label} in other models"] = _trends(shots, signatures[one.label], options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
     parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
     ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
@@ -443,34 +444,40 @@ def _smooth(shots: Sequence[Shot], kind: str, signatures: Mapping[str, Array], f
     return np.asarray(block_diag(*blocks))
 
 
-def _signature_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places, size: float) -> Array:
-    """(n, q) what is not known of a signature for h = 1: errors of regression and simulations, its size, slow trends.
-
-    The trends, in each channel by itself, stand for what another sound model would answer.
-    """
-    blocks: list[Array] = []
-    first, regression = 0, []
-    for shot in shots:
-        n = len(shot.record.values)
-        own = column[first : first + n]
-        first += n
+def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Places) -> Array:
+    """(n, q) what simulations leave unknown of a signature for h = 1: errors of regression, and their scatter."""
+    found = []
+    for shot, own in zip(shots, _by_shot(shots, column), strict=True):
         if not np.any(own):
-            regression.append(np.zeros((n, 0)))
-            blocks.append(np.zeros((n, 0)))
+            found.append(np.zeros((len(own), 0)))
             continue
         response, z = shot.setup.responses[one.name], places.z[shot.group]
         scatter = response.scatter_at(z)[[shot.setup.channels.index(c) for c in shot.channels]]
         errors = [shot.sample(response.error_at(z))]
         if scatter.any():
             errors.append(shot.scatter * scatter[shot.record.channel])
-        regression.append(np.vstack(errors).T)
+        found.append(np.vstack(errors).T)
+    width = max(part.shape[1] for part in found)  # a setup whose response was simulated has more directions
+    return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in found])
+
+
+def _trends(shots: Sequence[Shot], column: Array, size: float) -> Array:
+    """(n, q) slow trends in time of a signature, in each channel by itself: what another sound model would answer."""
+    blocks: list[Array] = []
+    for shot, own in zip(shots, _by_shot(shots, column), strict=True):
+        if not np.any(own):
+            blocks.append(np.zeros((len(own), 0)))
+            continue
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
         trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
         blocks.append(size * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
-    width = max(part.shape[1] for part in regression)  # a setup whose response was simulated has more directions
-    padded = [np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in regression]
-    return np.hstack([np.vstack(padded), np.asarray(block_diag(*blocks))])
+    return np.asarray(block_diag(*blocks))
+
+
+def _by_shot(shots: Sequence[Shot], column: Array) -> list[Array]:
+    """The shots' parts of a column over all records."""
+    return np.split(column, np.cumsum([len(shot.record.values) for shot in shots])[:-1])
 
 
 def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitudes, means: Sequence[Array]) -> Array:

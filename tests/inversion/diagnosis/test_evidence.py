@@ -38,6 +38,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypo
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
+from birdstrike.inversion.diagnosis.solver_update import wanted_effects
 from birdstrike.inversion.diagnosis.system import Block, Places, System, lattice_columns
 from birdstrike.surrogate.run_scatter import common_factors
 
@@ -284,6 +285,62 @@ def test_stated_probabilities_are_calibrated_and_the_credible_set_covers() -> No
         covered += truth in credible_set(shares)
     assert told / count == pytest.approx(right / count, abs=0.07)
     assert covered / count > 0.92
+
+
+def test_a_model_that_explains_nearly_as_much_is_not_ruled_out() -> None:
+    """Of two effects that explain 1000 and 990 nats neither is certain; of 5 and 0 the evidence counts as it is."""
+    every = models()
+
+    def shares(gains: dict[str, float]) -> dict[str, float]:
+        found: Any = {
+            label: SimpleNamespace(hypothesis=m, log_evidence=gains.get(label, 0.0)) for label, m in every.items()
+        }
+        return probabilities(found)
+
+    large = shares({"e0": 1000.0, "e1": 990.0})
+    assert np.exp(-1.0) < large["e1"] / large["e0"] < 1.0
+    assert large[NONE] < 1e-30
+    small = shares({"e0": 5.0})
+    exact = np.exp(5.0) * every["e0"].prior
+    assert small["e0"] == pytest.approx(exact / (exact + 1.0 - every["e0"].prior), abs=0.03)
+
+
+def test_at_best_a_model_is_as_likely_as_with_the_signature_that_simulations_would_show() -> None:
+    """Six directions in which a signature may err: they cost evidence until it is known which of them is right."""
+    rng, s, nodes = np.random.default_rng(2), system(0), np.array([0.005])
+    g = s.columns[:, s.at["e1"].start]
+    errors = 0.15 * np.linalg.norm(g) * np.linalg.qr(rng.standard_normal((POINTS, 6)))[0]
+    right = g + errors @ rng.standard_normal(6)
+    y = 5.0 * right + rng.standard_normal(POINTS)
+    end = s.columns.shape[1]
+
+    def tester(signature: np.ndarray, unknown: np.ndarray) -> ModelTester:
+        columns = np.column_stack([y, s.columns[:, 1:], unknown])
+        columns[:, s.at["e1"].start] = signature
+        at = {**s.at, "error of e1": slice(end, end + unknown.shape[1])}
+        return ModelTester(replace(s, columns=columns, at=at), known(nodes))
+
+    learnt, simulated = tester(g, errors), tester(right, errors[:, :0])
+    found, exact = learnt.model(models()["e1"]), simulated.model(models()["e1"])
+    assert simulated.at_best(exact) == pytest.approx(exact.log_evidence, abs=0.01)
+    assert exact.log_evidence - found.log_evidence > 10.0
+    assert abs(exact.log_evidence - learnt.at_best(found)) < 0.5 * 6.0  # by how unlikely six errors of one sd are
+
+
+def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
+    """An effect that has been simulated leads; another one, which its learnt signature holds back, comes first."""
+    every: dict[str, Any] = dict(models())
+    for m in every.values():
+        for one in m.members:
+            one.response = object()
+    best = {"e0": -100.0, "e1": -95.0, "e2": -103.0, "e3": -150.0, "e4": -99.0}
+    ranking: Any = SimpleNamespace(
+        models=every,
+        shares={NONE: 0.01} | dict.fromkeys(best, 0.1),
+        standings={label: SimpleNamespace(at_best=value) for label, value in best.items()},
+        evidence={NONE: SimpleNamespace(log_evidence=-130.0)},
+    )
+    assert wanted_effects(ranking) == ["e1", "e4", "e0", "e2"]
 
 
 def test_baselines_tell_of_the_sensors_that_they_show() -> None:
