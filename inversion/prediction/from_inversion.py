@@ -28,10 +28,10 @@ from birdstrike.inversion.prediction.learnt import (
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 CALIBRATED = "calibrated"
 DRAWN = 400  # where no sample is stored
-NINETY_FIVE = 1.96
 NO_SAMPLE = (
     "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the range where "
     "there is none; correlations are lost"
@@ -117,7 +117,7 @@ def rough_draws(
     for j, name in enumerate(space.names):
         value, interval = intervals[name]
         if value is not None and interval is not None:
-            sd = (interval[1] - interval[0]) / (2.0 * NINETY_FIVE)
+            sd = (interval[1] - interval[0]) / (2.0 * NORMAL_95)
             draws[:, j] = np.clip(value + sd * rng.standard_normal(DRAWN), space.lows[j], space.highs[j])
     return draws
 
