@@ -1,6 +1,7 @@
 """Where fits end, and the scatter of runs, which the shots of a setup share."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from birdstrike.inversion.diagnosis.answer import SIMULATION_SCATTER
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.plan import LATTICES
-from birdstrike.inversion.diagnosis.ranking import Problem, likelier
+from birdstrike.inversion.diagnosis.ranking import SWING, Fit, Problem, likelier
 from birdstrike.inversion.diagnosis.system import Places
 from birdstrike.inversion.estimation.mesh_correction import stack
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -44,6 +45,29 @@ def test_no_other_beginning_leads_to_a_much_better_fit(laboratory: Laboratory) -
             begin = {group: rng.random(len(z)) for group, z in own.places.z.items()}
             other = ranking.problem.refit(model, Places(begin, own.places.h))
             assert other.evidence.log_evidence < own.evidence.log_evidence + SIMULATION_SCATTER
+
+
+def test_without_a_baseline_a_fit_ends_at_the_likeliest_place_that_it_goes_round(
+    laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the places from which less than `SWING` is stepped, none makes records and parameters likelier."""
+    problem = laboratory.answered[0][0].problem
+    lone = replace(problem, shots=tuple(shot for shot in problem.shots if not shot.baseline), found=())
+    visited: list[Fit] = []
+    tested = Problem._tested
+
+    def seen(*arguments: Any) -> Fit:
+        visited.append(tested(*arguments))
+        return visited[-1]
+
+    monkeypatch.setattr(Problem, "_tested", seen)
+    (group,) = {shot.group for shot in lone.shots}
+    end = lone.refit(NOTHING, Places({group: np.full(len(lone.shots[0].setup.lows), 0.8)}, {}))
+    z = np.array([fit.places.z[group] for fit in visited[:-1]])  # the last one is the end again
+    steps = np.abs(np.diff(z, axis=0)).max(axis=1)
+    round_it = [fit.joint for fit, step in zip(visited, steps, strict=False) if step < SWING]
+    assert round_it
+    assert end.joint == pytest.approx(max([*round_it, visited[-2].joint]))
 
 
 def test_what_a_fit_makes_likely_is_the_density_of_its_linear_model(laboratory: Laboratory) -> None:
