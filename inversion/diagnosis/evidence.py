@@ -319,8 +319,8 @@ class ModelTester:
         members = [one.label for one in evidence.hypothesis.members]
         nodes = np.flatnonzero(evidence.weights > NEGLIGIBLE * evidence.weights.max())
         directions, columns = self.directions(members, evidence.h), self._columns(members)
-        learnt = [self.system.at[f"error of {label}"] for label in members if f"error of {label}" in self.system.at]
-        stays = np.array([not any(one.start <= c < one.stop for one in learnt) for c in directions.columns], dtype=bool)
+        learnt = [self.system.at.get(f"error of {label}", slice(0, 0)) for label in members]
+        stays = ~np.isin(directions.columns, [column for one in learnt for column in range(one.start, one.stop)])
         known = Directions(directions.columns[stays], directions.errors[stays[len(self.free) :]])
         reduced = self.reduced(self.grams, nodes, columns, directions)
         best = replace(reduced, logdet=self.reduced(self.grams, nodes, columns, known).logdet)

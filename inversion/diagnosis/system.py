@@ -141,8 +141,7 @@ def build(
     near = np.array([[alike(a, b, local) for b in z] for a in z])
     directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
     numerical = white(directions)
-    cuts = np.cumsum([len(shot.record.values) for shot in shots])[:-1]
-    variances = np.split((directions**2).sum(axis=1), cuts)
+    variances = _by_shot(shots, (directions**2).sum(axis=1))
     blocks: list[Block] = []
     smooth: dict[str, Array] = {}
     for kind in known.nodes:
@@ -504,10 +503,8 @@ def _changed(shots: Sequence[Shot], shapes: Mapping[str, Shape], known: Amplitud
 
 def _share_moved(shots: Sequence[Shot], signature: Array, means: Sequence[Array]) -> float:
     """RMS of a signature over that of the curves, the channels weighed alike, for h = 1."""
-    first, ratios = 0, []
-    for shot, mean in zip(shots, means, strict=True):
-        own = signature[first : first + len(mean)]
-        first += len(mean)
+    ratios = []
+    for shot, own, mean in zip(shots, _by_shot(shots, signature), means, strict=True):
         if shot.baseline:
             continue
         for i in range(len(shot.record.traces)):
