@@ -32,7 +32,7 @@ LOCALITIES = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0)
 VARIANCES = (1e-3, 1e3)
 FEWEST = 2.0  # effective runs: with one, Student's t has no variance that could be widened to
 LEAST_WEIGHT = 1e-150  # of a run, however far: its square must not underflow
-NORMAL_95 = 1.959964
+NORMAL_95 = 1.959964  # standard deviations from a Gaussian's mean to the ends of its 95 % interval
 
 
 @dataclass(frozen=True)

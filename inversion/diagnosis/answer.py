@@ -26,7 +26,6 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     predicted,
     rms_by_channel,
 )
-from birdstrike.inversion.diagnosis.evidence import NINETY_FIVE
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
@@ -36,6 +35,7 @@ from birdstrike.inversion.formatting import rounded
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
 from birdstrike.solver.effects.registry import effects
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -520,7 +520,7 @@ def parameters(fit: Fit, shot: Shot) -> dict[str, dict[str, Any]]:
     space = shot.setup.plan.space
     k = len(space.names)
     mean, sd = fit.interval(shot.group, k)
-    ends = [space.to_physical(np.clip(mean + s * NINETY_FIVE * sd, 0.0, 1.0)[None])[0] for s in (-1, 0, 1)]
+    ends = [space.to_physical(np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0)[None])[0] for s in (-1, 0, 1)]
     return {
         name: {
             "value": float(ends[1][i]),

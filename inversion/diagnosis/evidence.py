@@ -24,6 +24,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Amplitudes
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.system import Block, System
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 MAGNITUDE_SCALE = 1.0
 """In plausible sizes: scale of a magnitude's prior. The library states a size as what a laboratory meets, and half of
@@ -437,7 +438,7 @@ class ModelTester:
         density = np.exp(logs - logs.max())
         mass = cumulative_trapezoid(density, sizes, initial=0.0)
         ends = np.interp(TAILS, mass / mass[-1], sizes)
-        by_lattice = NINETY_FIVE * np.sqrt(evidence.h_lattice[0, 0])
+        by_lattice = NORMAL_95 * np.sqrt(evidence.h_lattice[0, 0])
         begin, middle, end = (float(x) for x in ends)
         return (
             max(middle - float(np.hypot(middle - begin, by_lattice)), low),
@@ -567,7 +568,6 @@ class ModelTester:
 QUADRATURE = 41  # sizes over the limits, and as many about the mean
 REACH = 5.0  # standard deviations on each side of the mean
 TAILS = (0.025, 0.5, 0.975)  # of a 95 % interval
-NINETY_FIVE = float(norm.ppf(TAILS[-1]))  # standard deviations of its ends from a Gaussian's mean
 FEW = 3  # nodes from which the parameters' covariance and the draws are taken
 REDRAWN = 50  # times at most: a draw with a negative one-sided magnitude
 

@@ -5,7 +5,7 @@ Also what the calibrated parameters can do: imitate an effect, or be led astray 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.stats import norm
@@ -27,13 +27,28 @@ def information(fit: Fit, labels: list[str]) -> Array:
     return quick.S[int(fit.evidence.weights.argmax())][np.ix_(own, own)]
 
 
+def scatter_of_sizes(fit: Fit, labels: Sequence[str]) -> Array:
+    """(labels,) standard deviation of each effect's estimated h, alone in the model, at the likeliest node.
+
+    With parameters and unnamed errors free and with what another lattice moves, which no residual shows: where S is the
+    information with the free directions taken out, the lattice's columns move the estimate by their S with the
+    signature over the signature's own (omitted variables: White, Econometrica 50 (1982) 1).
+    """
+    at = fit.system.at
+    columns = [*(at[label].start for label in labels), *range(at["lattice"].start, at["lattice"].stop)]
+    node = np.array([int(fit.evidence.weights.argmax())])
+    S = fit.tester.reduced(fit.tester.grams, node, columns).S[0]
+    own = np.maximum(np.diag(S)[: len(labels)], 1e-300)
+    moved = S[: len(labels), len(labels) :] / own[:, None]
+    return np.asarray(np.sqrt(1.0 / own + (moved**2).sum(axis=1)))
+
+
 def minimum_detectable(ranking: Ranking) -> dict[str, float | None]:
     """Effect -> SI magnitude; None where even the largest that is looked for stays unseen."""
-    fit = ranking.fits[NONE]
     singles = {label: m.members[0] for label, m in ranking.models.items() if len(m.members) == 1}
     found: dict[str, float | None] = {}
-    for (label, one), power in zip(singles.items(), np.diag(information(fit, list(singles))), strict=True):
-        h = SIGNAL / np.sqrt(max(float(power), 1e-300))
+    for (label, one), sd in zip(singles.items(), scatter_of_sizes(ranking.fits[NONE], list(singles)), strict=True):
+        h = SIGNAL * float(sd)
         found[label] = None if h > one.limits[1] else abs(one.magnitude(h))
     return found
 

@@ -10,10 +10,10 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.posterior import Posterior
-from birdstrike.inversion.estimation.time_origin import NORMAL_95
 from birdstrike.inversion.formatting import plain, quantity
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.ingredients import DesignFigures
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 NEWS = 0.5  # of the prior's 95 % width: a narrower interval counts as identified
 LOOKS_ALIKE = 0.8  # correlation from which another parameter is named

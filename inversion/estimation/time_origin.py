@@ -7,8 +7,8 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET, Calibrator, Mode
 from birdstrike.inversion.results.fit import TimeOrigin
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
-NORMAL_95 = 1.959964
 NEAR = 0.01  # sigmas from a limit at which it is taken to hold
 
 

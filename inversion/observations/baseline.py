@@ -12,6 +12,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 CLEAR = 4.0  # standard deviations from which a term is there
 SEEN = 2.0  # standard deviations from which a bend counts as possible
@@ -19,7 +20,6 @@ MAINS = (50.0, 60.0)  # [Hz]
 WHOLE_PERIODS = 0.8  # of the mains that the record before contact must span for its hum to be fitted
 EXPLAINED = 0.3  # share of the variance before contact that a hum must explain
 BEND = 2.0 * np.pi * MAINS[1] / 2.0  # [1/s] of a drift that may be the beginning of a hum: rate times this is its bend
-NORMAL_95 = 1.959964
 SHIFTED = "offset"
 DRIFTED = "offset and drift"
 
