@@ -187,18 +187,16 @@ class ModelTester:
         turned = helmert(groups, full=True) if groups > 1 else np.eye(1)
         return np.kron(turned, np.eye((at.stop - at.start) // groups))
 
-    def same_bird(self, weights: Array) -> float:
-        """Probability that the baselines' birds are the shots', from the nodes' weights; 0 without baselines."""
-        return float(weights[self.apart < max(BIRDS_APART)].sum())
+    def by_bird(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array) -> Array:
+        """(3,) log marginal likelihood of the records under each of `BIRDS`; -inf where it is not among the nodes.
 
-    def by_bird(self, evidence: Evidence) -> Array:
-        """(3,) log marginal likelihood of the records under each of `BIRDS`; -inf where it is not among the nodes."""
-        found = []
+        sizes: h for the errors of its effects' signatures.
+        """
+        logs, found = self.at_nodes(hypothesis, sizes), []
         for apart in BIRDS_APART:
             of = np.isclose(self.apart, apart)
-            share = float(evidence.weights[of].sum())
-            prior = float(np.exp(self.log_weights[of]).sum())
-            found.append(evidence.log_evidence + np.log(share / prior) if share > 0.0 else -np.inf)
+            own = np.logaddexp.reduce(logs[of]) - np.logaddexp.reduce(self.log_weights[of]) if of.any() else -np.inf
+            found.append(own)
         return np.array(found)
 
     @cached_property
@@ -306,11 +304,12 @@ class ModelTester:
         """(sizes of the prior, members) prior deviations of magnitudes."""
         return np.repeat(self.deviations[:, None], members, axis=1) if members else np.zeros((1, 0))
 
-    def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float]) -> Array:
+    def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array) -> Array:
         """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
         members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
-        reduced = self.reduced(self.grams, nodes, self._columns(members), self.directions(members, sizes))
-        return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, self.grams)[0], axis=0)
+        grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
+        reduced = self.reduced(grams, nodes, self._columns(members), self.directions(members, sizes))
+        return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
 
     def at_best(self, evidence: Evidence) -> float:
         """A model's log marginal likelihood with the likeliest of the signatures that simulations leave possible.
@@ -608,16 +607,21 @@ COARSE = 0.01
 nothing here knows of. Other simulations of a clamp that had gone altogether moved it by 1.7 %."""
 
 
-def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
-    """Posterior probability of every model, from evidence and prior.
+def coarseness(found: Mapping[str, Evidence]) -> float:
+    """Power to which likelihoods are raised before they are compared.
 
-    No signature is exact. What its error costs in evidence grows with what the signature explains, so that the evidence
-    of all models is raised to a power below 1: a model that explains all but a hundredth of what the best one does is
-    never more than a nat behind it (Miller & Dunson, J. Am. Stat. Assoc. 114 (2019) 1113).
+    No signature is exact. What its error costs in evidence grows with what the signature explains: a model that
+    explains all but a hundredth of what the best one does is never more than a nat behind it (Miller & Dunson, J. Am.
+    Stat. Assoc. 114 (2019) 1113).
     """
+    best = max(one.log_evidence for one in found.values())
+    return 1.0 / (1.0 + COARSE * (best - found[NONE].log_evidence))
+
+
+def probabilities(found: Mapping[str, Evidence]) -> dict[str, float]:
+    """Posterior probability of every model, from evidence (`coarseness`) and prior."""
     logs = np.array([one.log_evidence for one in found.values()])
-    power = 1.0 / (1.0 + COARSE * (logs.max() - found[NONE].log_evidence))
-    scores = power * logs + np.log([one.hypothesis.prior for one in found.values()])
+    scores = coarseness(found) * logs + np.log([one.hypothesis.prior for one in found.values()])
     return dict(zip(found, map(float, softmax(scores)), strict=True))
 
 

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+from scipy.special import softmax
 from scipy.stats.qmc import Sobol
 
 from birdstrike.data.histories import Array
@@ -24,6 +25,7 @@ from birdstrike.inversion.diagnosis.evidence import (
     Evidence,
     Indices,
     ModelTester,
+    coarseness,
     credible_set,
     probabilities,
 )
@@ -181,6 +183,7 @@ MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
 PAIRS_TRIED = 30  # by a bound without the signatures' errors
 CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the signatures' errors will not bring it back
+LIKELY = 0.01  # probability of a model that is asked for what it says of the birds
 NODES_KEPT = 0.01  # of a single's posterior: amplitudes at which pairs are evaluated
 
 
@@ -206,6 +209,10 @@ class Standing:
     def at_best(self) -> float:
         """Log evidence with the likeliest signatures that simulations leave possible (`ModelTester.at_best`)."""
         return self.fit.tester.at_best(self.evidence)
+
+    def by_bird(self) -> Array:
+        """(3,) log marginal likelihood under each of `evidence.BIRDS`."""
+        return self.fit.tester.by_bird(self.evidence.hypothesis, self.evidence.h)
 
     @property
     def score(self) -> float:
@@ -290,26 +297,25 @@ class Ranking:
     @cached_property
     def same_bird(self) -> float:
         """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
-        tester = self.fits[NONE].tester
-        return sum(self.shares[label] * tester.same_bird(one.weights) for label, one in self.evidence.items())
+        power, own = coarseness(self.evidence), np.array(BIRDS_APART) < max(BIRDS_APART)
+        likely = {label: share for label, share in self.shares.items() if share > LIKELY}
+        logs = [self.standings[label].by_bird() for label in likely]
+        return float(np.average([softmax(power * one)[own].sum() for one in logs], weights=list(likely.values())))
 
     @cached_property
     def birds(self) -> dict[str, float]:
         """Probability of each of `BIRDS` by the records, each as likely beforehand, whatever the user has stated.
 
-        Beside a stated bird from the refitted models alone, at their fits.
+        From the refitted models alone, at their fits.
         """
-        logs = []
-        for label, one in self.evidence.items():
-            tester, evidence = self.fits[NONE].tester, one
+        power, logs = coarseness(self.evidence), []
+        for label, fit in self.fits.items():
+            if label == SOMETHING_ELSE:
+                continue
+            tester = fit.tester
             if self.problem.apart != BIRDS_APART:
-                fit = self.fits.get(label)
-                if fit is None or label == SOMETHING_ELSE:
-                    continue
                 tester = ModelTester(fit.system, self.problem.known, fit.places.h, self.problem.scale)
-                members = self.models[label].members
-                evidence = tester.model(self.models[label], [fit.places.h.get(m.label, 0.0) for m in members])
-            logs.append(tester.by_bird(evidence) + np.log(self.models[label].prior))
+            logs.append(power * tester.by_bird(self.models[label], fit.evidence.h) + np.log(self.models[label].prior))
         whole = np.logaddexp.reduce(np.array(logs))
         shares = np.exp(whole - np.logaddexp.reduce(whole))
         return dict(zip(BIRDS, map(float, shares), strict=True))

@@ -543,7 +543,7 @@ def two_birds(shift: float) -> System:
 @pytest.mark.parametrize(("shift", "bird"), [(0.0, "same"), (0.1, "recipe"), (1.0, "other")])
 def test_records_tell_how_far_the_birds_of_baseline_and_shot_lie_apart(shift: float, bird: str) -> None:
     tester = ModelTester(two_birds(shift), known(np.array([0.01])))
-    logs = tester.by_bird(tester.model(models()[NONE]))
+    logs = tester.by_bird(models()[NONE], ())
     shares = dict(zip(BIRDS, np.exp(logs - np.logaddexp.reduce(logs)), strict=True))
     assert max(shares, key=lambda name: shares[name]) == bird
 
@@ -607,6 +607,17 @@ def test_lead_over_other_effects_counts_models_that_hang_on_simulations(label: s
     standings: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
     problem: Any = None
     assert Ranking(problem, models, standings).ahead(label) == ahead
+
+
+@pytest.mark.parametrize(("gained", "same"), [(0.0, 2.0 / 1002.0), (400.0, 2.0 / (2.0 + 1000.0**0.2))])
+def test_beside_an_effect_that_explains_very_much_the_birds_are_less_sure(gained: float, same: float) -> None:
+    """Three equal shares, another bird a thousand times likelier: an effect of 400 nats leaves a fifth of the log."""
+    found = {NONE: -gained, "speed": 0.0} if gained else {NONE: 0.0}
+    evidence = {n: SimpleNamespace(log_evidence=e, hypothesis=SimpleNamespace(prior=0.5)) for n, e in found.items()}
+    birds = np.array([0.0, 0.0, np.log(1000.0)])
+    standings: Any = {n: SimpleNamespace(evidence=one, by_bird=lambda: birds) for n, one in evidence.items()}
+    nothing: Any = None
+    assert Ranking(nothing, nothing, standings).same_bird == pytest.approx(same)
 
 
 def test_a_part_that_holds_all_that_an_effect_acts_on_does_not_judge_it() -> None:
