@@ -192,11 +192,16 @@ class ModelTester:
 
         sizes: h for the errors of its effects' signatures.
         """
-        logs, found = self.at_nodes(hypothesis, sizes), []
+        every = np.arange(len(self.combinations))
+        quick = np.logaddexp.reduce(
+            self._weighed(hypothesis, every, *self._without_errors(hypothesis, every))[0], axis=0
+        )
+        found = []
         for apart in BIRDS_APART:
-            of = np.isclose(self.apart, apart)
-            own = np.logaddexp.reduce(logs[of]) - np.logaddexp.reduce(self.log_weights[of]) if of.any() else -np.inf
-            found.append(own)
+            of = np.flatnonzero(np.isclose(self.apart, apart))
+            kept = of[quick[of] > quick[of].max(initial=-np.inf) + np.log(NEGLIGIBLE)]
+            logs, weights = self.at_nodes(hypothesis, sizes, kept), self.log_weights[of]
+            found.append(np.logaddexp.reduce(logs) - np.logaddexp.reduce(weights) if len(of) else -np.inf)
         return np.array(found)
 
     @cached_property
@@ -280,14 +285,7 @@ class ModelTester:
         """
         members = [one.label for one in hypothesis.members]
         nodes = np.arange(len(self.combinations)) if only is None else np.asarray(only)
-        if hypothesis.label == SOMETHING_ELSE:
-            return self._evaluated(hypothesis, nodes, self.reduced(self.other_grams, nodes, [0]), self.other_grams)
-        index, quick = self.singles
-        at = [0, *(index[label] for label in members)]
-        reduced = replace(
-            quick, S=quick.S[nodes][:, at][:, :, at], W=quick.W[nodes][:, :, at], logdet=quick.logdet[nodes]
-        )
-        first = self._evaluated(hypothesis, nodes, reduced, self.grams)
+        first = self._evaluated(hypothesis, nodes, *self._without_errors(hypothesis, nodes))
         if not members:
             return first
         kept = np.flatnonzero(first.weights > NEGLIGIBLE * first.weights.max())
@@ -295,6 +293,15 @@ class ModelTester:
         return self._evaluated(
             hypothesis, kept, self.reduced(self.grams, kept, self._columns(members), directions), self.grams
         )
+
+    def _without_errors(self, hypothesis: Hypothesis, nodes: Indices) -> tuple[Reduced, Grams]:
+        """Residual and signatures at some nodes, the signatures taken for exact."""
+        if hypothesis.label == SOMETHING_ELSE:
+            return self.reduced(self.other_grams, nodes, [0]), self.other_grams
+        index, quick = self.singles
+        at = [0, *(index[one.label] for one in hypothesis.members)]
+        own = replace(quick, S=quick.S[nodes][:, at][:, :, at], W=quick.W[nodes][:, :, at], logdet=quick.logdet[nodes])
+        return own, self.grams
 
     def _columns(self, members: Sequence[str]) -> list[int]:
         """Of the residual and of effects' signatures."""
@@ -304,9 +311,10 @@ class ModelTester:
         """(sizes of the prior, members) prior deviations of magnitudes."""
         return np.repeat(self.deviations[:, None], members, axis=1) if members else np.zeros((1, 0))
 
-    def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array) -> Array:
+    def at_nodes(self, hypothesis: Hypothesis, sizes: Sequence[float] | Array, only: Indices | None = None) -> Array:
         """(nodes,) log marginal likelihood at each node; sizes: h for the errors of its effects' signatures."""
-        members, nodes = [one.label for one in hypothesis.members], np.arange(len(self.combinations))
+        members = [one.label for one in hypothesis.members]
+        nodes = np.arange(len(self.combinations)) if only is None else only
         grams = self.other_grams if hypothesis.label == SOMETHING_ELSE else self.grams
         reduced = self.reduced(grams, nodes, self._columns(members), self.directions(members, sizes))
         return np.logaddexp.reduce(self._weighed(hypothesis, nodes, reduced, grams)[0], axis=0)
