@@ -199,9 +199,12 @@ class ModelTester:
         found = []
         for apart in BIRDS_APART:
             of = np.flatnonzero(np.isclose(self.apart, apart))
-            kept = of[quick[of] > quick[of].max(initial=-np.inf) + np.log(NEGLIGIBLE)]
-            logs, weights = self.at_nodes(hypothesis, sizes, kept), self.log_weights[of]
-            found.append(np.logaddexp.reduce(logs) - np.logaddexp.reduce(weights) if len(of) else -np.inf)
+            if not len(of):
+                found.append(-np.inf)
+                continue
+            kept = of[quick[of] > quick[of].max() + np.log(NEGLIGIBLE)]
+            logs = self.at_nodes(hypothesis, sizes, kept)
+            found.append(float(np.logaddexp.reduce(logs) - np.logaddexp.reduce(self.log_weights[of])))
         return np.array(found)
 
     @cached_property

@@ -552,12 +552,15 @@ def test_records_tell_how_far_the_birds_of_baseline_and_shot_lie_apart(shift: fl
 def test_a_stated_bird_is_the_only_one_that_is_weighed(stated: str) -> None:
     """Its marginal likelihood is that of the exact Gaussian with this distance between the birds."""
     s, apart = two_birds(0.1), birds_apart(stated)
-    found = ModelTester(s, known(np.array([0.01])), unnamed=(0.1,), apart=apart).model(models()[NONE])
+    tester = ModelTester(s, known(np.array([0.01])), unnamed=(0.1,), apart=apart)
+    found = tester.model(models()[NONE])
     share = 1.0 - apart[0] ** 2
     J = s.columns[:, s.at["J"]]
     C = (1.0 + 0.01**2) * np.eye(2 * POINTS) + J @ np.array([[1.0, share], [share, 1.0]]) @ J.T
     exact = log_density(s.columns[:, 0], C) + POINTS * np.log(2.0 * np.pi)
     assert found.log_evidence == pytest.approx(exact, abs=1e-6)
+    by_bird = dict(zip(BIRDS, tester.by_bird(models()[NONE], ()), strict=True))
+    assert by_bird == pytest.approx({bird: exact if bird == stated else -np.inf for bird in BIRDS}, abs=1e-6)
 
 
 @pytest.mark.parametrize(("stated", "expected"), [("same", True), ("other", False), ("auto", False)])
