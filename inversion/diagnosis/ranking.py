@@ -298,7 +298,8 @@ class Ranking:
     def same_bird(self) -> float:
         """Probability that the baselines' birds are of the shots' recipe; 0 without baselines."""
         power, own = coarseness(self.evidence), np.array(BIRDS_APART) < max(BIRDS_APART)
-        likely = {label: share for label, share in self.shares.items() if share > LIKELY}
+        least = min(LIKELY, max(self.shares.values()))
+        likely = {label: share for label, share in self.shares.items() if share >= least}
         logs = [self.standings[label].by_bird() for label in likely]
         return float(np.average([softmax(power * one)[own].sum() for one in logs], weights=list(likely.values())))
 
