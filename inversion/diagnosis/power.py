@@ -20,11 +20,14 @@ POWER, ALPHA = 0.8, 0.05
 SIGNAL = float(norm.ppf(1.0 - ALPHA / 2.0) + norm.ppf(POWER))  # of a two-sided test
 
 
-def information(fit: Fit, labels: list[str]) -> Array:
-    """(labels, labels) information on the effects' h, parameters and unnamed errors free, at the likeliest node."""
-    index, quick = fit.tester.singles
-    own = [index[label] for label in labels]
-    return quick.S[int(fit.evidence.weights.argmax())][np.ix_(own, own)]
+def information(fit: Fit, names: Sequence[str]) -> Array:
+    """(q, q) information on columns of the system, parameters and unnamed errors free, at the likeliest node.
+
+    names: of `System.at`: an effect's label has one column, for its h.
+    """
+    columns = [column for name in names for column in range(fit.system.at[name].start, fit.system.at[name].stop)]
+    node = np.array([int(fit.evidence.weights.argmax())])
+    return fit.tester.reduced(fit.tester.grams, node, columns).S[0]
 
 
 def scatter_of_sizes(fit: Fit, labels: Sequence[str]) -> Array:
@@ -34,10 +37,7 @@ def scatter_of_sizes(fit: Fit, labels: Sequence[str]) -> Array:
     information with the free directions taken out, the lattice's columns move the estimate by their S with the
     signature over the signature's own (omitted variables: White, Econometrica 50 (1982) 1).
     """
-    at = fit.system.at
-    columns = [*(at[label].start for label in labels), *range(at["lattice"].start, at["lattice"].stop)]
-    node = np.array([int(fit.evidence.weights.argmax())])
-    S = fit.tester.reduced(fit.tester.grams, node, columns).S[0]
+    S = information(fit, [*labels, "lattice"])
     own = np.maximum(np.diag(S)[: len(labels)], 1e-300)
     moved = S[: len(labels), len(labels) :] / own[:, None]
     return np.asarray(np.sqrt(1.0 / own + (moved**2).sum(axis=1)))

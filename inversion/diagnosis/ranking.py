@@ -210,9 +210,10 @@ class Standing:
         """Log evidence with the likeliest signatures that simulations leave possible (`ModelTester.at_best`)."""
         return self.fit.tester.at_best(self.evidence)
 
+    @cached_property
     def by_bird(self) -> Array:
-        """(3,) log marginal likelihood under each of `evidence.BIRDS`."""
-        return self.fit.tester.by_bird(self.evidence.hypothesis, self.evidence.h)
+        """(3,) log marginal likelihood under each of `evidence.BIRDS`, with the tester of the fit."""
+        return self.fit.tester.by_bird(self.evidence.hypothesis, self.at_fit.h)
 
     @property
     def score(self) -> float:
@@ -300,7 +301,7 @@ class Ranking:
         power, own = coarseness(self.evidence), np.array(BIRDS_APART) < max(BIRDS_APART)
         least = min(LIKELY, max(self.shares.values()))
         likely = {label: share for label, share in self.shares.items() if share >= least}
-        logs = [self.standings[label].by_bird() for label in likely]
+        logs = [self.standings[label].by_bird for label in likely]
         return float(np.average([softmax(power * one)[own].sum() for one in logs], weights=list(likely.values())))
 
     @cached_property
@@ -313,12 +314,13 @@ class Ranking:
         for label, fit in self.fits.items():
             if label == SOMETHING_ELSE:
                 continue
-            tester = fit.tester
-            if self.problem.apart != BIRDS_APART:
+            if self.problem.apart == BIRDS_APART:
+                own = self.standings[label].by_bird
+            else:
                 tester = ModelTester(fit.system, self.problem.known, fit.places.h, self.problem.scale)
-            logs.append(power * tester.by_bird(self.models[label], fit.evidence.h) + np.log(self.models[label].prior))
-        whole = np.logaddexp.reduce(np.array(logs))
-        shares = np.exp(whole - np.logaddexp.reduce(whole))
+                own = tester.by_bird(self.models[label], fit.evidence.h)
+            logs.append(power * own + np.log(self.models[label].prior))
+        shares = softmax(np.logaddexp.reduce(np.array(logs)))
         return dict(zip(BIRDS, map(float, shares), strict=True))
 
     @property

@@ -618,7 +618,7 @@ def test_beside_an_effect_that_explains_very_much_the_birds_are_less_sure(gained
     found = {NONE: -gained, "speed": 0.0} if gained else {NONE: 0.0}
     evidence = {n: SimpleNamespace(log_evidence=e, hypothesis=SimpleNamespace(prior=0.5)) for n, e in found.items()}
     birds = np.array([0.0, 0.0, np.log(1000.0)])
-    standings: Any = {n: SimpleNamespace(evidence=one, by_bird=lambda: birds) for n, one in evidence.items()}
+    standings: Any = {n: SimpleNamespace(evidence=one, by_bird=birds) for n, one in evidence.items()}
     nothing: Any = None
     assert Ranking(nothing, nothing, standings).same_bird == pytest.approx(same)
 
