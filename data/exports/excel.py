@@ -18,10 +18,10 @@ from birdstrike.data.tables.loose_table import LooseTable, table_of_lines
 def read(path: Path, table: str) -> LooseTable:
     """Cells as Excel shows a formula's value; a time of day is one."""
     try:
-        book = load_workbook(path, read_only=True, data_only=True)
+        workbook = load_workbook(path, read_only=True, data_only=True)
     except (OSError, BadZipFile, InvalidFileException, KeyError) as error:
         raise MeasuredError(f"{path} cannot be read as a workbook of Excel: {error}") from error
-    sheet = book[chosen(path, book.sheetnames, table, "sheet")]
+    sheet = workbook[chosen(path, workbook.sheetnames, table, "sheet")]
     lines = ["\t".join(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
     return table_of_lines(path, lines, ".")
 

@@ -51,14 +51,14 @@ def test_tdms_channels_with_their_units_and_clock(tmp_path: Path) -> None:
 
 def test_a_sheet_of_excel(tmp_path: Path) -> None:
     openpyxl: Any = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    sheet = book.active
+    workbook = openpyxl.Workbook()
+    sheet = workbook.active
     sheet.append(["Shot 12", None])
     sheet.append(["Time (ms)", "Disp Z (mm)"])
     for t, w in zip(1e3 * TIME, 1e3 * WAVE, strict=True):
         sheet.append([float(t), float(w)])
-    book.create_sheet("Notes")
-    book.save(tmp_path / "a.xlsx")
+    workbook.create_sheet("Notes")
+    workbook.save(tmp_path / "a.xlsx")
     is_the_wave(imported(tmp_path / "a.xlsx", "--table", "Sheet", "--sensor", f"{CENTRE}=Disp Z (mm)"))
     found = CliRunner().invoke(app, ["import", str(tmp_path / "a.xlsx"), "--sensor", CENTRE, "--out", "o.csv"])
     assert found.exit_code == 1
