@@ -13,12 +13,16 @@ from birdstrike.data.errors import MeasuredError
 from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
-from birdstrike.data.tables.csv_table import Column, CsvTable, read_table
+from birdstrike.data.tables.csv_table import MOST_LINES, Column, CsvTable, first_of, read_table
 from birdstrike.data.tables.loose_table import import_line
 from birdstrike.data.units import ACCEPTED, DISPLAY, display, in_unit
 
-MOST_LINES = 5  # of one kind of error
 REPEATS = 0.2  # share of rows with the time of the row above, beyond which the clock has too few digits
+FOREIGN = (
+    *("leave the cell empty", "needs a name and a unit", "one column only", "as UTF-8", 'must be "time'),
+    "holds no table",
+)
+"""Words of the errors that a file in another format gives rise to."""
 FORMAT = "%.9e"  # ten digits: more than any sensor has, the same text for the same double everywhere
 
 
@@ -90,10 +94,7 @@ def read_measured(path: str | Path) -> Measured:
 
 def _is_foreign(error: str) -> bool:
     """Whether an error says that a file is in another format, not that a record has a fault."""
-    return any(
-        sign in error
-        for sign in ("needs a name and a unit", "one column only", "as UTF-8", 'must be "time', "holds no table")
-    )
+    return any(sign in error for sign in FOREIGN)
 
 
 def _import_hint(path: Path) -> Iterable[str]:
@@ -122,8 +123,8 @@ def _clock_errors(time: Column) -> Iterable[str]:
     if time.name != "time" or time.unit != "s":
         yield f'line {time.header_line}: the first column is "{time.header}" and must be "time [ms]"'
         return
-    for i in np.flatnonzero(np.isnan(time.values)):
-        yield f"line {time.lines[i]}: the time is missing; a gap is an empty cell of a sensor's column"
+    lost = [time.lines[i] for i in np.flatnonzero(np.isnan(time.values))]
+    yield from first_of([f"line {n}: the time is missing; a gap is an empty cell of a sensor's column" for n in lost])
     yield from _order_errors(time)
     if len(time.values) < 2:
         yield f"line {time.header_line}: {len(time.values)} rows follow; a record needs at least 2"
@@ -165,10 +166,11 @@ def _sigma_errors(channels: Mapping[str, Column], sigma: Mapping[str, Array], ti
     for name, values in sigma.items():
         if name not in channels:
             continue
-        for i in np.flatnonzero(values <= 0.0):
-            yield f"line {time.lines[i]}: {name}_sigma must be greater than 0"
-        for i in np.flatnonzero(np.isnan(values) & np.isfinite(channels[name].values)):
-            yield f"line {time.lines[i]}: {name} has a value here and {name}_sigma has none"
+        low, lost = values <= 0.0, np.isnan(values) & np.isfinite(channels[name].values)
+        yield from first_of([f"line {time.lines[i]}: {name}_sigma must be greater than 0" for i in np.flatnonzero(low)])
+        yield from first_of(
+            [f"line {time.lines[i]}: {name} has a value here and {name}_sigma has none" for i in np.flatnonzero(lost)]
+        )
 
 
 def write_measured(path: str | Path, measured: Measured) -> None:

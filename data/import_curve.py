@@ -19,7 +19,7 @@ from birdstrike.data.exports.rcforc import is_rcforc, read_rcforc
 from birdstrike.data.exports.registry import reader_of
 from birdstrike.data.tables.csv_table import Column, CsvTable
 from birdstrike.data.tables.loose_table import Head, LooseTable, SeveralColumns, read_loose_table
-from birdstrike.data.units import factor, parts, ratio, scaled, si_unit, to_si
+from birdstrike.data.units import factor, meant, parts, ratio, scaled, si_unit, to_si
 
 RATE_OFF = Decimal("0.02")
 """Share by which a file's own clock and a rate may differ."""
@@ -214,6 +214,8 @@ def _unit(table: LooseTable, index: int, name: str, options: ImportOptions) -> s
     own, column = head.unit, f'{table.path}: column "{table.names[index]}"'
     option = "--time-unit ms" if name == "time" else f"--unit {name}=mm"
     if own is None and given is None:
+        if head.foreign and (better := meant(head.foreign)):
+            raise UnitError(f"{column} is in {head.foreign}, which is no unit{better} Correct the head")
         if head.foreign:
             raise UnitError(
                 f"{column} is in {head.foreign}, which is no unit of a sensor; say what it stands for: "

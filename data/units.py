@@ -136,8 +136,15 @@ def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
     try:
         quantity = _registry(every).Quantity(Decimal(1), text or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
-        raise UnitError(f'"{unit}" is not a unit') from error
+        raise UnitError(f'"{unit}" is not a unit{meant(unit)}') from error
     return Decimal(quantity.magnitude), quantity._units
+
+
+def meant(unit: str) -> str:
+    """What to write for a unit in the wrong case, such as MS for ms, as the end of a sentence; else empty."""
+    known = re.findall(r"[^,;\s]+", " ".join(ACCEPTED.values()))
+    alike = [one for one in dict.fromkeys(known) if one.casefold() == unit.strip().casefold() and one != unit]
+    return f'; "{alike[0]}"?' if alike else ""
 
 
 def factor(unit: str) -> Decimal:
@@ -160,6 +167,8 @@ def si_unit(unit: str) -> str:
     for si in ACCEPTED:
         if _base(si)[1] == base:
             return si
+    if better := meant(unit):
+        raise UnitError(f'"{unit}" measures nothing used here{better}')
     raise UnitError(f'"{unit}" measures nothing used here; known: {"; ".join(filter(None, ACCEPTED.values()))}')
 
 

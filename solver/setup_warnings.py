@@ -150,7 +150,6 @@ def _coarse_plate(case: Case) -> list[str]:
     error, elements = plate_mesh_error(case), case.plate.elements
     if error <= MESH_LIMIT:
         return []
-    enough = _fine_enough(case)
     size = f"{min(elements)} shells across the plate, a shell {shell_over_radius(case):.2g} times the bird's radius"
     if case.target is not None:
         remedy = "make target.generator.element_size smaller, or refine the file of target.mesh"
@@ -163,8 +162,8 @@ def _coarse_plate(case: Case) -> list[str]:
         size = f"{name} lies inside a shell, where the reading is interpolated between the nodes"
     return [
         f"plate.elements = {list(elements)} is too coarse: expect an error of about {error:.0%} in the peak "
-        f"displacement ({size}); set plate.elements = {enough} or finer, and measure what is left with birdstrike "
-        "converge"
+        f"displacement ({size}); set plate.elements = {_fine_enough(case)} or finer, and measure what is left with "
+        "birdstrike converge"
     ]
 
 
@@ -180,7 +179,7 @@ def _coarse_bird(case: Case) -> list[str]:
 
 
 def _fine_enough(case: Case) -> list[int]:
-    """Numbers of shells from which on nothing is said of the plate's mesh."""
+    """Numbers of shells of a rectangular plate from which on nothing is said of its mesh."""
     sides = (case.plate.length, case.plate.width)
     numbers = zip(case.plate.elements, sides, strict=True)
     enough = [max(n, 8, math.ceil(side / case.bird.diameter)) for n, side in numbers]

@@ -74,18 +74,21 @@ FACTS = {
 
 
 def check(case: CaseSource) -> dict[str, Any]:
-    """Derived facts of a case, SI; raises CaseError with all its errors.
+    """Derived facts of a case, SI; raises CaseError with all its errors, UserError for sensors off the target.
 
     mass, density, normal_speed, first_contact, first_period, stable_step, steps, particles, shells, estimated_wall_s,
     inactive (erosion limits that erode nothing at their values), case_hash, and warnings (sentences about what spoils
     the answer: a coarse mesh, a bird beside the plate, an instrument later than the run). Of a target from a file with
     doubtful shells also mesh: severity, text and number of shells of each finding.
     """
+    from birdstrike.solver.build import rest_mesh
     from birdstrike.solver.case.case import as_case, case_hash
     from birdstrike.solver.estimate import estimate
+    from birdstrike.solver.sensors.recording import refuse_misplaced
     from birdstrike.solver.setup_warnings import setup_warnings
 
     loaded = as_case(case)
+    refuse_misplaced(loaded.sensors, rest_mesh(loaded))
     named = {"inactive": list(loaded.bird.material.inactive), "case_hash": case_hash(loaded)}
     found = [] if loaded.target is None else loaded.target.findings()
     mesh = [{"severity": one.severity, "text": one.text, "shells": len(one.shells)} for one in found]

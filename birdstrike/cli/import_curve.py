@@ -124,7 +124,7 @@ def command(
     """
     if decimal not in ("", ",", "."):
         raise UserError(f'--decimal {decimal} is no mark of decimals; write --decimal "," or --decimal "."')
-    columns = dict(_pair(text) for text in sensor)
+    columns = _columns(sensor)
     factors = {name: factor_of(text) for name, text in _of_sensors("--scale", scale, columns).items()}
     units = {name: unit for name, (_, unit, _) in factors.items() if unit}
     units |= _of_sensors("--unit", unit, columns) | ({"time": time_unit} if time_unit else {})
@@ -175,9 +175,17 @@ def _remarks(record: Measured) -> Iterator[str]:
         yield from (f"look at {text}" for text in channel.warnings)
 
 
-def _pair(text: str) -> tuple[str, str]:
-    name, _, column = text.partition("=")
-    return name.strip(), column.strip()
+def _columns(texts: Iterable[str]) -> dict[str, str]:
+    """Sensor -> column of the --sensor options, "" where it is to be found; raises UserError."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, sign, column = (part.strip() for part in text.partition("="))
+        if not name or (sign and not column):
+            raise UserError(f'--sensor {text} lacks a name or a column; write --sensor NAME, or --sensor NAME="COLUMN"')
+        if name in found:
+            raise UserError(f"--sensor {name} is given twice; every column needs a sensor's name of its own")
+        found[name] = column
+    return found
 
 
 def _of_sensors(option: str, texts: Iterable[str], sensors: Mapping[str, str]) -> dict[str, str]:

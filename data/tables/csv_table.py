@@ -14,6 +14,8 @@ from birdstrike.data.errors import MeasuredError, UnitError
 from birdstrike.data.histories import Array
 from birdstrike.data.units import scaled, si_unit
 
+MOST_LINES = 5  # of one kind of error
+
 NumberedRow = tuple[int, list[str]]
 
 _HEADER = re.compile(r"\s*([A-Za-z][A-Za-z0-9_.]*)\s*(?:\[([^\]]*)\])?\s*")
@@ -51,9 +53,8 @@ def read_table(path: Path) -> CsvTable:
     names = [name for name, _, _ in heads]
     errors += [f'"{name}" stands twice in the header' for name in dict.fromkeys(names) if names.count(name) > 1]
     errors = [f"line {header[0]}: {error}" for error in errors]
-    for number, cells in rows:
-        if len(cells) != len(heads):
-            errors.append(f"line {number}: {len(cells)} cells where the header has {len(heads)}")
+    lengths = [(number, len(cells)) for number, cells in rows if len(cells) != len(heads)]
+    errors += first_of([f"line {n}: {cells} cells where the header has {len(heads)}" for n, cells in lengths])
     if errors:
         raise MeasuredError([f"{path}, {error}" for error in errors])
     columns = [_column(header, head, i, rows, errors) for i, head in enumerate(heads)]
@@ -109,8 +110,17 @@ def _column(
     """One column in SI; what is no number goes to `errors`."""
     name, unit, si = head
     cells = [(number, row[index]) for number, row in rows]
-    values = np.array([_value(cell, unit, f"line {n}: {name}", errors) for n, cell in cells])
+    wrong: list[str] = []
+    values = np.array([_value(cell, unit, f"line {n}: {name}", wrong) for n, cell in cells])
+    errors += first_of(wrong)
     return Column(header[1][index], header[0], name, si, values, tuple(c for _, c in cells), tuple(n for n, _ in cells))
+
+
+def first_of(errors: list[str]) -> list[str]:
+    """The first of many errors of one kind, and the last with how many they are; each begins with "line N:"."""
+    if len(errors) <= MOST_LINES:
+        return errors
+    return [*errors[:MOST_LINES], f"{errors[-1].split(':')[0]}: the last of {len(errors)} such lines"]
 
 
 def _value(cell: str, unit: str, place: str, errors: list[str]) -> float:

@@ -155,13 +155,12 @@ def import_line(path: Path) -> str:
     except MeasuredError:
         return ""
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
-    sensors = [head.text or head.name for head in heads[1:]]
-    shown = [
-        f"SENSOR={shlex.quote(sensor)}" if i else f"displacement_centre={shlex.quote(sensor)}"
-        for i, sensor in enumerate(sensors[:3])
-    ]
+    shown_heads = [head for head in heads[1:] if head.text or head.name][:3]
+    sensors = [head.text or head.name for head in shown_heads]
+    names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(sensors) + 1))]
+    shown = [f"{name}={shlex.quote(sensor)}" for name, sensor in zip(names, sensors, strict=False)]
     given = [] if heads[0].unit else ["--time-unit ms"]
-    given += [] if all(head.unit for head in heads[1:4]) else ["--unit mm"]
+    given += [] if all(head.unit for head in shown_heads) else ["--unit mm"]
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])
     return f"birdstrike import {shlex.quote(str(path))} {options} --out {shlex.quote(f'{path.stem}_si.csv')}"
 

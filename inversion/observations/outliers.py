@@ -173,17 +173,23 @@ def lost_at_the_extreme(times: Array, values: Array) -> NDArray[np.bool_]:
     """(n,) True in gaps of values (n,) whose neighbours on both sides are near the record's extreme: an overload.
 
     Only where readings are missing by the channel's own steps: a channel that shares its file's clock with others has
-    empty cells between its readings.
+    empty cells between its readings. And only gaps longer than those elsewhere: a logger that loses cells now and then
+    loses some at the extreme too.
     """
     marked = np.zeros(len(values), dtype=bool)
     given = np.isfinite(values)
     if given.sum() < FEWEST:
         return marked
-    longest = MISSING * float(np.median(np.diff(times[given])))
+    step = float(np.median(np.diff(times[given])))
+    gaps: list[tuple[int, int, float, bool]] = []
     for begin, end in zip(*_stretches(np.isnan(values)), strict=True):
-        if begin > 0 and end < len(values) and times[end] - times[begin - 1] > longest:
+        if begin > 0 and end < len(values) and times[end] - times[begin - 1] > MISSING * step:
             level = _extreme(values, float(values[begin - 1]))
-            marked[begin:end] = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
+            high = bool((values[[begin - 1, end]] / level > LOST_SHARE).all())
+            gaps.append((int(begin), int(end), float(times[end] - times[begin - 1]), high))
+    usual = max((length for *_, length, high in gaps if not high), default=0.0)
+    for begin, end, length, high in gaps:
+        marked[begin:end] = high and length > usual + 0.5 * step
     return marked
 
 

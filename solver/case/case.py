@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +40,7 @@ from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
-from birdstrike.solver.sensors.sensor import Sensor
+from birdstrike.solver.sensors.sensor import Sensor, TargetNames
 
 
 @dataclass(frozen=True)
@@ -225,12 +225,22 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         case = Case.model_validate(with_envelope(table))
     except ValidationError as error:
         errors = error_lines(Case, error.errors(), errors, table)
+    if case is not None:
+        errors += list(_unknown_names(case))
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     if case.effects:
         case = _acted_upon(case, table, name)
     case._raw, case._name = table, name
     return case
+
+
+def _unknown_names(case: Case) -> Iterator[str]:
+    """One line for every part or support that a sensor names and the target has not."""
+    target = case.target
+    names = None if target is None else TargetNames(tuple(target.parts), tuple(target.supports))
+    for name, sensor in case.sensors.items():
+        yield from sensor.unknown_names(name, names)
 
 
 def _acted_upon(case: Case, table: Raw, name: str) -> Case:

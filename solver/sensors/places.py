@@ -49,9 +49,9 @@ def in_plan(corners: Array, point: Array, iterations: int = 20) -> Array:
     return where
 
 
-def point_at(mesh: ShellMesh, element: int, xi: float, eta: float) -> Array:
-    """The point itself, (3,) [m]."""
-    return np.array(bilinear(xi, eta)) @ mesh.nodes[mesh.quads[element]]
+def point_at(mesh: ShellMesh, element: int, xi: float, eta: float, points: Array | None = None) -> Array:
+    """The point itself, (3,) [m]; points (m, d): other coordinates of the nodes, such as `mesh.surface`."""
+    return np.array(bilinear(xi, eta)) @ (mesh.nodes if points is None else points)[mesh.quads[element]]
 
 
 def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tuple[int, float, float]:

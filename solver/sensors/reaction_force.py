@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
-from birdstrike.data.errors import UserError
 from birdstrike.solver.fields import Between
-from birdstrike.solver.sensors.sensor import Reading, Run, Sensor
+from birdstrike.solver.sensors.sensor import Reading, Run, Sensor, TargetNames
 
 
 class ReactionForce(Sensor):
@@ -22,14 +21,21 @@ class ReactionForce(Sensor):
 
     support: str | None = None
 
-    def reading(self, run: Run, /) -> Reading:
-        if self.support is None:
+    def reading(self, _run: Run, /) -> Reading:
+        name = self.support
+        if name is None:
             return lambda now: -float(now.reaction[2])
-        name, known = self.support, run.plate.supports.sets
-        if name not in known:
-            held = ", ".join(known) or "none"
-            raise UserError(f'a reaction_force sensor has support = "{name}", which holds nothing; supports: {held}')
         return lambda now: -float(now.plate.supports.reaction_of(name, now.plate.nodes, now.contact.on_plate)[2])
+
+    def unknown_names(self, name: str, target: TargetNames | None, /) -> Iterator[str]:
+        """Its support is a set of nodes by which the target is held."""
+        if self.support is None:
+            return
+        given = f'sensors.{name}.support = "{self.support}"'
+        if target is None:
+            yield f"{given} does nothing on a plate, which has one frame; leave it out"
+        elif self.support not in target.supports:
+            yield f"{given} holds nothing; target.supports: {', '.join(target.supports) or 'none'}"
 
     def canonical(self) -> dict[str, Any]:
         """Without a support that is not stated."""

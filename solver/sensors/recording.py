@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 from birdstrike.solver.sensors.sensor import Reading, Run, Sensor, deformable
+
+if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a case has no use for
+    from birdstrike.solver.target.mesh import ShellMesh
 
 
 class Stepped(Run, Protocol):
@@ -33,6 +37,7 @@ class Recorder:
     """
 
     def __init__(self, run: Stepped, sensors: Mapping[str, Sensor], steps: int) -> None:
+        refuse_misplaced(sensors, run.plate.mesh)
         self.sensors = dict(sensors)
         self.time = np.zeros(steps + 1)
         self.values = {name: np.zeros(steps + 1) for name in sensors}
@@ -51,6 +56,13 @@ class Recorder:
             name: self.sensors[name].sampled(clock, self.time, recorded(behind.get(name), self.time, values))
             for name, values in self.values.items()
         }
+
+
+def refuse_misplaced(sensors: Mapping[str, Sensor], mesh: ShellMesh) -> None:
+    """Raise UserError where sensors do not lie on these shells at rest."""
+    wrong = [text for name, sensor in sensors.items() for text in sensor.misplaced(name, mesh)]
+    if wrong:
+        raise UserError(dict.fromkeys(wrong))
 
 
 def readings(sensors: Mapping[str, Sensor], run: Run) -> dict[str, Reading]:

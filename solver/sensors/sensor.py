@@ -17,8 +17,11 @@ if TYPE_CHECKING:  # the types bring in the compiled kernels, which loading a ca
     from birdstrike.solver.bird.body import BirdBody
     from birdstrike.solver.contact import Contact
     from birdstrike.solver.target.assembly import Target
+    from birdstrike.solver.target.mesh import ShellMesh
 
 PLACE = Between("-2500 mm", "2500 mm")
+OFF = 0.5
+"""Of the nearest shell's longest side, by which a stated place may lie off the target."""
 Component = Annotated[float, Between(-1.0, 1.0)]
 Along = tuple[Component, Component, Component]
 """A direction in space, of any length up to 1 a component."""
@@ -66,6 +69,14 @@ class PlateText:
     texts: Mapping[str, Any]
     sizes: Mapping[str, float | None]
     rigid: bool
+
+
+@dataclass(frozen=True)
+class TargetNames:
+    """Names of a target of several parts that a sensor may use: of its parts, and of the sets by which it is held."""
+
+    parts: tuple[str, ...]
+    supports: tuple[str, ...]
 
 
 class Sensor(Section):
@@ -130,6 +141,14 @@ class Sensor(Section):
         """One line for every rule between fields that a sensor's table, as read, breaks."""
         yield from ()
 
+    def unknown_names(self, _name: str, _target: TargetNames | None, /) -> Iterator[str]:
+        """One line for every name that it uses and the target has not; None: the target is a plate."""
+        yield from ()
+
+    def misplaced(self, _name: str, _mesh: ShellMesh, /) -> Iterator[str]:
+        """One line for every reason why it cannot lie on these shells at rest."""
+        yield from ()
+
 
 class Placed(Sensor):
     """A sensor at a place; at: from the plate's centre along length and width, on the undeformed plate [m].
@@ -154,16 +173,61 @@ class Placed(Sensor):
 
     def located(self, run: Run, /) -> tuple[int, float, float]:
         """Facet, xi and eta of its place."""
+        return self.on(run.plate.mesh)
+
+    def on(self, mesh: ShellMesh) -> tuple[int, float, float]:
+        """Facet, xi and eta of its place on shells at rest."""
         from birdstrike.solver.sensors.places import place_in_space, place_on  # late: it brings in compiled kernels
 
         if self.point is None:
-            return place_on(run.plate.mesh, self.at)
-        return place_in_space(run.plate.mesh, np.array(self.point), self.part)
+            return place_on(mesh, self.at)
+        return place_in_space(mesh, np.array(self.point), self.part)
+
+    def extent(self) -> Iterator[tuple[str, Placed]]:
+        """What must lie on the shells: key by which it is stated, and a sensor there."""
+        yield "at" if self.point is None else "point", self
+
+    def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
+        """It lies off the shells by more than half of the nearest one."""
+        from birdstrike.solver.sensors.places import point_at  # late: it brings in compiled kernels
+
+        for key, one in self.extent():
+            facet, xi, eta = one.on(mesh)
+            corners = mesh.nodes[mesh.quads[facet]]
+            nearest = point_at(mesh, facet, xi, eta)
+            stated = np.array(one.at if one.point is None else one.point)
+            reached = nearest if one.point is not None else point_at(mesh, facet, xi, eta, mesh.surface)
+            off = float(np.linalg.norm(reached - stated))
+            if off > OFF * float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()):
+                part = next((f" on part {part}" for part, own in mesh.parts.items() if facet in own), "")
+                said, found = (", ".join(f"{c:.6g}" for c in np.round(1e3 * p, 3) + 0.0) for p in (stated, nearest))
+                within = f" of part {self.part}" if self.part else ""
+                yield (
+                    f"sensors.{name}.{key}: ({said}) mm lies {1e3 * off:.4g} mm off the target's shells{within} at "
+                    f"rest; the nearest place is ({found}) mm{part}: correct sensors.{name}"
+                )
+
+    def unknown_names(self, name: str, target: TargetNames | None, /) -> Iterator[str]:
+        """Its part is one of the target's."""
+        if self.part is None:
+            return
+        if target is None:
+            yield f'sensors.{name}.part = "{self.part}" does nothing on a plate, which has no parts; leave it out'
+        elif self.part not in target.parts:
+            known = ", ".join(target.parts)
+            yield f'sensors.{name}.part = "{self.part}": the mesh has no such part; its parts: {known}'
 
     @classmethod
     def broken_rules(cls, name: str, table: Mapping[str, Any], plate: PlateText, /) -> Iterator[str]:
-        """It lies on the plate."""
-        place = table.get("at")
+        """It lies on the plate, has one place, and a direction where it states one."""
+        place, along = table.get("at"), table.get("along")
+        if place is not None and table.get("point") is not None:
+            yield f"sensors.{name} has at and point, two places; keep one"
+        if table.get("part") is not None and table.get("point") is None:
+            given = f"sensors.{name}.part = {table['part']}"
+            yield f"{given} needs a point in space; give sensors.{name}.point, or leave it out"
+        if isinstance(along, list) and along and all(c == 0 for c in along):
+            yield f"sensors.{name}.along = {along} is no direction; write one such as [1.0, 0.0, 0.0], or leave it out"
         for text, key in zip(place if isinstance(place, list) else (), ("length", "width"), strict=False):
             offset, size = PLACE.valid(text), plate.sizes[key]
             if offset is not None and size is not None and abs(offset) > 0.5 * size:

@@ -26,9 +26,12 @@ from birdstrike.solver.sensors.sensor import (
 
 if TYPE_CHECKING:  # the type brings in the compiled kernels, which loading a case has no use for
     from birdstrike.solver.target.assembly import Target
+    from birdstrike.solver.target.mesh import ShellMesh
 
 LEVEL = 0.7
 """Cosine from which on two shells of an assembly are one surface to a gauge."""
+UPRIGHT = 0.999
+"""Cosine of a gauge's direction to the shell's normal beyond which it has none in the shell."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
 DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
@@ -70,6 +73,23 @@ class Strain(Placed):
             return self.model_copy(update={"at": (float(x), float(y))})
         toward = np.append(self.toward, 0.0)[:3]
         return self.model_copy(update={"point": tuple(float(c) for c in np.array(self.point) + by * toward)})
+
+    def extent(self) -> Iterator[tuple[str, Placed]]:
+        """Its middle, and both ends of a gauge of some length."""
+        yield from super().extent()
+        for share in (-0.5, 0.5) if self.length else ():
+            yield "length", self.shifted(share * (self.length or 0.0))
+
+    def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
+        """Its direction has a component in the shell."""
+        yield from super().misplaced(name, mesh)
+        corners = mesh.nodes[mesh.quads[self.on(mesh)[0]]]
+        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+        if self.along is not None and abs(self.toward @ normal) > UPRIGHT * np.linalg.norm(normal):
+            yield (
+                f"sensors.{name}.along = {list(self.along)} is normal to the shell under the gauge, which has no "
+                "strain that way; give a direction in the shell"
+            )
 
     def elements(self, run: Run, /) -> NDArray[np.int64]:
         """Those that it feels; raises UserError for a plate that does not strain."""

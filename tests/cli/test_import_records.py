@@ -128,6 +128,45 @@ def test_a_raw_export_in_a_records_place_names_the_import_line(tmp_path: Path) -
     assert "'" in line.split("--sensor")[0], "a name with a blank is quoted for the shell"
 
 
+def test_the_import_line_names_every_sensor_apart_and_no_empty_column(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text("Zeit [ms];Weg [mm];Kraft [kN];\n0,0;0,1;2,0;\n0,5;0,2;3,0;\n1,0;0,3;4,0;\n")
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[-1]
+
+
+@pytest.mark.parametrize(
+    ("sensors", "said"),
+    [(("c", "c=Kraft"), "--sensor c is given twice"), (("c=",), "lacks a name or a column"), (("=w",), "lacks a name")],
+)
+def test_a_sensor_twice_or_without_a_column_is_refused(tmp_path: Path, sensors: tuple[str, ...], said: str) -> None:
+    options = [part for text in sensors for part in ("--sensor", text)]
+    found = invoke(export(tmp_path / "a.csv"), *options, "--out", tmp_path / "o.csv")
+    assert found.exit_code == 1
+    assert said in found.output
+
+
+def test_many_cells_that_are_no_numbers_are_told_by_the_first_and_their_number(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text("time [ms],w [mm]\n" + "".join(f"{i},{'NaN' if i % 2 else i}\n" for i in range(100)))
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    assert len(caught.value.errors) == 7
+    assert caught.value.errors[5].endswith("line 101: the last of 50 such lines")
+    assert "birdstrike import" in caught.value.errors[6]
+
+
+def test_a_unit_in_the_wrong_case_is_told_with_the_right_one(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text("time [MS],w [MM]\n0,1\n1,2\n2,3\n")
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    assert [line.rpartition("; ")[2] for line in caught.value.errors] == ['"ms"?', '"mm"?']
+    found = invoke(source, "--sensor", "w", "--out", tmp_path / "o.csv")
+    assert 'is in MS, which is no unit; "ms"?' in found.output.replace("\n", " ")
+
+
 def test_a_channel_that_is_left_out_need_not_be_a_sensor_of_the_case(tmp_path: Path) -> None:
     """What `close-the-loop --channels` checks before it pays for a simulation."""
     record = tmp_path / "two.csv"

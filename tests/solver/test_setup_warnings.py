@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from birdstrike.cli.frame import gravity
@@ -18,6 +19,7 @@ from birdstrike.solver.setup_warnings import (
     share_beside_plate,
 )
 from birdstrike.solver.simulate import simulate
+from tests.solver.target.triangles import abaqus_file
 
 HEAD_ON = {"impact.angle": "90 deg"}
 
@@ -71,3 +73,22 @@ def test_the_mesh_that_is_named_instead_is_fine_enough() -> None:
     small = {"bird.diameter": "30 mm", "bird.length": "60 mm", "plate.elements": [18, 15]}
     for settings in ({"plate.elements": [8, 8]}, {"plate.elements": [8, 30]}, odd, small, {"bird.particles": 300}):
         assert coarse_mesh(load_case("reference_strike", settings)) == []
+
+
+def test_a_coarse_mesh_from_a_file_is_told_at_once(tmp_path: Path) -> None:
+    """It cannot be refined for a better number to name."""
+    x = np.linspace(-0.1, 0.1, 4)
+    nodes = np.array([[a, b, 0.0] for a in x for b in x])
+    quads = np.array([[4 * i + j, 4 * i + 4 + j, 4 * i + 5 + j, 4 * i + 1 + j] for i in range(3) for j in range(3)])
+    table = load_case("openradioss_panel").table
+    table["target"] = {
+        **{key: table["target"][key] for key in ("materials",)},
+        "mesh": str(abaqus_file(tmp_path / "plate.inp", nodes, [("S4", "skin", 1, quads)], {})),
+        "mesh_unit": "m",
+        "parts": {"skin": {"thickness": "3 mm", "material": "aluminium"}},
+        "supports": {"free_edges": "clamped"},
+    }
+    table["sensors"] = {"w": {"kind": "displacement"}}
+    (said, *_) = coarse_mesh(load_case(table))
+    assert "3 shells across the plate" in said
+    assert "refine the file of target.mesh" in said

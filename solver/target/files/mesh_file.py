@@ -1,14 +1,17 @@
 """Meshes of targets from files: what meshio reads (Abaqus, Gmsh, Nastran, VTK) and LS-DYNA's .k; checked, and in SI.
 
 Parts are the file's named sets of elements, or else the numbers that it gives its elements (physical groups, property
-identifiers, or an array `part`), as part_1, part_2, ... where they have no names. Sets are its named sets of nodes.
+identifiers, or an array `part`), as part_1, part_2, ... where they have no names. Sets are its named sets of nodes, of
+Gmsh the named groups of points and curves.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from functools import lru_cache
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.element_numbers import NUMBER, number_shells
+from birdstrike.solver.target.files.element_numbers import NUMBER, number_shells, readable_abaqus, unread
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
-from birdstrike.solver.target.mesh import border_sides, sides_of
+from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
@@ -28,6 +31,8 @@ NUMBERED = ("gmsh:physical", "nastran:ref", "medit:ref", "part")
 """Arrays of a file that number the parts of its elements."""
 FREE = "free_edges"
 """The set that every file has: nodes of the free border."""
+GROUPED = {"vertex": 0, "line": 1}
+"""Kinds of elements that hold Gmsh's groups of points and curves, with their dimension there."""
 SHELLS = ("quad", "triangle")
 """Kinds of elements that are shells, in the order that a mesh has them."""
 
@@ -59,14 +64,21 @@ def _read(
 ) -> tuple[PartMesh, tuple[Finding, ...]]:
     import meshio  # late: only targets from files need it
 
+    said = StringIO()
     try:
-        file: Any = read_keywords(path) if Path(path).suffix.lower() in ENDINGS else meshio.read(path)
+        with redirect_stdout(said), redirect_stderr(said):
+            if Path(path).suffix.lower() == ".inp":
+                text = StringIO(readable_abaqus(path))
+                text.name = path  # pyright: ignore[reportAttributeAccessIssue] (where *INCLUDE is looked for)
+                file: Any = meshio.read(text, "abaqus")
+            else:
+                file = read_keywords(path) if Path(path).suffix.lower() in ENDINGS else meshio.read(path)
     except UserError:
         raise
-    except (Exception, SystemExit) as error:  # meshio ends the process on some files
-        reason = str(error) or type(error).__name__
+    except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
         raise UserError(
-            f"target.mesh = {path} is no mesh that meshio reads: {reason}; Abaqus .inp, Gmsh .msh, Nastran .bdf, "
+            f"target.mesh = {path} is no mesh that meshio reads: {_reason(error, said.getvalue())}; "
+            "Abaqus .inp, Gmsh .msh, Nastran .bdf, "
             "VTK .vtk and .vtu are, and LS-DYNA .k through ansys-dyna-core"
         ) from error
     other = sorted({block.type for block in file.cells} - {*SHELLS, "vertex", "line"})
@@ -77,6 +89,7 @@ def _read(
             "four nodes and triangles of three"
         )
     number_shells(file, path)
+    left_out = list(unread(file, path))
     order = [i for kind in SHELLS for i, block in enumerate(file.cells) if block.type == kind]
     quads = np.concatenate([_four(file.cells[i].data) for i in order]).astype(np.int64)
     names, part = _parts(file, order, len(quads), path)
@@ -86,17 +99,43 @@ def _read(
     nodes = points[used] * METRES[unit] - np.array(origin)
     quads = quads.reshape(-1, 4).astype(np.int64)
     renumbered = {int(node): at for at, node in enumerate(used)}
+    given_sets = {**file.point_sets, **_groups(file)}
     sets = {
         name: np.array(sorted(renumbered[int(node)] for node in given if int(node) in renumbered), np.int64)
-        for name, given in file.point_sets.items()
+        for name, given in given_sets.items()
     }
-    lost = [Finding(WARNING, text, np.empty(0, np.int64)) for text in _lost_nodes(file.point_sets, sets)]
+    left_out += _lost_nodes(given_sets, sets)
+    lost = [Finding(WARNING, text, np.empty(0, np.int64)) for text in left_out]
     numbers = [file.cell_data[NUMBER][i] for i in order] if NUMBER in file.cell_data else None
     whole = None if numbers is None else np.concatenate(numbers).astype(np.int64)
+    last = np.argsort(is_triangle(quads), kind="stable")  # a quadrilateral may be written with its last node twice
+    quads, part, whole = quads[last], part[last], None if whole is None else whole[last]
     mesh = PartMesh(nodes, quads, part, names, {FREE: free_edges(quads)} | sets, numbers=whole)
     if wrong := list(size_fault(nodes, unit, METRES)):
         raise UserError(f"target.mesh = {path}: {fault}" for fault in wrong)
     return mesh, (*findings_of(mesh), *lost)
+
+
+def _reason(error: BaseException, said: str) -> str:
+    """Why meshio does not read a file: what it printed before it ended the process, or its exception."""
+    if isinstance(error, SystemExit):
+        printed = [line for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
+        return " ".join(" ".join(printed).split()).removeprefix("Error: ") or "it ended without a reason"
+    if isinstance(error, KeyError):
+        return f"it refers to {error.args[0]}, which is not there"
+    return str(error) or type(error).__name__
+
+
+def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
+    """Nodes of Gmsh's named groups of points and curves."""
+    found: dict[str, list[NDArray[np.int64]]] = {}
+    named = {(int(value[0]), int(value[1])): name for name, value in file.field_data.items()}
+    for block, own in zip(file.cells, file.cell_data.get("gmsh:physical", []), strict=False):
+        for tag in np.unique(own) if block.type in GROUPED else ():
+            name = named.get((int(tag), GROUPED[block.type]))
+            if name is not None:
+                found.setdefault(name, []).append(block.data[np.asarray(own) == tag].ravel())
+    return {name: np.unique(np.concatenate(nodes)) for name, nodes in found.items()}
 
 
 def _four(corners: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -118,7 +157,7 @@ def _lost_nodes(given: Any, kept: dict[str, NDArray[np.int64]]) -> Iterator[str]
 def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[str, ...], NDArray[np.int64]]:
     """Names of the parts and the part of every shell; order: the file's blocks of shells, as the mesh has them."""
     part = np.full(shells, -1)
-    names: list[str] = []
+    names, shared = list[str](), list[str]()
     starts = np.cumsum([0, *(len(file.cells[i].data) for i in order)])
     for name, blocks in file.cell_sets.items():
         members = [
@@ -127,9 +166,12 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
             if i < len(blocks) and blocks[i] is not None
         ]
         flat = np.concatenate(members) if members else np.empty(0, np.int64)
-        if len(flat) and (part[flat] < 0).all():
+        taken = part[flat] >= 0
+        if len(flat) and not taken.any():
             part[flat] = len(names)
             names.append(name)
+        elif taken.any():
+            shared.append(f"{name} shares {int(taken.sum())} with {names[part[flat[taken][0]]]}")
     if (part >= 0).all():
         return tuple(names), part
     for key in NUMBERED:
@@ -139,9 +181,10 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
             named = {int(value[0]): name for name, value in file.field_data.items() if int(value[1]) == 2}
             return tuple(named.get(int(number), f"part_{number}") for number in numbers), part.ravel()
     if names:
+        apart = f"; left aside, since parts share no shell: {', '.join(shared)}" if shared else ""
         raise UserError(
             f"target.mesh = {path}: {int((part < 0).sum())} of {shells} shells are in no set of elements; its sets: "
-            f"{', '.join(names)}. Every shell needs a part"
+            f"{', '.join(names)}{apart}. Every shell needs a part"
         )
     return ("part_1",), np.zeros(shells, np.int64)
 

@@ -80,6 +80,9 @@ def findings_of(mesh: PartMesh) -> Iterator[Finding]:
     same = (ordered[:, 1:] == ordered[:, :-1]).sum(axis=1)
     point = (same > is_triangle(mesh.quads)) | (shapes.area <= 1e-3 * shapes.longest**2)
     yield from _told(mesh, FAULT, point, "have corners at one place or no area; delete them or mesh them anew")
+    inward = _turned_inwards(mesh) & ~point
+    what = "have a corner of more than 180 degrees; move a node or split them into triangles"
+    yield from _told(mesh, FAULT, inward, what)
     _, first = np.unique(ordered, axis=0, return_index=True)
     twice = np.ones(len(mesh.quads), np.bool_)
     twice[first] = False
@@ -98,6 +101,15 @@ def findings_of(mesh: PartMesh) -> Iterator[Finding]:
         yield from _told(mesh, severity, bad & sound, what, aspect, "times")
     yield from _not_joined(mesh)
     yield from _wound_against(mesh)
+
+
+def _turned_inwards(mesh: PartMesh) -> NDArray[np.bool_]:
+    """(e,) whether a quadrilateral is not convex: at a corner its sides turn against its normal."""
+    corners = mesh.nodes[mesh.quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    onward, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    turn = (np.cross(onward, back) * normal[:, None]).sum(axis=2)
+    return (turn < -1e-6 * (normal**2).sum(axis=1)[:, None]).any(axis=1) & ~is_triangle(mesh.quads)
 
 
 def _between(values: Array, low: float, high: float) -> NDArray[np.bool_]:

@@ -141,6 +141,17 @@ def test_an_overload_that_the_logger_left_empty_is_a_clipped_stretch_too() -> No
     assert any("beside a clipped stretch" in text for text in found.warnings)
 
 
+def test_cells_lost_now_and_then_are_no_overload_where_they_fall_on_the_peak() -> None:
+    measured = shot(noise=1e-4)
+    values = measured.channels[CHANNEL].copy()
+    values[::7] = np.nan
+    found = read(replace(measured, channels={CHANNEL: values}), replace(EXPECTED, noise={CHANNEL: 1e-4}))
+    assert not found.cuts
+    values[values > 4.2e-3] = np.nan  # an overload among them is one
+    found = read(replace(measured, channels={CHANNEL: values}), replace(EXPECTED, noise={CHANNEL: 1e-4}))
+    assert any("beside a clipped stretch" in text for text in found.warnings)
+
+
 def test_empty_cells_between_a_channels_own_readings_are_no_overload() -> None:
     """Two sensors on one clock: each has its gap at the other's instants, and loses nothing by it."""
     clock = STEP / 2.0 * np.arange(600)

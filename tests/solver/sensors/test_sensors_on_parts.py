@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from birdstrike.cli.check import check
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
+from birdstrike.solver.simulate import simulate
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.shell_block import ShellBlock
 
@@ -84,3 +87,55 @@ def test_bending_strains_the_sides_of_the_skin_oppositely(target):
     found = read(target(), sensors, np.zeros((3, 3)), bend=1e-4)
     assert found["impact"] == pytest.approx(-1.5e-7, rel=0.02)
     assert found["back"] == pytest.approx(1.5e-7, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("case", "sensor", "said"),
+    [
+        ("openradioss_panel", {"point": ["0 mm"] * 3, "part": "wing"}, "no such part; its parts: skin, stiffeners"),
+        ("openradioss_panel", {"at": ["0 mm", "0 mm"], "point": ["0 mm"] * 3}, "has at and point, two places"),
+        ("openradioss_panel", {"part": "skin"}, "sensors.w.part = skin needs a point in space"),
+        ("openradioss_panel", {"along": [0.0, 0.0, 0.0]}, "is no direction; write one such as"),
+        ("openradioss_panel", {"kind": "reaction_force", "support": "rim"}, "holds nothing; target.supports: edges"),
+        ("reference_strike", {"point": ["0 mm"] * 3, "part": "skin"}, "does nothing on a plate, which has no parts"),
+        ("reference_strike", {"kind": "reaction_force", "support": "edges"}, "does nothing on a plate, which has one"),
+    ],
+)
+def test_names_and_places_that_the_target_has_not_are_told(case, sensor, said):
+    with pytest.raises(CaseError) as caught:
+        load_case(case, {"sensors": {"w": {"kind": "displacement"} | sensor}})
+    (line,) = caught.value.errors
+    assert said in line
+    assert line.startswith("sensors.w")
+
+
+@pytest.mark.parametrize(
+    ("case", "sensor", "said"),
+    [
+        ("openradioss_panel", {"point": ["400 mm", "0 mm", "0 mm"]}, "150 mm off the target's shells at rest; the "),
+        ("openradioss_panel", {"at": ["0 mm", "300 mm"]}, "nearest place is (0, 250, 0) mm on part skin"),
+        ("openradioss_panel", {"point": ["0 mm"] * 3, "part": "stiffeners"}, "100 mm off the target's shells of part"),
+        (
+            "openradioss_panel",
+            {"kind": "strain", "at": ["0 mm", "150 mm"], "direction": "90 deg", "length": "300 mm"},
+            "sensors.w.length: (0, 300) mm lies 50 mm off",
+        ),
+        (
+            "openradioss_panel",
+            {"kind": "strain", "point": ["20 mm", "0 mm", "0 mm"], "along": [0.0, 0.0, 1.0]},
+            "is normal to the shell under the gauge",
+        ),
+        ("reference_strike", {"point": ["0 mm", "0 mm", "900 mm"]}, "900 mm off the target's shells"),
+    ],
+)
+def test_a_sensor_off_the_shells_is_told_with_the_nearest_place_by_check_and_before_a_run(case, sensor, said):
+    found = load_case(case, {"sensors": {"w": {"kind": "displacement"} | sensor}})
+    for verb in (check, simulate):
+        with pytest.raises(UserError) as caught:
+            verb(found)
+        assert said in str(caught.value)
+
+
+def test_a_place_within_half_a_shell_is_taken():
+    beside = {"w": {"kind": "displacement", "point": ["252 mm", "0 mm", "3 mm"]}}
+    assert check(load_case("openradioss_panel", {"sensors": beside}))

@@ -9,9 +9,11 @@ import meshio
 import numpy as np
 import pytest
 
-from birdstrike.data.errors import CaseError
+from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.setup_warnings import doubtful_shells
+from birdstrike.solver.target.files.mesh_file import read_mesh
 from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.part_mesh import PartMesh
 from tests.solver.target.triangles import abaqus_file, cut
@@ -44,6 +46,8 @@ def table_with(path: Path, **target: Any) -> dict[str, Any]:
     table = load_case("openradioss_panel").table
     del table["target"]["generator"]
     table["target"] |= {"mesh": str(path), "mesh_unit": "m", **target}
+    for sensor in table["sensors"].values():
+        sensor.pop("part", None)  # not every format has names
     return table
 
 
@@ -150,6 +154,9 @@ def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
     elif kind == "needle":
         nodes = np.vstack([nodes, nodes[quads[0, :2]] + [0.0, -1e-3, 0.0]])
         quads = np.vstack([quads, [*quads[0, [1, 0]], len(nodes) - 2, len(nodes) - 1]])
+    elif kind == "arrow":  # a node of its own, for the shell alone to turn inwards
+        nodes = np.vstack([nodes, 0.3 * nodes[quads[45, 1]] + 0.7 * nodes[quads[45, 3]]])
+        quads[45, 1] = len(nodes) - 1
     elif kind == "warped":
         nodes[quads[45, 0], 2] += 0.06
     elif kind == "loose":
@@ -167,6 +174,7 @@ def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
             "needle",
             "1 shells (number 121) of skin are more than 20 times as long as wide; mesh them anew (worst: 50 times",
         ),
+        ("arrow", "1 shells (number 46) of skin have a corner of more than 180 degrees; move a node"),
         ("warped", "are warped by more than 20 degrees"),
         ("loose", "it falls into 2 pieces that share no node"),
     ],
@@ -174,7 +182,7 @@ def wrong_quads(kind: str) -> tuple[np.ndarray, np.ndarray]:
 def test_a_mesh_that_would_spoil_any_run_is_refused(tmp_path, kind, said):
     nodes, quads = wrong_quads(kind)
     parts = {"skin": {"thickness": "3 mm", "material": "aluminium"}}
-    given = {} if kind in ("point", "warped") else {"parts": parts}
+    given = {} if kind in ("point", "arrow", "warped") else {"parts": parts}
     path = written(tmp_path / "wrong.inp", nodes, quads, sets=False)
     with pytest.raises(CaseError) as caught:
         load_case(table_with(path, supports={}, **given))
@@ -242,3 +250,98 @@ def test_triangles_of_every_format_are_read(tmp_path, ending):
     assert [len(block.alive) for block in plate.blocks] == [len(webs), len(halves)]
     assert len(plate.mesh.parts[named[0]]) == len(halves)
     assert plate.mass.sum() == pytest.approx(build_plate(load_case("openradioss_panel", COARSE)).mass.sum(), rel=1e-6)
+
+
+BLOCKS = [("S4", "skin", 1, MESH.quads[MESH.part == 0]), ("S4", "stiffeners", 900, MESH.quads[MESH.part == 1])]
+
+
+def test_a_quadrilateral_with_its_last_node_twice_is_a_triangle_wherever_it_stands(tmp_path):
+    halves = cut(MESH.quads[:1])
+    skin = np.concatenate([halves, MESH.quads[MESH.part == 0][1:]])
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, [("S4", "skin", 1, skin), BLOCKS[1]], MESH.sets)
+    plate = build_plate(load_case(table_with(path)))
+    assert [len(block.alive) for block in plate.blocks] == [len(MESH.quads) - 1, 2]
+    mesh = read_mesh(str(path), "m")
+    assert [mesh.number(-1), mesh.number(-2), mesh.number(0)] == [2, 1, 3]
+    assert build_plate(load_case(table_with(path))).mass.sum() == pytest.approx(plate_of_generator().mass.sum())
+
+
+def plate_of_generator() -> Any:
+    return build_plate(load_case("openradioss_panel", COARSE))
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [("TYPE=S4", "type=s4"), ("*ELEMENT, TYPE=S4, ELSET=skin", "*Element,elset=skin , Type = s4r")],
+)
+def test_kinds_of_elements_may_be_written_small(tmp_path, ours, theirs):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    path.write_text(path.read_text().replace(ours, theirs))
+    assert np.array_equal(build_plate(load_case(table_with(path))).quads, plate_of_generator().quads)
+
+
+def test_a_generated_set_counts_by_one_where_it_says_nothing(tmp_path):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    path.write_text(path.read_text() + "*NSET, NSET=first, GENERATE\n1, 7\n")
+    assert np.array_equal(read_mesh(str(path), "m").sets["first"], np.arange(7))
+
+
+def test_a_set_across_the_parts_is_none_of_them(tmp_path):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    path.write_text(path.read_text() + "*ELSET, ELSET=ALL, GENERATE\n1, 1000, 1\n")
+    assert read_mesh(str(path), "m").parts == ("skin", "stiffeners")
+
+
+def test_shells_in_no_part_are_told_with_the_sets_that_overlap(tmp_path):
+    cells: Any = [("quad", MESH.quads)]
+    sets: Any = {"one": [np.arange(10)], "two": [np.arange(5, 20)]}
+    meshio.Mesh(MESH.nodes, cells, cell_sets=sets).write(tmp_path / "panel.inp")
+    with pytest.raises(UserError, match=r"shells are in no set of elements; its sets: one; .*two shares 5 with one"):
+        read_mesh(str(tmp_path / "panel.inp"), "m")
+
+
+def test_named_curves_of_gmsh_are_sets_of_nodes(tmp_path):
+    ends = np.column_stack([MESH.sets["edges"][:-1], MESH.sets["edges"][1:]])
+    numbers = [np.full(len(ends), 7), MESH.part + 1]
+    meshio.Mesh(
+        MESH.nodes,
+        [("line", ends), ("quad", MESH.quads)],
+        cell_data={"gmsh:physical": numbers, "gmsh:geometrical": numbers},
+        field_data={"rim": np.array([7, 1]), "skin": np.array([1, 2]), "stiffeners": np.array([2, 2])},
+    ).write(tmp_path / "panel.msh", file_format="gmsh22", binary=False)
+    table = table_with(tmp_path / "panel.msh", supports={"rim": "clamped"})
+    assert np.array_equal(build_plate(load_case(table)).fixed, plate_of_generator().fixed)
+    assert not doubtful_shells(load_case(table))
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("*ELEMENT, TYPE=B31, ELSET=beams\n5000, 1, 2\n", "1 beams, bars or springs left out"),
+        ("*MASS, ELSET=lump\n1.5\n", "MASS left out: their stiffness, mass and joints are not in the model"),
+        ("*INSTANCE, NAME=a, PART=b\n0, 0, 0.1\n*END INSTANCE\n", "INSTANCE is not read"),
+    ],
+)
+def test_what_is_no_shell_and_changes_the_answer_is_told(tmp_path, more, said):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    assert not doubtful_shells(load_case(table_with(path)))
+    path.write_text(path.read_text() + more)
+    (found,) = doubtful_shells(load_case(table_with(path)))
+    assert said in found
+
+
+def test_an_instance_that_stays_in_place_is_nothing_to_tell(tmp_path):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    path.write_text(path.read_text() + "*INSTANCE, NAME=a, PART=b\n*END INSTANCE\n")
+    assert not doubtful_shells(load_case(table_with(path)))
+
+
+def test_the_reason_why_a_file_is_not_read_is_told_and_nothing_is_printed(tmp_path, capfd):
+    path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
+    path.write_text(path.read_text().replace("TYPE=S4", "TYPE=S99"))
+    with pytest.raises(UserError, match="Element type not available: S99"):
+        read_mesh(str(path), "m")
+    path.write_text(path.read_text().replace("TYPE=S99", "TYPE=S4") + "*NSET, NSET=lost\n99999\n")
+    with pytest.raises(UserError, match="refers to 99999, which is not there"):
+        read_mesh(str(path), "m")
+    assert capfd.readouterr() == ("", "")
