@@ -64,12 +64,13 @@ def aimed_off(case: Case) -> list[str]:
     off = float(np.linalg.norm(nearest - aim))
     if off <= AIMED_OFF * case.bird.diameter:
         return []
-    in_file = ", ".join(f"{1e3 * c:.4g} mm" for c in nearest + np.array(target.origin))
+    in_file = ", ".join(f"{c:.6g} mm" for c in np.round(1e3 * (nearest + np.array(target.origin)), 3) + 0.0)
+    aimed_by = "impact.offset" if case.impact.point is None else "impact.point"
     return [
         f"the struck part {target.struck_name} of target.mesh = {target.mesh} lies {1e3 * off:.4g} mm away from the "
         "point that the bird is aimed at: stand-off and first contact count to the plane through target.origin, so the "
         f"bird meets the part at another time, or never; set target.origin to a point of the part, nearest "
-        f"({in_file}) in the file's axes, or correct impact.offset"
+        f"({in_file}) in the file's axes, or correct {aimed_by}"
     ]
 
 

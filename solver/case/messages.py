@@ -39,7 +39,8 @@ def error_lines(
     by_mass = any(at(table, f"bird.{key}") not in (None, False) for key in FROM_MASS)
     follows = {("bird", key) for key in SIZES} if by_mass else set()
     due = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
-    return [error_line(case, error, table) for error in (due if due or broken else errors)] + broken
+    lines = (error_line(case, error, table) for error in (due if due or broken else errors))
+    return [*dict.fromkeys(lines), *broken]
 
 
 def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, Any]) -> str:
@@ -53,6 +54,12 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
         return f"{key} is not a key of a case; {INSTEAD[key]}"
     if kind == "extra_forbidden":
         return f"{key} is not a key of a case; {_did_you_mean(list(known), str(loc[-1]))}"
+    if kind == "missing" and isinstance(loc[-1], int):
+        listed = ".".join(map(str, loc[:-1]))
+        return f"{listed} = {shortened(str(value))} lacks entries: {len(value)} given; write all of them"
+    if kind == "too_long":
+        most = error.get("ctx", {}).get("max_length")
+        return f"{key} = {shortened(str(value))} has {len(value)} entries; write {most}"
     if kind == "missing":
         return f"{key} is missing{_expected(known.get(str(loc[-1])))}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):

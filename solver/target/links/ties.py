@@ -126,6 +126,11 @@ def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> d
     quads = parts.quads[onto]
     surface = Surface(parts.nodes, quads)
     own = np.setdiff1d(parts.sets[tie.nodes], np.unique(quads))
+    if not len(own):
+        raise UserError(
+            f"target.ties.{name}: all nodes of {tie.nodes} belong to {tie.onto} itself; name a set of the part that is "
+            "to follow it"
+        )
     near = np.array([node for node in own if surface.foot(parts.nodes[node]).distance <= tie.distance], np.int64)
     if not len(near):
         raise UserError(
@@ -133,6 +138,11 @@ def _one(parts: PartMesh, name: str, tie: TieData, held: NDArray[np.bool_]) -> d
             f"{tie.onto}; raise target.ties.{name}.distance, or name another set"
         )
     near = near[~held[near]]
+    if not len(near):
+        raise UserError(
+            f"target.ties.{name}: every node of {tie.nodes} near {tie.onto} is held by target.supports and can follow "
+            "nothing; name another set, or hold fewer"
+        )
     border = border_sides(parts.quads[~onto])
     border = border[np.isin(border, near).all(axis=1)]
     return weights_of_line(surface, parts.nodes, border, near)

@@ -51,6 +51,8 @@ WORDS = [
         "~ = gelatine is unknown; available: null, elastic, plastic_kinematic, hydrodynamic; one of your own: an "
         "installed package's entry point of the group birdstrike.bird_materials",
     ),
+    ("impact.offset", '["0 mm", "1 mm", "2 mm"]', "has 3 entries; write 2"),
+    ("impact.point", '["0 mm"]', "~ = ['0 mm'] lacks entries: 1 given; write all of them"),
     ("plate.mesh", "plate.msh", "~ is not a key of a case; plate.elements = [50, 40] divides a rectangle into"),
     ("bird.mesh", "bird.k", "~ is not a key of a case; no mesh file is read: bird.method, lattice"),
 ]
@@ -128,3 +130,9 @@ def test_a_file_too_large_for_a_case_is_refused_unread(tmp_path: Path) -> None:
     path = written(tmp_path, "huge", "x" * 10_000_000)
     with pytest.raises(CaseError, match="has 10 MB, more than the 1 MB of any case: the wrong file"):
         load_case(path)
+
+
+def test_a_mass_that_makes_no_birds_density_is_told_with_it() -> None:
+    """It takes the place of a density that the case states."""
+    (line,) = errors_with({"bird.mass": "10 kg"})
+    assert "a density of 4999 kg/m^3, beyond 50 kg/m^3 .. 3000 kg/m^3; correct bird.mass" in line

@@ -233,6 +233,20 @@ def test_strips_that_tear_off_their_rivet_keep_momenta_and_energy(triangles):
     assert after == pytest.approx(energy, rel=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("nodes", "held", "said"),
+    [
+        ("left", {}, "all nodes of left belong to left itself"),
+        ("right", {"right": NAMED["clamped"]}, "is held by target"),
+    ],
+)
+def test_a_tie_whose_nodes_can_follow_nothing_is_named(nodes, held, said):
+    parts = halves(2, 3)
+    data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
+    with pytest.raises(UserError, match=said):
+        assembled(parts, data, held, 0.0, LinkData({"seam": TieData(nodes, "left", 1e-3)}))
+
+
 def test_a_tie_that_reaches_nothing_and_a_part_that_hangs_on_nothing_are_named():
     parts = halves(2, 3)
     moved = parts.nodes.copy()
