@@ -198,7 +198,8 @@ STRIKE = {
 SENSORS = {
     "sensors.<name>.kind": "What it reads; displacement and forces are positive in the push.",
     "sensors.<name>.at": "Place from the plate's centre along length and width (displacement, strain, pressure).",
-    "sensors.<name>.point": "Place in space instead of `at`; the nearest place of the target at rest is taken.",
+    "sensors.<name>.point": "Place in space instead of `at`; the nearest place of the target at rest is taken, "
+    "at most half a shell away.",
     "sensors.<name>.part": "Part of the target on which that place lies; absent: any.",
     "sensors.<name>.along": "Direction in space: of a displacement, absent: the push; of a gauge, laid on the shell.",
     "sensors.<name>.support": "Of a reaction force: the set of the target's supports under which the load cell is; "

@@ -221,4 +221,4 @@ def _seen(record: Measured, name: str) -> str:
     i = int(abs(values).argmax())
     peak, unit = display(float(values[i]), record.units[name])
     shown = " .. ".join(f"{display(float(t), 's')[0]:.4g}" for t in (time[0], time[-1]))
-    return f"{name}: {len(time)} points, {shown} ms, largest {peak:.4g} {unit} at {1e3 * time[i]:.4g} ms"
+    return f"{name}: {len(time)} points, {shown} ms, largest {f'{peak:.4g} {unit}'.rstrip()} at {1e3 * time[i]:.4g} ms"

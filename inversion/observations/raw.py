@@ -75,7 +75,13 @@ def _mean(measured: Measured, name: str, until: float) -> float:
 
 
 def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measured:
-    """The record with sigma columns: of each channel the standard deviation stated, SI, or, for None, its own."""
+    """The record with sigma columns: of each channel the standard deviation stated, SI, or, for None, its own.
+
+    Raises MeasuredError for one that is not above 0, and for a record that gives none.
+    """
+    for name, value in stated.items():
+        if value is not None and not value > 0.0:
+            raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="0.05 mm"')
     found = {one.name: one.noise for one in read_raw(measured)}
     sigma = dict(measured.sigma)
     for name, value in stated.items():

@@ -147,6 +147,13 @@ def test_a_sensor_twice_or_without_a_column_is_refused(tmp_path: Path, sensors: 
     assert said in found.output
 
 
+@pytest.mark.parametrize("sigma", ["-0.02 mm", "0 mm"])
+def test_a_noise_that_is_none_is_refused(tmp_path: Path, sigma: str) -> None:
+    found = invoke(export(tmp_path / "a.csv"), "--sensor", CENTRE, "--out", tmp_path / "o.csv", "--sigma", sigma)
+    assert found.exit_code == 1
+    assert "a standard deviation is above 0" in found.output
+
+
 def test_many_cells_that_are_no_numbers_are_told_by_the_first_and_their_number(tmp_path: Path) -> None:
     source = tmp_path / "a.csv"
     source.write_text("time [ms],w [mm]\n" + "".join(f"{i},{'NaN' if i % 2 else i}\n" for i in range(100)))

@@ -321,6 +321,8 @@ def test_microstrain_however_it_is_written(tmp_path: Path, unit: str) -> None:
 
 
 def test_per_cent_of_strain_and_millions_of_psi(tmp_path: Path) -> None:
+    plain = imported(tmp_path / "b.csv", "t [ms],SG1 [strain]\n0,0\n1,0.0025\n", ImportOptions({"strain_1": "SG1"}))
+    assert plain.channels["strain_1"].tolist() == [0.0, 2.5e-3]
     options = ImportOptions({"strain_1": "SG1", "pressure": "P"})
     found = imported(tmp_path / "a.csv", "t [ms],SG1 [%],P [Msi]\n0,0,0\n1,0.25,1\n", options)
     assert found.channels["strain_1"][1] == pytest.approx(2.5e-3, rel=1e-15)
