@@ -11,7 +11,7 @@ from birdstrike.data.units import quantity_text
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
-from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch, complaint
+from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
 MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
 SLENDERNESS = Between(1.0, 10.0)
@@ -45,17 +45,6 @@ class Bird(Section):
     @classmethod
     def _size_and_density(cls, raw: Any) -> Any:
         return raw | derived(raw) if isinstance(raw, dict) else raw
-
-    @model_validator(mode="after")
-    def _a_mass_gives_a_density(self) -> Bird:
-        low, high = DENSITY.bounds
-        if self.density is None and self.mass is not None and not low <= self.actual_density <= high:
-            raise complaint(
-                f"has mass = {self.mass:g} kg in a volume of {1e3 * self.volume:.4g} l: a density of "
-                f"{self.actual_density:.4g} kg/m^3, beyond {DENSITY.low} .. {DENSITY.high}; correct bird.mass, "
-                "bird.diameter or bird.length"
-            )
-        return self
 
     @property
     def overall_length(self) -> float:

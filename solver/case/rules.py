@@ -9,7 +9,8 @@ from typing import Any
 
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
-from birdstrike.solver.case.bird import derived
+from birdstrike.solver.bird.shape import SHAPES, volume
+from birdstrike.solver.case.bird import DENSITY, derived
 from birdstrike.solver.case.overlay import (
     FROM_MASS,
     IDLE_FOR_RIGID,
@@ -94,6 +95,25 @@ def _density(raw: Raw) -> Iterator[str]:
         yield f"bird.mass = {mass} and bird.density = {density} are both given; keep one, the shape gives the other"
     if mass is None and density is None and not known:
         yield 'bird.mass or bird.density is missing; give one, such as density = "938 kg/m^3"'
+    if mass is not None and density is None:
+        yield from _implied_density(raw)
+
+
+def _implied_density(raw: Raw) -> Iterator[str]:
+    """A mass in the bird's volume makes a density that a bird can have."""
+    shape, mass, diameter, length = (
+        at(raw, "bird.shape"),
+        *(si(raw, f"bird.{k}") for k in ("mass", "diameter", "length")),
+    )
+    if shape not in SHAPES or mass is None or diameter is None or length is None:
+        return
+    size, (low, high) = volume(shape, diameter, length), DENSITY.bounds
+    if size > 0.0 and length >= diameter and not low <= mass / size <= high:
+        yield (
+            f"bird.mass = {at(raw, 'bird.mass')} in a volume of {1e3 * size:.4g} l makes a density of "
+            f"{mass / size:.4g} kg/m^3, beyond {DENSITY.low} .. {DENSITY.high}; correct bird.mass, bird.diameter or "
+            "bird.length"
+        )
 
 
 def _length(raw: Raw) -> Iterator[str]:
