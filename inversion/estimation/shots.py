@@ -20,13 +20,14 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
+from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.known_errors import Columns
 from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.forward import Forward, watched
 from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.results.ingredients import MeshCorrectionFigures, ShotFigures
 from birdstrike.solver.case.case import Case
-from birdstrike.surrogate.emulator import fit_emulator
+from birdstrike.surrogate.emulator import Emulator, fit_emulator
 
 SCATTERS = (0.0, 0.003, 0.01, 0.02, 0.04, 0.08, 0.15)
 
@@ -150,19 +151,25 @@ def with_scatter(joint: Joint) -> tuple[Joint, float]:
     emulator = fit_emulator(joint.dataset, names, alone.seed)
     costs = []
     for share in SCATTERS:
-        columns = _amplitudes(joint.columns, share)
+        columns = _amplitudes(joint.columns, share, emulator)
         found = locate(joint.dataset, joint.measured, alone, emulator, lambda _: None, columns)
         costs.append(found.calibration.modes[0].cost)
     share = SCATTERS[int(np.argmin(costs))]
-    return replace(joint, columns=_amplitudes(joint.columns, share)), share
+    return replace(joint, columns=_amplitudes(joint.columns, share, emulator)), share
 
 
-def _amplitudes(columns: Columns | None, share: float) -> Columns:
-    """The columns, and one a shot: `share` of its record."""
+def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Columns:
+    """The columns, and one a shot: `share` of the curve that a first fit gives it.
+
+    Not of the record: its noise would be scaled with it, and a curve too small by any factor would leave less of the
+    noise than the right one does (Peelle's puzzle: D'Agostini, Nucl. Instrum. Methods A 346 (1994) 306).
+    """
 
     def more(observations: Observations, mode: Mode) -> Array:
         numbers = np.concatenate([np.full(len(c.times), shot_number(c.name)) for c in observations.channels])
-        own = [np.where(numbers == i, share * observations.values, 0.0) for i in np.unique(numbers)] if share else []
+        model = CurveModel(emulator, observations)
+        curve = model.curves(model.scores(mode.theta[None]), mode.t0)[0]
+        own = [np.where(numbers == i, share * curve, 0.0) for i in np.unique(numbers)] if share else []
         known = [columns(observations, mode)] if columns is not None else []
         return np.hstack([np.zeros((len(numbers), 0)), *known, *(column[:, None] for column in own)])
 

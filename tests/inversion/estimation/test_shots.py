@@ -12,7 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
-from birdstrike.inversion.estimation.locate import InversionOptions
+from birdstrike.inversion.estimation.locate import InversionOptions, locate
 from birdstrike.inversion.estimation.shots import Shot, joined, with_scatter
 from birdstrike.inversion.invert import invert
 from tests.inversion.stand_in import CHANNEL, NAMES, TIMES, campaign, forward, record, spread, truth
@@ -67,6 +67,18 @@ def test_scatter_between_shots_is_found_and_carried(few: Dataset) -> None:
     assert 0.01 <= scatter <= 0.15
     _, none = with_scatter(joined([shot(few, i) for i in range(2)]))
     assert none <= 0.003
+
+
+def test_what_is_allowed_for_a_shots_size_holds_none_of_its_noise(few: Dataset) -> None:
+    """Else a curve too small by any factor leaves less of the noise than the right one: the size is drawn downwards."""
+    joint, scatter = with_scatter(joined([shot(few, i, size=size) for i, size in enumerate((0.96, 1.05))]))
+    assert scatter and joint.columns is not None
+    found = locate(joint.dataset, joint.measured, OPTIONS, None, lambda _: None, joint.columns)
+    mode, seen = found.calibration.modes[0], found.observations
+    channels = tuple(replace(c, values=c.values + 1e-3 * np.cos(np.arange(len(c.values)))) for c in seen.channels)
+    noisy = replace(seen, channels=channels)
+    assert not np.array_equal(noisy.values, seen.values)
+    np.testing.assert_array_equal(joint.columns(noisy, mode), joint.columns(seen, mode))
 
 
 def test_other_points_are_refused_with_the_remedy(dataset: Dataset) -> None:
