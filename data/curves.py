@@ -5,11 +5,12 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from birdstrike.data.errors import MeasuredError
+from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.exports.registry import EXPORTS
 from birdstrike.data.files import write_atomically
 from birdstrike.data.histories import Array, Histories
@@ -65,6 +66,14 @@ class Measured:
             "column out, or the channel: --channels"
         )
 
+    def same_points(self, other: Measured) -> bool:
+        """Whether two records hold the same points, whatever their files are called."""
+        return (
+            np.array_equal(self.time, other.time)
+            and self.channels.keys() == other.channels.keys()
+            and all(np.array_equal(own, other.channels[n], equal_nan=True) for n, own in self.channels.items())
+        )
+
     def only(self, channels: Sequence[str]) -> Measured:
         """The record with these channels alone, all where none is named; raises MeasuredError for one it has not."""
         if not channels:
@@ -81,6 +90,21 @@ class Measured:
         """Times [s] and values of one channel, gaps left out."""
         given = np.isfinite(self.channels[channel])
         return self.time[given], self.channels[channel][given]
+
+
+def refuse_twice(given: Sequence[tuple[str, Measured]]) -> None:
+    """Raise UserError where one record is given twice: it would halve its noise, or explain or test itself.
+
+    given: (option by which it was given, record).
+    """
+    errors = [
+        f"{option}: {one.path} and {f'{again}: ' if again != option else ''}{other.path} hold the same points; a "
+        "record counts once, so leave one out"
+        for (option, one), (again, other) in combinations(given, 2)
+        if one.same_points(other)
+    ]
+    if errors:
+        raise UserError(errors)
 
 
 def read_measured(path: str | Path) -> Measured:

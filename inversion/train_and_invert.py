@@ -5,13 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_histories, read_measured, write_histories
+from birdstrike.data.curves import Measured, read_histories, read_measured, refuse_twice, write_histories
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.files import write_json
@@ -167,7 +166,7 @@ def train_and_invert(
         for i, pair in enumerate(pairs)
     ]
     _refuse_unused(folders, shots)
-    _refuse_twice(shots)
+    refuse_twice([("--measured", shot.measured) for shot in shots])
     folder.mkdir(parents=True, exist_ok=True)  # an unwritable place is better known before the work than after
     outcome, dataset, record = inverted(shots, more, lambda f: report(share + (1.0 - share) * f))
     if shots[0].case is not None:
@@ -263,15 +262,6 @@ def _refuse_unused(folders: Sequence[Path], shots: Sequence[Shot]) -> None:
         )
 
 
-def _refuse_twice(shots: Sequence[Shot]) -> None:
-    """Raises UserError for one record given twice: it would count as two shots and halve its noise."""
-    for one, other in combinations([shot.measured for shot in shots], 2):
-        if _same_points(one, other):
-            raise UserError(
-                f"--measured: {one.path} and {other.path} hold the same points; a record counts once, so leave one out"
-            )
-
-
 def _refuse_second_mesh(more: Extras, forward: Forward | None) -> None:
     """Raises UserError where a mesh correction cannot be had, or would count the mesh's error twice."""
     if more.mesh is not None:
@@ -281,15 +271,6 @@ def _refuse_second_mesh(more: Extras, forward: Forward | None) -> None:
         )
     if forward is not None:
         raise UserError("--mesh-correction refines the mesh of the case's own solver, so no other model may stand in")
-
-
-def _same_points(one: Measured, other: Measured) -> bool:
-    """Whether two records have the same instants, channels and values."""
-    return (
-        np.array_equal(one.time, other.time)
-        and one.channels.keys() == other.channels.keys()
-        and all(np.array_equal(v, other.channels[name], equal_nan=True) for name, v in one.channels.items())
-    )
 
 
 def _bands(path: Path) -> Histories:

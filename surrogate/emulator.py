@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.surrogate.features import Region, covered, features, regions
+from birdstrike.surrogate.features import Region, covered, features, regions, runs_needed
 from birdstrike.surrogate.gaussian_process import GaussianProcess, student_inflation
 from birdstrike.surrogate.run_scatter import factors_between, shrunk_correlation
 from birdstrike.surrogate.scaling import Scaling
@@ -25,7 +25,6 @@ from birdstrike.surrogate.validation import Validation, q2, rmse
 
 VARIANCE_KEPT = 0.9999
 WORTH_PREDICTING = 0.3  # leave-one-out Q2; a process can be fitted to a few dozen draws of noise with less
-FEWEST_RUNS = 5
 INSTANTS = 110  # of a channel, at which the covariance of what is left stands; linear between them
 
 
@@ -191,7 +190,7 @@ def fit_emulator(
 
     Runs in a part of a range that too few of them cover are left out as well: they could only mislead.
     """
-    needed = max(FEWEST_RUNS, len(dataset.names) + 1)
+    needed = runs_needed(len(dataset.names))
     if dataset.smooth.sum() < needed:
         many = f"{dataset.smooth.sum()} runs of the campaign are smooth"
         raise UserError(f"{many}, the emulator needs {needed}: extend it by run-doe")

@@ -17,6 +17,12 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 
 LIMIT = 1.0
+FEWEST_RUNS = 5
+
+
+def runs_needed(parameters: int) -> int:
+    """Finished, smooth runs that an emulator of so many parameters needs at the least."""
+    return max(FEWEST_RUNS, parameters + 1)
 
 
 def _tension(value: Array) -> Array:

@@ -21,6 +21,10 @@ CHECKED = "birdstrike check --json"
 """What holds all of this command's warnings."""
 
 
+STATES = {"running": "not finished: running, or stopped midway"}
+"""What the state in a campaign's summary means to a reader."""
+
+
 def check_campaign(path: Path) -> dict[str, Any]:
     """List what the folder holds, changing nothing; raises UserError where there is no campaign."""
     from birdstrike.doe.campaign.inventory import inventory
@@ -29,7 +33,8 @@ def check_campaign(path: Path) -> dict[str, Any]:
         found = inventory(path, progress)
     planned = len(found.finished) + len(found.failed) + len(found.due)
     counts = f"{len(found.finished)} finished, {len(found.failed)} failed, {len(found.due)} to be run"
-    say(f"{path}: a campaign of {planned} runs ({found.state}); with solver version {found.version}: {counts}.")
+    state = STATES.get(found.state, found.state)
+    say(f"{path}: a campaign of {planned} runs ({state}); with solver version {found.version}: {counts}.")
     for number, reason in found.failed.items():
         say(f"run {number} failed: {reason}")
     for version, names in found.other_versions.items():

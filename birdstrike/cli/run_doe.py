@@ -178,11 +178,15 @@ def _among_random(value: float | None, percentile: float | None) -> str:
 def _conclude(out: Path, loaded: Case, planned: int, quality: Quality) -> dict[str, Any]:
     """The last lines; RunFailed when runs had to be left out, after everything has been written."""
     from birdstrike.doe.campaign.folder import read_json
+    from birdstrike.surrogate.features import runs_needed
 
     summary = read_json(out / "summary.json")
     finished = planned - len(summary["failed"])
     files = "design.csv, projections.svg, curves.csv, summary.json, runs/"
     say(f"Written to {out}: {finished} of {planned} runs ({files}).")
+    needed = runs_needed(quality.parameters)
+    if finished < needed:
+        say(f"An emulator of these parameters needs {needed} finished runs: call run-doe again with more --runs.")
     allowed = ["--allow-rank-deficient"] if quality.deficient else []
     inverted = out.parent / "inversion" if out.name == "doe" else Path("inversion")
     record = record_here(loaded.sensors)

@@ -17,6 +17,7 @@ from birdstrike.data.dataset import SMOOTH_LOSS, Dataset
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.files import whole_file, write_json
 from birdstrike.data.histories import Array, Histories
+from birdstrike.data.out_folder import maker_of
 from birdstrike.doe.campaign.folder import CampaignFolder, design_text, file_digest, rows_digest, space_json
 from birdstrike.doe.campaign.run import Failed, Finished, PlannedRun
 from birdstrike.doe.designs.design import Design
@@ -152,7 +153,7 @@ def load_dataset(out: str | Path) -> Dataset:
     folder = CampaignFolder(Path(out))
     summary = folder.read_summary()
     if summary.get("state") != "finished" or not folder.curves.exists() or not folder.design.exists():
-        raise UserError(f"{out} holds no finished campaign; {_remedy(summary)}")
+        raise UserError(f"{out} holds no finished campaign; {_remedy(folder.path, summary)}")
     if altered := folder.altered():
         raise UserError(altered)
     numbers, time, curves, units = read_curves(folder.curves)
@@ -181,7 +182,10 @@ def _parameters(folder: CampaignFolder, numbers: np.ndarray) -> Array:
     return table[[row_of[int(number)] for number in numbers], 1:]
 
 
-def _remedy(summary: Mapping[str, Any]) -> str:
+def _remedy(path: Path, summary: Mapping[str, Any]) -> str:
+    maker = maker_of(path)
+    if maker not in (None, "run-doe"):
+        return f"birdstrike {maker} made this folder; give one of: birdstrike run-doe CASE --out DIR"
     if not summary:
         return "make one with: birdstrike run-doe CASE --out DIR"
     if summary.get("state") == "finished":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from birdstrike.data.curves import Measured, read_measured
+from birdstrike.data.curves import Measured, read_measured, refuse_twice
 from birdstrike.data.errors import MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
@@ -93,8 +93,15 @@ def diagnose(
     other = None if heldout is None else read(heldout)
     refuse(shots, other)
     clean, warnings = clean_shots(shots, baseline, baseline_case)
+    refuse_twice(
+        [
+            *(("--measured", one.record) for one in shots),
+            *(("--baseline", one.record) for one in clean),
+            *([] if other is None else [("--heldout", other.only(tuple(shots[0].record.channels)))]),
+        ]
+    )
+    further = () if doe is None else (runs_of(Path(doe)),)
     folder.mkdir(parents=True, exist_ok=True)
-    further = () if doe is None else (Path(doe) / "runs",)
     with (
         choice.counter() as shown,
         Simulations(folder / "runs", further, choice.workers, shown, choice.retry) as simulations,
@@ -166,6 +173,15 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
     ]
     if errors:
         raise MeasuredError(errors)
+
+
+def runs_of(campaign: Path) -> Path:
+    """Folder of a campaign's runs; raises UserError where there are none."""
+    if not (campaign / "runs").is_dir():
+        raise UserError(
+            f"--doe {campaign} holds no runs; give the folder of a finished run-doe or diagnose, or leave it out"
+        )
+    return campaign / "runs"
 
 
 def clean_shots(

@@ -75,7 +75,8 @@ def reason(calibrator: Calibrator, modes: tuple[Mode, ...], i: int, width: float
     felt = sensitivity(calibrator, modes[0], i)
     if felt.change < felt.noise:
         return felt.sentence
-    share = f"the interval is {100 * width:.0f} % as wide as the prior's; {felt.sentence}"
+    wide = f"{100 * width:.0f} % as wide as the prior's" if width < 1.0 else "no narrower than the prior's"
+    share = f"the interval is {wide}; {felt.sentence}"
     if identified:
         return share + _at_bound(modes[0], i)
     fit_as_well = len({(mode.box.lows[i], mode.box.highs[i]) for mode in modes}) > 1

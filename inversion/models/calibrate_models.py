@@ -7,13 +7,12 @@ import json
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from birdstrike.data.curves import Measured, read_measured, write_measured
+from birdstrike.data.curves import Measured, read_measured, refuse_twice, write_measured
 from birdstrike.data.errors import CaseError, RunFailed, UserError
 from birdstrike.data.files import plain as plain_json
 from birdstrike.data.files import write_json
@@ -184,12 +183,7 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     for record in read:
         record.refuse_dead_sensors()
     read = [record.only(tuple(channels)) for record in read]
-    for one, other in combinations(range(len(read)), 2):
-        if _digest(read[one]) == _digest(read[other]):
-            raise UserError(
-                f"--measured: {read[one].path} and {read[other].path} hold the same points; a record counts once, so "
-                "leave one out"
-            )
+    refuse_twice([("--measured", record) for record in read])
     stems = [Path(record.path).stem or f"shot_{i + 1}" for i, record in enumerate(read)]
     names = [stem if stems.count(stem) == 1 else f"{stem}_{i + 1}" for i, stem in enumerate(stems)]
     return tuple(map(ShotSetup, names, loaded, read))

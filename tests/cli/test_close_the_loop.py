@@ -286,6 +286,9 @@ def test_a_campaign_that_does_not_fit_is_refused_with_what_differs(
     assert "has been edited since the campaign wrote it" in refusal()
     (campaign / "summary.json").write_text('{"state": "running"}')
     assert "it was stopped midway: run the same birdstrike run-doe again" in refusal()
+    (campaign / "summary.json").unlink()
+    (campaign / ".birdstrike.json").write_text('{"command": "simulate"}')
+    assert "birdstrike simulate made this folder; give one of: birdstrike run-doe" in refusal()
     assert solver.strikes == paid
     assert not out.exists()
 

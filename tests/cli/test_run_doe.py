@@ -124,3 +124,11 @@ def test_help_shows_an_example() -> None:
     result = CliRunner().invoke(app, ["run-doe", "--help"])
     assert result.exit_code == 0
     assert "Example: birdstrike run-doe reference_strike" in result.stdout
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_fewer_runs_than_an_emulator_needs_are_told(tmp_path: Path) -> None:
+    few, enough = (invoke(tmp_path / runs, "--runs", runs) for runs in ("3", "6"))
+    said = "An emulator of these parameters needs 5 finished runs: call run-doe again with more --runs."
+    assert said in few.output.replace("\n", " ")
+    assert "An emulator of these parameters" not in enough.output

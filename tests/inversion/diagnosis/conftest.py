@@ -33,7 +33,8 @@ def command(folder: Path, answered: list[Answered], diagnoses: list[Diagnosis], 
         diagnoses.append(write(found, place))
         return diagnoses[-1]
 
-    given = ["--out", str(folder / out), "--doe", str(folder / "out"), "--workers", "1", *words]
+    first = ["--doe", str(folder / "out")] if out != "out" else []
+    given = ["--out", str(folder / out), *first, "--workers", "1", *words]
     with few_simulations() as patch:
         patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
         patch.setattr("birdstrike.inversion.diagnosis.diagnose.write", written)

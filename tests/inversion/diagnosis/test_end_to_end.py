@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -281,3 +283,33 @@ def test_an_effect_that_predicts_what_was_held_out_no_better_is_not_attributed(
     found = laboratory.content(out)
     assert found["verdict"] == verdict
     assert any("not fitted to" in line for line in found["warnings"]) is (verdict == "ambiguous")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("--measured", "loose.csv", "--measured", "loose.csv"),
+            "--measured: .*loose.csv and .*loose.csv hold the same",
+        ),
+        (("--measured", "loose.csv", "--baseline", "loose.csv"), "--measured: .*loose.csv and --baseline: .*loose.csv"),
+        (
+            ("--measured", "loose.csv", "--baseline", "clean.csv", "--heldout", "clean.csv"),
+            "--baseline: .*clean.csv and --heldout: .*clean.csv hold the same points; a record counts once",
+        ),
+        (
+            ("--measured", "loose.csv", "--doe", "nowhere"),
+            "--doe .*nowhere holds no runs; give the folder of a finished",
+        ),
+    ],
+)
+def test_a_record_has_one_place_and_a_campaign_is_there(
+    laboratory: Laboratory, words: Sequence[str], said: str
+) -> None:
+    """The same record twice halves its noise; as its own baseline it explains itself; held out, it tests itself."""
+    folder = laboratory.folder
+    given = [word if word.startswith("--") else str(folder / word) for word in words]
+    found = laboratory.diagnose("twice", *given)
+    assert found.exit_code == 1
+    assert re.search(said, found.stderr.replace("\n", " "))
+    assert not (folder / "twice" / "diagnosis.json").exists()

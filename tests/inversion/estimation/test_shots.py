@@ -72,7 +72,8 @@ def test_scatter_between_shots_is_found_and_carried(few: Dataset) -> None:
 def test_what_is_allowed_for_a_shots_size_holds_none_of_its_noise(few: Dataset) -> None:
     """Else a curve too small by any factor leaves less of the noise than the right one: the size is drawn downwards."""
     joint, scatter = with_scatter(joined([shot(few, i, size=size) for i, size in enumerate((0.96, 1.05))]))
-    assert scatter and joint.columns is not None
+    assert scatter
+    assert joint.columns is not None
     found = locate(joint.dataset, joint.measured, OPTIONS, None, lambda _: None, joint.columns)
     mode, seen = found.calibration.modes[0], found.observations
     channels = tuple(replace(c, values=c.values + 1e-3 * np.cos(np.arange(len(c.values)))) for c in seen.channels)
