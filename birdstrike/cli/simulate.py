@@ -72,6 +72,8 @@ def command(
     warn(_warnings(histories), f"{out / 'summary.json'}")
     more = (", record.csv" if noise is not None else "") + (", fields/" if fields else "")
     say(f"Written to {out}: histories.csv, summary.json{more}.")
+    if noise is None and (out / "record.csv").exists():
+        say(f"{out / 'record.csv'} is of an earlier call and stays as it was: --noise SEED writes it anew.")
     say(_next(case, loaded, settings, out / "record.csv" if noise is not None else None))
     return {"out": str(out), **histories.summary}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -262,7 +263,11 @@ def predicted_shots(
 
 
 def write(found: Diagnosis, folder: Path) -> Diagnosis:
-    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file."""
+    """Write all files, diagnosis.json last; returns the diagnosis with the name of its case file.
+
+    Files that an earlier diagnosis left there, and this one has not, are removed.
+    """
+    earlier = _files_of_earlier(folder)
     if found.case is not None and found.after is not None:
         model = found.after.model.replace(".", "_").replace("@", "_of_")
         path = folder / f"{found.case.name}_with_{model}.toml"
@@ -273,7 +278,18 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     if found.model:
         save_tree(folder / FILE, found.model)
     found.save(folder / "diagnosis.json")
+    for name in earlier - {found.case_after, *curve_files(list(found.curves))}:
+        (folder / name).unlink(missing_ok=True)
     return found
+
+
+def _files_of_earlier(folder: Path) -> set[str]:
+    """Curves and case of the diagnosis that a folder holds; none where it holds none that can be read."""
+    try:
+        earlier = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+        return {*curve_files([shot["name"] for shot in earlier["shots"]]), earlier["case_after"] or "diagnosis.csv"}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
 
 
 def curve_files(shots: Sequence[str]) -> list[str]:

@@ -27,6 +27,7 @@ from birdstrike.solver.sensors.sensor import Sensor
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
 NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
 BASELINE = "baseline"  # candidate's name of a clean shot
+LITTLE = 0.02  # of expected probability: a measurement that brings less is no advice
 POINTS = 60  # instants of a candidate
 
 
@@ -44,6 +45,11 @@ class Proposal:
     @property
     def sentence(self) -> str:
         """For the user."""
+        if self.expected - self.now < LITTLE:
+            return (
+                f"nothing that was looked at would tell much more: the best, {self.what}, raises the expected "
+                f"probability of the right one from {self.now:.2f} to {self.expected:.2f}"
+            )
         compared = ", ".join(self.separates)
         return (
             f"{self.what}: of those compared it separates {compared} best; the expected probability of the right one "

@@ -191,6 +191,8 @@ class Pipeline:
         held = self._held_out(ranking, chosen, heldout)
         if verdict == ATTRIBUTED and chosen and (against := _unpredicted(ranking, chosen, held)):
             verdict, close = AMBIGUOUS, [*close, *against]
+        if chosen and heldout is not None:
+            close = [*close, *_worse_held_out(chosen, held)]
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
         proposal = propose(ranking, shot)
@@ -382,6 +384,17 @@ def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held
         f"{effect} is likeliest, but it predicts what it was not fitted to (parts of the record, each sensor) no "
         "better than the model without it: nothing is attributed; add a shot, a sensor, or a baseline with the shot's "
         "own bird"
+    ]
+
+
+def _worse_held_out(effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
+    """A warning where the effect predicts the record that the user held out worse; it is the last part."""
+    before, after = held[NONE][-1].error, held[effect][-1].error
+    if after <= before:
+        return []
+    return [
+        f"with {effect} the held-out record is predicted worse than without it ({after:.2f} and {before:.2f} times "
+        "noise and errors): that shot has not the effect, or the effect is not what it is taken for"
     ]
 
 

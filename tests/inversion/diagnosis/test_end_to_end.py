@@ -22,6 +22,7 @@ from birdstrike.inversion.diagnosis.diagnose import (
     named_records,
     stated_bird,
 )
+from birdstrike.inversion.diagnosis.next_measurement import Proposal
 from birdstrike.loop import close_the_loop
 from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.conftest import Laboratory
@@ -313,3 +314,36 @@ def test_a_record_has_one_place_and_a_campaign_is_there(
     assert found.exit_code == 1
     assert re.search(said, found.stderr.replace("\n", " "))
     assert not (folder / "twice" / "diagnosis.json").exists()
+
+
+def test_what_an_earlier_diagnosis_left_in_the_folder_goes(laboratory: Laboratory) -> None:
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    assert laboratory.diagnose("again", *words).exit_code == 0
+    earlier = laboratory.content("again")["case_after"]
+    assert (folder / "again" / earlier).is_file()
+    (folder / "again" / "own_with_notes.toml").write_text("a user's own file stays")
+    assert laboratory.diagnose("again", "--measured", str(folder / "clean.csv"), *words[2:3], words[1]).exit_code == 0
+    assert laboratory.content("again")["case_after"] != earlier
+    assert not (folder / "again" / earlier).exists()
+    assert (folder / "again" / "own_with_notes.toml").is_file()
+
+
+def test_a_held_out_shot_without_the_effect_is_told(laboratory: Laboratory) -> None:
+    folder = laboratory.folder
+    words = ("--measured", str(folder / "loose.csv"), "--baseline", str(folder / "clean.csv"))
+    clean = read_measured(folder / "clean.csv")
+    noise = 1e-6 * np.random.default_rng(3).standard_normal(len(clean.time))
+    other = replace(clean, channels={name: values + noise for name, values in clean.channels.items()})
+    write_measured(folder / "other.csv", other)
+    assert laboratory.diagnose("held", *words, "--heldout", str(folder / "other.csv")).exit_code == 0
+    found = laboratory.content("held")
+    held = found["after"]["heldout"]["shot"], found["before"]["heldout"]["shot"]
+    told = [line for line in found["warnings"] if "the held-out record is predicted worse than without it" in line]
+    assert (held[0] > held[1]) == bool(told)
+    assert told
+
+
+@pytest.mark.parametrize(("expected", "said"), [(0.9, "rises from 0.50 to 0.90"), (0.51, "nothing that was looked at")])
+def test_a_measurement_that_brings_next_to_nothing_is_no_advice(expected: float, said: str) -> None:
+    assert said in Proposal("w", ("a", "b"), expected, 0.5, "a sensor more, w").sentence
