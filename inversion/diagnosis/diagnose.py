@@ -135,7 +135,8 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
     cases = [*cases] * (len(records) if len(cases) == 1 else 1)
     if len(cases) != len(records):
         raise UserError(
-            f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order"
+            f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order, of which "
+            "CASE is the first"
         )
     names = [Path(one.path).stem or f"shot{i + 1}" for i, one in enumerate(records)]
     unique = [name if names.count(name) == 1 else f"{name}_{i + 1}" for i, name in enumerate(names)]
