@@ -67,11 +67,12 @@ class Measured:
         )
 
     def same_points(self, other: Measured) -> bool:
-        """Whether two records hold the same points, whatever their files are called."""
+        """Whether two records hold the same points in the channels that both have, whatever their files are called."""
+        common = self.channels.keys() & other.channels.keys()
         return (
-            np.array_equal(self.time, other.time)
-            and self.channels.keys() == other.channels.keys()
-            and all(np.array_equal(own, other.channels[n], equal_nan=True) for n, own in self.channels.items())
+            bool(common)
+            and np.array_equal(self.time, other.time)
+            and all(np.array_equal(self.channels[n], other.channels[n], equal_nan=True) for n in common)
         )
 
     def only(self, channels: Sequence[str]) -> Measured:

@@ -192,7 +192,7 @@ def answered(located: Located, proposal: Proposal, verification: VerificationRun
     model, t0 = located.calibration.calibrator.model, located.origin.value
     try:
         located.emulator.check(proposal.theta[None])
-        predicted = located.observations.split(model.curves(model.scores(proposal.theta[None]), t0)[0])
+        predicted = located.observations.split(model.curve(proposal.theta, t0))
     except ExtrapolationError:
         predicted = None
     scores = channel_scores(verification, predicted, located.observations, t0)

@@ -190,7 +190,7 @@ def _row(
     clean = stacked(bench.histories, record, 0.0) / unit
     model = CurveModel(bench.emulators[condition.channels], record)
     stands = bool(covered(model.emulator.regions, theta[None])[0])
-    predicted = rmse(model.curves(model.scores(theta[None]), 0.0)[0] / unit, clean) if stands else None
+    predicted = rmse(model.curve(theta, 0.0) / unit, clean) if stands else None
     run = bench.forward(dict(zip(names, map(float, theta), strict=True)))
     verified = rmse(stacked(run, record, 0.0) / unit, clean)
     return MethodScore(

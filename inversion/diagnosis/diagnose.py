@@ -98,7 +98,7 @@ def diagnose(
         [
             *(("--measured", one.record) for one in shots),
             *(("--baseline", one.record) for one in clean),
-            *([] if other is None else [("--heldout", other.only(tuple(shots[0].record.channels)))]),
+            *([] if other is None else [("--heldout", other)]),
         ]
     )
     further = () if doe is None else (runs_of(Path(doe)),)

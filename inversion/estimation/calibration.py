@@ -161,7 +161,7 @@ class Calibrator:
     def _rows(self, p: Array, whitening: Whitening, box: Box) -> Array:
         """Whitened data residuals, then prior, then time origin."""
         z, tau = p[:-1], p[-1]
-        curve = self.model.curves(self.model.scores(self.coordinates.theta(z[None], box)), tau * self.sigma)[0]
+        curve = self.model.curve(self.coordinates.theta(z[None], box)[0], tau * self.sigma)
         prior = (z - self.coordinates.mean) / self.coordinates.sd
         return np.concatenate([whitening.apply(self.model.observations.values - curve), prior, [tau]])
 

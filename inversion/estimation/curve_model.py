@@ -47,6 +47,10 @@ class CurveModel:
             parts.append(mean + score @ basis[: score.shape[1]])
         return np.concatenate(parts, axis=1)
 
+    def curve(self, theta: Array, t0: float) -> Array:
+        """Stacked curve (n,) SI at one point theta (k,) SI, for time origin t0 [s]."""
+        return self.curves(self.scores(theta[None]), t0)[0]
+
     def error_factor(self, theta: Array, t0: float) -> Array:
         """F (n, c): F F^T is the covariance of the model's error at theta (k,): the emulator's, and what is known
         besides.

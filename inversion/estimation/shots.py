@@ -166,12 +166,13 @@ def _amplitudes(columns: Columns | None, share: float, emulator: Emulator) -> Co
     """
 
     def more(observations: Observations, mode: Mode) -> Array:
-        numbers = np.concatenate([np.full(len(c.times), shot_number(c.name)) for c in observations.channels])
-        model = CurveModel(emulator, observations)
-        curve = model.curves(model.scores(mode.theta[None]), mode.t0)[0]
-        own = [np.where(numbers == i, share * curve, 0.0) for i in np.unique(numbers)] if share else []
         known = [columns(observations, mode)] if columns is not None else []
-        return np.hstack([np.zeros((len(numbers), 0)), *known, *(column[:, None] for column in own)])
+        own: list[Array] = [np.zeros((len(observations.values), 0))]
+        if share:
+            numbers = np.concatenate([np.full(len(c.times), shot_number(c.name)) for c in observations.channels])
+            curve = CurveModel(emulator, observations).curve(mode.theta, mode.t0)
+            own.append(np.where(numbers[:, None] == np.unique(numbers), share * curve[:, None], 0.0))
+        return np.hstack([*known, *own])
 
     return more
 

@@ -103,7 +103,7 @@ def _recorded(calibrator: Calibrator, z: Array, rng: np.random.Generator, forwar
     t0 = float(np.clip(rng.normal(), *calibrator.offsets)) * calibrator.sigma
     if forward is None:
         factor = model.error_factor(theta, t0)
-        values = model.curves(model.scores(theta[None]), t0)[0] + factor @ rng.normal(size=factor.shape[1])
+        values = model.curve(theta, t0) + factor @ rng.normal(size=factor.shape[1])
     else:
         names = calibrator.coordinates.names
         values = stacked(forward(dict(zip(names, map(float, theta), strict=True))), model.observations, t0)

@@ -79,12 +79,11 @@ def with_sigma(measured: Measured, stated: Mapping[str, float | None]) -> Measur
 
     Raises MeasuredError for one that is not above 0, and for a record that gives none.
     """
-    for name, value in stated.items():
-        if value is not None and not value > 0.0:
-            raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="0.05 mm"')
     found = {one.name: one.noise for one in read_raw(measured)}
     sigma = dict(measured.sigma)
     for name, value in stated.items():
+        if value is not None and not value > 0.0:
+            raise MeasuredError(f'--sigma {name}: a standard deviation is above 0, such as --sigma {name}="0.05 mm"')
         if value is None and not found[name].known:
             raise MeasuredError(
                 f"--sigma record: {name} in {measured.path} gives no estimate of its noise: fewer than "

@@ -83,9 +83,11 @@ class Strain(Placed):
     def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
         """Its direction has a component in the shell."""
         yield from super().misplaced(name, mesh)
+        if self.along is None:
+            return
         corners = mesh.nodes[mesh.quads[self.on(mesh)[0]]]
         normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-        if self.along is not None and abs(self.toward @ normal) > UPRIGHT * np.linalg.norm(normal):
+        if abs(self.toward @ normal) > UPRIGHT * np.linalg.norm(normal):
             yield (
                 f"sensors.{name}.along = {list(self.along)} is normal to the shell under the gauge, which has no "
                 "strain that way; give a direction in the shell"

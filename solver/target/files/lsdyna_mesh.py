@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.element_numbers import NUMBER
+from birdstrike.solver.target.files.text_meshes import NUMBER
 
 ENDINGS = (".k", ".key", ".dyn")
 """Of the files that are read as keyword files."""

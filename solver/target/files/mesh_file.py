@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.element_numbers import NUMBER, number_shells, readable_abaqus, unread
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
+from birdstrike.solver.target.files.text_meshes import NUMBER, number_shells, readable_abaqus, unread
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -81,7 +81,7 @@ def _read(
             "Abaqus .inp, Gmsh .msh, Nastran .bdf, "
             "VTK .vtk and .vtu are, and LS-DYNA .k through ansys-dyna-core"
         ) from error
-    other = sorted({block.type for block in file.cells} - {*SHELLS, "vertex", "line"})
+    other = sorted({block.type for block in file.cells} - {*SHELLS, *GROUPED})
     if other or not any(block.type in SHELLS for block in file.cells):
         found = ", ".join(other) or "no shells"
         raise UserError(

@@ -35,10 +35,9 @@ def unread(file: Any, path: str) -> Iterator[str]:
                 counts[word] = counts.get(word, 0) + len(block.data)
     held = [f"{count} {word}" for word, count in counts.items()]
     if ending == ".inp":
-        words = {keyword for keyword, _, _ in _sections(path)}
-        filled = {keyword for keyword, _, data in _sections(path) if data}
-        held += [f"*{word}" for word in JOINED if word in words]
-        if moved := [f"*{word}" for word in MOVED if word in filled]:
+        sections = list(_sections(path))
+        held += [f"*{word}" for word in JOINED if any(keyword == word for keyword, _, _ in sections)]
+        if moved := [f"*{word}" for word in MOVED if any(keyword == word and data for keyword, _, data in sections)]:
             yield f"{', '.join(moved)} is not read: what it moves or turns stays where its nodes are written"
     if ending in NASTRAN:
         cards = {line[:8].split(",")[0].strip().rstrip("*").upper() for line in _lines(path)}
