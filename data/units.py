@@ -14,34 +14,51 @@ from typing import TYPE_CHECKING
 from birdstrike.data.errors import UnitError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pint import UnitRegistry
     from pint.util import UnitsContainer
 
-ACCEPTED = {
-    "m": "m, cm, mm, um, in",
-    "s": "s, ms, us",
-    "Pa": "Pa, kPa, MPa, GPa, N/mm^2, psi, ksi, Msi",
-    "N": "N, kN",
-    "Pa s": "Pa s, MPa ms, N*ms/mm^2",
-    "kg": "kg, g, t, lb",
-    "kg/m^3": "kg/m^3, g/cm^3, t/mm^3",
-    "m/s": "m/s, mm/ms, km/h, kn",
-    "rad": "deg, rad",
-    "1/s": "1/s, 1/ms, Hz, kHz",
-    "N/s": "N/s, kN/s, kN/ms",
-    "Pa/s": "Pa/s, MPa/s, MPa/ms",
-    "N m/rad/m": "N*m/rad/m, kN*m/rad/m, N/rad",
-    "N m/rad": "N*m/rad, kN*m/rad",
-    "N s": "N s, kN ms",
-    "J": "J, kJ",
-    "rad/N": "rad/N, mrad/kN",
-    "m^2/N": "m^2/N, mm^2/kN",
-    "N/m": "N/m, kN/m, kN/mm, J/m^2",
-    "K": "K",
-    "J/kg/K": "J/kg/K",
+SIZES = {
+    "m": {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "in": "0.0254"},
+    "s": {"s": "1", "ms": "1e-3", "us": "1e-6"},
+    "Pa": {
+        "Pa": "1",
+        "kPa": "1e3",
+        "MPa": "1e6",
+        "GPa": "1e9",
+        "N/mm^2": "1e6",
+        "psi": "6894.757293168361336722673445",
+        "ksi": "6894757.293168361336722673445",
+        "Msi": "6894757293.168361336722673445",
+    },
+    "N": {"N": "1", "kN": "1e3"},
+    "Pa s": {"Pa s": "1", "MPa ms": "1e3", "N*ms/mm^2": "1e3"},
+    "kg": {"kg": "1", "g": "1e-3", "t": "1e3", "lb": "0.45359237"},
+    "kg/m^3": {"kg/m^3": "1", "g/cm^3": "1e3", "t/mm^3": "1e12"},
+    "m/s": {"m/s": "1", "mm/ms": "1", "km/h": "0.2777777777777777777777777778", "kn": "0.5144444444444444444444444445"},
+    "rad": {"deg": "0.01745329251994329576923690768", "rad": "1"},
+    "1/s": {"1/s": "1", "1/ms": "1e3", "Hz": "1", "kHz": "1e3"},
+    "N/s": {"N/s": "1", "kN/s": "1e3", "kN/ms": "1e6"},
+    "Pa/s": {"Pa/s": "1", "MPa/s": "1e6", "MPa/ms": "1e9"},
+    "N m/rad/m": {"N*m/rad/m": "1", "kN*m/rad/m": "1e3", "N/rad": "1"},
+    "N m/rad": {"N*m/rad": "1", "kN*m/rad": "1e3"},
+    "N s": {"N s": "1", "kN ms": "1"},
+    "J": {"J": "1", "kJ": "1e3"},
+    "rad/N": {"rad/N": "1", "mrad/kN": "1e-6"},
+    "m^2/N": {"m^2/N": "1", "mm^2/kN": "1e-9"},
+    "N/m": {"N/m": "1", "kN/m": "1e3", "kN/mm": "1e6", "J/m^2": "1"},
+    "K": {"K": "1"},
+    "J/kg/K": {"J/kg/K": "1"},
+    "": {"m/m": "1", "cm/m": "1e-2", "mm/m": "1e-3", "um/m": "1e-6"},
+}
+"""SI units the project uses -> what a user may write instead -> its size in SI, as pint has it (BIPM, The International
+System of Units, 2019; NIST SP 811). Any other text is left to pint, whose import takes a tenth of every command."""
+
+ACCEPTED = {si: ", ".join(sizes) for si, sizes in SIZES.items() if si} | {
     "": "a bare number, or %, um/m, microstrain",
 }
-"""SI units the project uses -> what a user may write instead."""
+"""SI units the project uses -> what a user may write instead, for messages."""
 
 DISPLAY = {"m": "mm", "s": "ms", "Pa": "MPa", "N": "kN", "Pa s": "Pa s", "kg": "kg", "m/s": "m/s", "rad": "deg", "": ""}
 """SI unit -> the unit in which engineers read it."""
@@ -64,58 +81,30 @@ _STRAIN = {
 }
 """Strain gauges' ways to write a ratio."""
 
-_DEFINITIONS = """
-pi = 3.1415926535897932384626433832795028841971693993751
-micro- = 1e-6 = u-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-meter = [length] = m
-second = [time] = s
-kilogram = [mass] = kg
-kelvin = [temperature] = K
-radian = [] = rad
-degree = pi / 180 * radian = deg
-gram = 1e-3 * kilogram = g
-tonne = 1e3 * kilogram = t
-pound = 0.45359237 * kilogram = lb
-inch = 0.0254 * meter = in
-hour = 3600 * second = h
-knot = 1852 * meter / hour = kn
-hertz = 1 / second = Hz
-newton = kilogram * meter / second ** 2 = N
-joule = newton * meter = J
-pascal = newton / meter ** 2 = Pa
-pound_force = pound * 9.80665 * meter / second ** 2
-pound_per_square_inch = pound_force / inch ** 2 = psi
-kip_per_square_inch = 1e3 * pound_force / inch ** 2 = ksi
-"""
-"""The units of ACCEPTED in pint's language (BIPM, The International System of Units, 2019; NIST SP 811). Reading pint's
-own thousand takes a second of every command, so that they are left to the texts that have other units."""
-
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _MILS = re.compile(r"\bmils?\b")
 """A thousandth of an inch, as in a displacement sensor's sheet; pint takes it for an angle of gunnery."""
+_MEGAPSI = re.compile(r"\bMsi\b")
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\b(.*)")
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 
 
+_KNOWN = {unit: (Decimal(size), si) for si, sizes in SIZES.items() for unit, size in {**sizes, si: "1"}.items()}
+
+
 @cache
-def _registry(every: bool) -> UnitRegistry:
-    """Pint's units: every one, or those of ACCEPTED; read late, because a command's --help has no use for them."""
+def _registry() -> UnitRegistry:
+    """Pint's thousand units; read late, because hardly a case has one that `SIZES` lacks."""
     from pint import UnitRegistry
 
-    lines = "" if every else _DEFINITIONS.split("\n")
-    return UnitRegistry(lines, non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
+    return UnitRegistry(non_int_type=Decimal)  # pyright: ignore[reportArgumentType] (pint's hint is too narrow)
 
 
 @cache
-def _names() -> frozenset[str]:
-    """Symbols of the units in ACCEPTED, and of the lengths in whose ratios strain is read."""
-    texts = [f"{si} {accepted}" for si, accepted in ACCEPTED.items() if si]
-    return frozenset(re.findall(r"[A-Za-z]+", " ".join((*texts, *_STRAIN.values(), "Mpsi"))))
+def _dimensions() -> Mapping[UnitsContainer, str]:
+    """Pint's base units of what the project uses -> its SI name."""
+    quantity = _registry().Quantity
+    return {quantity(Decimal(1), si or "dimensionless").to_base_units()._units: si for si in SIZES}
 
 
 def is_ratio(unit: str) -> bool:
@@ -128,17 +117,22 @@ def _plain_strain(unit: str) -> str:
 
 
 @cache
-def _base(unit: str) -> tuple[Decimal, UnitsContainer]:
-    """Factor to SI and the base units of a unit's text; "kg/m3" and "N.ms/mm2" are read as engineers mean them."""
+def _base(unit: str) -> tuple[Decimal, str]:
+    """Factor to SI and the dimension of a unit's text: the SI name in `SIZES`, else what pint calls its base units.
+
+    "kg/m3" and "N.ms/mm2" are read as engineers mean them.
+    """
     text = _STRAIN.get(_plain_strain(unit), unit)
-    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", re.sub(r"\bMsi\b", "Mpsi", _MILS.sub("thou", text)))
+    text = re.sub(r"(?<=[A-Za-zµ])(-?\d)", r"^\1", _MILS.sub("thou", text))
     text = re.sub(r"(?<=[A-Za-z0-9)])[.·](?=[A-Za-z(])", "*", text).replace("µ", "u").replace("\u03bc", "u")
-    every = not _names().issuperset(re.findall(r"[A-Za-z]+", text))
+    if found := _KNOWN.get(text):
+        return found
     try:
-        quantity = _registry(every).Quantity(Decimal(1), text or "dimensionless").to_base_units()
+        quantity = _registry().Quantity(Decimal(1), _MEGAPSI.sub("Mpsi", text) or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
         raise UnitError(f'"{unit}" is not a unit{meant(unit)}') from error
-    return Decimal(quantity.magnitude), quantity._units
+    base = quantity._units
+    return Decimal(quantity.magnitude), _dimensions().get(base, str(base))
 
 
 def meant(unit: str) -> str:
@@ -165,9 +159,8 @@ def ratio(unit: str, other: str) -> Decimal:
 def si_unit(unit: str) -> str:
     """SI name of a unit's dimension ("mm" -> "m"); raises UnitError for a dimension the project does not use."""
     base = _base(unit)[1]
-    for si in ACCEPTED:
-        if _base(si)[1] == base:
-            return si
+    if base in SIZES:
+        return base
     if better := meant(unit):
         raise UnitError(f'"{unit}" measures nothing used here{better}')
     raise UnitError(f'"{unit}" measures nothing used here; known: {"; ".join(filter(None, ACCEPTED.values()))}')

@@ -94,7 +94,7 @@ def silent(_share: float) -> None:
 def peak(clock: Array, values: Array) -> dict[str, float]:
     """Largest reading in the push and its time [s]."""
     at = int(np.argmax(values))
-    return {"value": float(values[at]), "time": float(clock[at])}
+    return {"value": float(values[at]) + 0.0, "time": float(clock[at])}  # a zero without a sign
 
 
 def summarise(case: Case, coupling: Coupling) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -340,7 +341,7 @@ def command(
         begun = begin(asked, asked.path.parent if asked.path else out, say)
         _announce(begun, workers, say)
         say(f"Look at {begun.picture} before you go on.")
-        if not typer.confirm("Is that your set-up, and shall it be computed?", default=True):
+        if not _typed(typer.confirm, "Is that your set-up, and shall it be computed?", default=True):
             raise UserError(f"nothing was computed; change {begun.out / ANSWERS} and run birdstrike start again")
     closed = finish(begun, workers, stage_display, say)
     for line in last_screen(closed, begun.loop):
@@ -355,7 +356,8 @@ def _resumed(record: Path | None, out: Path | None) -> Answers:
 
     say("Return takes the value in brackets. Ctrl-C stops; the same command goes on from there.")
     if record is None and not (out is not None and (out / ANSWERS).is_file()):
-        record = Path(str(typer.prompt("Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout"))).expanduser()
+        text = "Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout"
+        record = Path(str(_typed(typer.prompt, text))).expanduser()
     given: Mapping[str, Any] = {}
     path = (out or Path(name_of(record or Path()))) / ANSWERS
     if path.is_file():
@@ -373,4 +375,19 @@ def _prompt(question: Question, error: str) -> str:
         default = ", ".join(map(str, default))
     if isinstance(default, bool):
         default = "yes" if default else "no"
-    return str(typer.prompt(question.text, default=default, show_default=default is not None))
+    return str(_typed(typer.prompt, question.text, default=default, show_default=default is not None))
+
+
+def _typed(ask: Callable[..., Any], text: str, **shown: Any) -> Any:
+    """What the user types; raises KeyboardInterrupt on Ctrl-C, and UserError where nobody is there to type."""
+    from birdstrike.data.errors import UserError
+
+    try:
+        return ask(text, **shown)
+    except typer.Abort as error:
+        if sys.stdin.isatty():
+            raise KeyboardInterrupt from error
+        raise UserError(
+            "the input ended before the last question; birdstrike start asks in a terminal, and in a script takes a "
+            "file of answers: --answers answers.toml"
+        ) from error

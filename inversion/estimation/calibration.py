@@ -20,11 +20,11 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.estimation.coordinates import Box, Coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
 from birdstrike.inversion.estimation.whitening import Whitening, residual_correlation, widened
+from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 from birdstrike.inversion.results.fit import ResidualCorrelation
 
 CANDIDATES = 128
 STARTS = 3
-FARTHEST_OFFSET = 4.0  # in sigmas of the time origin
 INDISTINGUISHABLE = 3.84  # chi-square with one degree of freedom, 95 %
 WORTH_REFINING = 30.0
 SAME = 1e-2  # of a range: starts that meet here have found one minimum
@@ -86,7 +86,7 @@ class Calibrator:
         if not self.sigma:
             return 0.0, 0.0
         earliest = (self.model.observations.last - self.model.end) / self.sigma
-        return max(-FARTHEST_OFFSET, min(earliest, 0.0)), FARTHEST_OFFSET
+        return max(-FARTHEST_ORIGIN, min(earliest, 0.0)), FARTHEST_ORIGIN
 
     def whitening(self, mode: Mode) -> Whitening:
         """Noise and the model's error where a fit stands."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET, Calibrator, Mode
+from birdstrike.inversion.estimation.calibration import Calibrator, Mode
+from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 from birdstrike.inversion.results.fit import TimeOrigin
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
@@ -32,10 +33,10 @@ def held(calibrator: Calibrator, t0: float) -> str:
     if earliest + NEAR < tau < latest - NEAR:
         return ""
     text = f"the time origin {t0 * 1e3:+.3f} ms is held by"
-    if tau <= earliest + NEAR and earliest > -FARTHEST_OFFSET:
+    if tau <= earliest + NEAR and earliest > -FARTHEST_ORIGIN:
         return f"{text} the end of the simulated record at {calibrator.model.end * 1e3:g} ms; raise time.end"
     return (
-        f"{text} {FARTHEST_OFFSET:g} times inversion.nuisance.time_offset = {calibrator.sigma * 1e3:g} ms; "
+        f"{text} {FARTHEST_ORIGIN:g} times inversion.nuisance.time_offset = {calibrator.sigma * 1e3:g} ms; "
         "if the record's trigger may be further off, raise it (or shift the record's clock)"
     )
 

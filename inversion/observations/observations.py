@@ -113,6 +113,8 @@ def _warnings(channel: ChannelRecord, expected: Expected) -> list[str]:
     outside = next((cut.times for cut in channel.cuts if cut.reason == OUTSIDE), np.zeros(0))
     before = int((outside < expected.start).sum())
     span = f"{expected.start * 1e3:g} .. {expected.end * 1e3:g} ms"
+    if expected.spared:
+        span += f" (less its last {expected.spared * 1e3:g} ms, which an early clock needs)"
     found = [
         f"{channel.name}: {before} points before and {len(outside) - before} after the simulated record {span} are "
         "left out of the fit"

@@ -15,11 +15,11 @@ from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
 from birdstrike.inversion.formatting import plain, quantity, rounded
 from birdstrike.inversion.observations.observations import Channel, Observations
+from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 
 ALIKE = 0.8  # correlation of two curves that have the same shape
 UNLIKE = 0.5
 FAR = 3.0  # times the largest peak of a run, or part of the smallest
-FARTHEST = 4.0  # standard deviations of the time origin that a fit allows
 SHIFTS = 81  # shifts of the clock that are tried, over half a record either way
 OVERLAP = 0.5  # of the points, at least, that a shifted run must cover
 MENDED = 0.5  # of the residual that a shift must leave at most
@@ -97,7 +97,7 @@ class _Beside:
         """From the runs of a campaign."""
         curves, clock = dataset.curves[channel.name], dataset.time
         half = 0.5 * float(clock[-1] - clock[0])
-        limit = FARTHEST * time_offset
+        limit = FARTHEST_ORIGIN * time_offset
         shifts = np.unique([*np.linspace(-half, half, SHIFTS), *np.linspace(-limit, limit, 9), 0.0])
         correlation, residual = np.zeros((len(shifts), len(curves))), np.full(len(shifts), np.inf)
         for k, shift in enumerate(shifts):

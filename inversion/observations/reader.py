@@ -35,6 +35,7 @@ from birdstrike.solver.case.case import Case
 
 ROUNDING = 1e-9  # of the record's end: an instant no later than that still lies in it
 FARTHEST_ORIGIN = 4.0  # standard deviations by which the time origin may be off
+LARGEST_SPARE = 0.25  # of the simulated record, kept free at its end for a clock that may be early
 OUTSIDE = "outside the simulated record"
 CLIPPED = "clipped (the same reading in a row)"
 OUTLIER = "far off their neighbours"
@@ -66,8 +67,9 @@ class Expected:
 
     units: sensor -> SI unit; start, end: of the simulated record [s], on the record's clock; quiet: until when the
     plate is surely at rest [s]; noise: sensor -> standard deviation that the case states, SI; of: what has the sensors,
-    in messages; runs: where simulations are at hand, their clock (m,) [s] and sensor -> curves (runs, m), SI: what
-    scatters between neighbouring instants in them is no noise of the record.
+    in messages; spared: what the simulation covers beyond `end` [s]; runs: where simulations are at hand, their clock
+    (m,) [s] and sensor -> curves (runs, m), SI: what scatters between neighbouring instants in them is no noise of the
+    record.
     """
 
     units: Mapping[str, str]
@@ -76,6 +78,7 @@ class Expected:
     quiet: float
     noise: Mapping[str, float] = field(default_factory=dict)
     of: str = "the case"
+    spared: float = 0.0
     runs: tuple[Array, Mapping[str, Array]] | None = None
 
     @classmethod
@@ -94,11 +97,14 @@ class Expected:
         """By a campaign's runs; time_offset: standard deviation of the time origin [s].
 
         The plate is at rest until the first curve of a run begins, less four standard deviations of the time origin.
+        As much is spared at the end, at most a quarter of the record, so that the simulation still has a value for
+        every point when the record's clock turns out to be early.
         """
         start, end = float(dataset.time[0]), float(dataset.time[-1])
-        quiet = max(start, _first_motion(dataset)) - FARTHEST_ORIGIN * time_offset
-        runs = (dataset.time, dataset.curves)
-        return cls(dataset.channel_units, start, end, quiet, noise, "the campaign's case", runs)
+        reach = FARTHEST_ORIGIN * time_offset
+        spared, runs = min(reach, LARGEST_SPARE * (end - start)), (dataset.time, dataset.curves)
+        quiet, units = max(start, _first_motion(dataset)) - reach, dataset.channel_units
+        return cls(units, start, end - spared, quiet, noise, "the campaign's case", spared, runs)
 
     def own_scatter(self, name: str, times: Array) -> float:
         """Standard deviation between neighbouring instants of the runs themselves, median of the runs, SI."""
@@ -207,7 +213,7 @@ def read_record(
     ------
     MeasuredError
         For every channel that is zero everywhere, that is no sensor of the case or has another unit, and for the first
-        with fewer than `fewest` points in the simulated record.
+        with fewer than `fewest` points in the simulated record or none after contact.
 
     Notes
     -----
@@ -254,6 +260,7 @@ def _channel(
     kept = window[~flat & ~stuck & ~missing]
     cuts = {OUTSIDE: outside, CLIPPED: window[flat], FROZEN: window[stuck], DROPOUT: window[missing]}
     _refuse_few(measured, expected, name, fewest, kept, cuts)
+    _refuse_rest(measured, expected, name, times[kept])
     early = times < expected.quiet
     peak = float(np.abs(values[kept]).max())
     before = BeforeContact.of(times[early], values[early], peak, float(np.ptp(times[kept])))
@@ -310,15 +317,31 @@ def _refuse_few(
     raise MeasuredError(f"{where}{lost} and needs {fewest}; {_remedy(measured, name, cuts)}")
 
 
+def _refuse_rest(measured: Measured, expected: Expected, name: str, times: Array) -> None:
+    """Raises MeasuredError where a channel's points all lie before anything can have moved."""
+    if times[-1] >= expected.quiet:
+        return
+    raise MeasuredError(
+        f'"{name}" in {measured.path} shows no impact: until {1e3 * expected.quiet:.4g} ms nothing moves in '
+        f"{expected.of}, and {_clock(measured, name)}, or was it cut too early (leave it out: --channels)?"
+    )
+
+
 def _remedy(measured: Measured, name: str, cuts: Mapping[str, np.ndarray]) -> str:
     """What to do where hardly a point of a channel is left."""
     times, _ = measured.points(name)
     if len(cuts[OUTSIDE]) < len(times) // 2:
         return "look at the record, or leave the channel out: --channels"
+    return f"{_clock(measured, name)}?"
+
+
+def _clock(measured: Measured, name: str) -> str:
+    """From when to when a channel was read, and what may be wrong with that."""
+    times, _ = measured.points(name)
     first, last = (f"{t:.10g} s" if abs(t) > 1.0 else f"{1e3 * t:.4g} ms" for t in (times[0], times[-1]))
     return (
         f"its clock runs from {first} to {last}: is it in another unit (import it again with the right --time-unit), "
-        f'or does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)?'
+        f'or does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)'
     )
 
 

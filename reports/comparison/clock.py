@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.estimation.calibration import FARTHEST_OFFSET
+from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN
 from birdstrike.reports.results.results import Results
 
 TRIALS = 81
@@ -37,7 +37,7 @@ def best_offset(results: Results, run: Histories) -> float:
         weighted = sum(float(np.sum((m / noise[c]) ** 2)) for c, m in zip(inside, misfits, strict=True))
         return FORBIDDEN if np.isnan(weighted) else weighted + (offset / sigma) ** 2
 
-    trials = np.linspace(-FARTHEST_OFFSET * sigma, FARTHEST_OFFSET * sigma, TRIALS)
+    trials = np.linspace(-FARTHEST_ORIGIN * sigma, FARTHEST_ORIGIN * sigma, TRIALS)
     best = float(trials[int(np.argmin([cost(float(t)) for t in trials]))])
     step = float(trials[1] - trials[0])
     found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-8})

@@ -159,12 +159,13 @@ class _Writer:
     def spring(self, effect: FoundEffect, case: Case) -> tuple[float, str]:
         """Stiffness of the frame per length of edge in the system's unit, and what it is."""
         key, unit, where = SPRINGS[effect.name]
-        edges = case.plate.edges
-        if case.target is not None:
-            edges = next(iter(case.target.supports.values()))
-        stiffness = getattr(edges, key)
+        held = [case.plate.edges] if case.target is None else list(case.target.supports.values())
+        springs = {getattr(one, key) for one in held if not isinstance(one, str)} - {None, 0.0}
+        stiffest, softest = (self.system.value(of(springs), unit) for of in (max, min))
         about = f"stiffness {where} per length of edge; a node has it times the length of edge that belongs to it"
-        return self.system.value(stiffness, unit), about
+        if softest < stiffest:
+            about += f"; that is the stiffest of your supports, whose others go down to {softest:.9g}"
+        return stiffest, about
 
     def thickness(self, effect: FoundEffect, case: Case, number: int) -> Iterator[str]:
         raise NotImplementedError

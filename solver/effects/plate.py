@@ -34,33 +34,53 @@ def _without(key: str, case: Declared) -> str:
     return _rigid(case) or ("" if case.target is None else case.target.lacks(key))
 
 
-def _compliance(case: Declared, key: str) -> float:
-    """Compliance of the declared edges, 0 where they hold rigidly, infinite where they do not hold."""
-    edges = case.plate.edges
-    if not isinstance(edges, str):
-        stiffness = getattr(edges, key)
+SPRING_UNITS = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
+
+
+def _holds(case: Declared) -> dict[str, Any]:
+    """How the edges are held: of a target every set of nodes by its name, of a plate the edge under ""."""
+    return {"": case.plate.edges} if case.target is None else dict(case.target.supports)
+
+
+def _compliance(held: Any, key: str) -> float:
+    """Compliance of a support, a word or springs: 0 where it holds rigidly, infinite where it does not hold."""
+    if not isinstance(held, str):
+        stiffness = getattr(held, key)
         return 0.0 if stiffness is None else math.inf if stiffness == 0.0 else 1.0 / stiffness
-    free = edges == "free" or (edges == "pinned" and key == "rotational")
+    free = held == "free" or (held == "pinned" and key == "rotational")
     return math.inf if free else 0.0
 
 
-def _edges(case: Declared, key: str, unit: str, compliance: float) -> Table:
-    """Springs in series with what the case declares."""
-    edges = case.plate.edges
-    springs: dict[str, Any] = {}
-    if not isinstance(edges, str):
-        units = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
-        springs = {k: quantity_text(v, units[k]) for k, v in edges.model_dump().items() if v is not None}
-    elif edges == "pinned":
-        springs = {"rotational": quantity_text(0.0, "N m/rad/m")}
-    total = _compliance(case, key) + compliance
+def _stiffest(case: Declared, key: str) -> float:
+    """Least compliance of the supports; infinite where none holds."""
+    return min((_compliance(held, key) for held in _holds(case).values()), default=math.inf)
+
+
+def _springs(held: Any, key: str, compliance: float) -> dict[str, str]:
+    """A support with springs in series with what it declares."""
+    springs: dict[str, str] = {}
+    if not isinstance(held, str):
+        springs = {k: quantity_text(v, SPRING_UNITS[k]) for k, v in held.model_dump().items() if v is not None}
+    elif held == "pinned":
+        springs = {"rotational": quantity_text(0.0, SPRING_UNITS["rotational"])}
+    total = _compliance(held, key) + compliance
     if total > 0.0:
-        springs[key] = quantity_text(1.0 / total, unit)
-    return {"plate": {"edges": springs}}
+        springs[key] = quantity_text(1.0 / total, SPRING_UNITS[key])
+    return springs
+
+
+def _edges(case: Declared, key: str, compliance: float) -> Table:
+    """Springs in series with every support that holds; those that leave this freedom free stay as they are."""
+    given = {
+        name: _springs(held, key, compliance)
+        for name, held in _holds(case).items()
+        if math.isfinite(_compliance(held, key))
+    }
+    return {"plate": {"edges": given[""]}} if case.target is None else {"target": {"supports": given}}
 
 
 def _no_edges(key: str, case: Declared) -> str:
-    loose = math.isinf(_compliance(case, key))
+    loose = math.isinf(_stiffest(case, key))
     return _rigid(case) or ("the declared edges do not hold it at all" if loose else "")
 
 
@@ -103,9 +123,9 @@ PLATE = (
         "clamp_rotation",
         "a clamp that lets the plate's edges rotate",
         "rad/N",
-        lambda case, x: _edges(case, "rotational", "N m/rad/m", x),
+        lambda case, x: _edges(case, "rotational", x),
         lambda case: 0.25 * min(case.plate.length, case.plate.width) / (4.0 * bending_stiffness(case)),
-        lambda case: -_compliance(case, "rotational"),
+        lambda case: -_stiffest(case, "rotational"),
         lambda case: _no_edges("rotational", case),
         GROUP,
         "rotational springs along the edge: Leissa, Vibration of Plates, NASA SP-160 (1969), sect. 4.5; compliance, "
@@ -115,11 +135,11 @@ PLATE = (
         "edge_slip",
         "a frame that lets the plate's edges slip inwards",
         "m^2/N",
-        lambda case, x: _edges(case, "in_plane", "Pa", x),
+        lambda case, x: _edges(case, "in_plane", x),
         lambda case: (
             0.5 * min(case.plate.length, case.plate.width) / (case.plate.material.young * case.plate.thickness)
         ),
-        lambda case: -_compliance(case, "in_plane"),
+        lambda case: -_stiffest(case, "in_plane"),
         lambda case: _no_edges("in_plane", case),
         GROUP,
         "springs in the plate's plane along the edge; compliance against the plate's own, b / E h",

@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from numba import njit
 
+NO_LIMIT, ONE_WAY, EITHER_WAY = 0.0, 1.0, 2.0
+"""Last constant of a rivet: never breaks; its tension counts; a pull along it counts either way."""
+
 
 @njit(cache=True, inline="always")
 def crossed(a, b, out):
@@ -140,7 +143,7 @@ def rivet_forces(anchors, constants, dt, x, v, omega, state, nodal, room):
             room[7, c] = 0.5 * (spins[0, c] + spins[1, c])
         stretch(dt, new, room, axes[k], give[k])
         gain = 1.0
-        if constants[k, 7] > 0.0 and use_of_strength(constants[k], give[k], 1.0) >= 1.0:
+        if constants[k, 7] != NO_LIMIT and use_of_strength(constants[k], give[k], 1.0) >= 1.0:
             gain = surface(constants[k], give[k])
             broken[k] = 1
         spring_force(constants[k], gain, give[k], axes[k], force[k])
@@ -206,8 +209,9 @@ def meet(first, start, member, weight, dt, x, spins, arm, lever, room):
 
 @njit(cache=True)
 def use_of_strength(row, give, gain):
-    """(N/Nu)^a + (S/Su)^b of a rivet at `gain` times its elastic force."""
-    tension = gain * row[0] * max(give[0], 0.0)
+    """(N/Nu)^a + (S/Su)^b of a rivet at `gain` times its elastic force; N of sheets in one plane either way."""
+    opened = abs(give[0]) if row[7] == EITHER_WAY else max(give[0], 0.0)
+    tension = gain * row[0] * opened
     shear = gain * row[1] * (give[1] ** 2 + give[2] ** 2) ** 0.5
     return (tension / row[3]) ** row[5] + (shear / row[4]) ** row[6]
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 YOUNG, POISSON, KINEMATIC, HARDENING, YIELD = 0, 1, 2, 3, 4
@@ -37,7 +38,7 @@ CLOSEST_POINT, RADIAL = 0.0, 1.0
 EPS_P, FLOW, HEAT, WEAR, ONSET, SOFTENING = 0, 1, 2, 3, 4, 5
 MEMORY = 6
 """A layer's memory: plastic strain, its static flow stress [Pa], rise of temperature [K], Johnson-Cook's damage sum,
-plastic strain and flow stress [Pa] at which softening began."""
+plastic strain and von Mises stress [Pa] at which softening began."""
 
 
 @njit(cache=True)
@@ -85,22 +86,49 @@ def rate_factor(row, growth, growth_change, dt):
 @njit(cache=True)
 def remaining(row, memory, size):
     """Share of the flow stress that heat and softening leave. size [m]: of the element, over which it softens."""
-    share = 1.0
-    if row[HEATING] > 0.0:
+    share = softened(row, memory, memory[EPS_P], size)
+    if row[MELT_SPAN] > 0.0:
         hot = min(max((row[START_HEAT] + memory[HEAT]) / row[MELT_SPAN], 0.0), 1.0)
-        share -= hot ** row[MELT_POWER]
-    if memory[SOFTENING] > 0.0:
-        opened = 2.0 * row[FRACTURE_ENERGY] / memory[SOFTENING]
-        share *= max(1.0 - (memory[EPS_P] - memory[ONSET]) * size / opened, 0.0)
+        share *= 1.0 - hot ** row[MELT_POWER]
     return share
+
+
+@njit(cache=True)
+def softened(row, memory, eps_p, size):
+    """Share of the stress that is left at a plastic strain while the fracture energy is spent; 1 before that."""
+    if memory[SOFTENING] <= 0.0:
+        return 1.0
+    return max(1.0 - (eps_p - memory[ONSET]) * size / opening(row, memory, size), 0.0)
+
+
+@njit(cache=True)
+def opening(row, memory, size):
+    """Displacement [m] over which a stress that still hardens by H falls to zero and spends the fracture energy G.
+
+    G is the integral over w of (sigma + H w/size) (1 - w/opening), with H as it is when softening begins.
+    """
+    stress, energy = memory[SOFTENING], row[FRACTURE_ENERGY]
+    modulus = hardened(row, memory[ONSET])[1] + row[KINEMATIC]
+    return 2.0 * energy / (0.5 * stress + math.sqrt(0.25 * stress * stress + 2.0 / 3.0 * modulus * energy / size))
+
+
+def first_flow(row):
+    """Flow stress [Pa] of a layer that has not yielded yet, at the temperature at which it starts."""
+    return hardened(row, 0.0)[0] * remaining(row, np.zeros(MEMORY), 1.0)
+
+
+@njit(cache=True)
+def von_mises(stress):
+    """Von Mises stress of a plane stress xx, yy, xy [Pa]."""
+    sx, sy, sxy = stress[0], stress[1], stress[2]
+    return math.sqrt(sx * sx - sx * sy + sy * sy + 3.0 * sxy * sxy)
 
 
 @njit(cache=True)
 def strain_at_fracture(row, stress, rate, memory):
     """Johnson-Cook's strain at fracture under plane stress (3,) [Pa]: triaxiality is mean over von Mises stress."""
-    sx, sy, sxy = stress[0], stress[1], stress[2]
-    mises = math.sqrt(sx * sx - sx * sy + sy * sy + 3.0 * sxy * sxy)
-    triaxiality = (sx + sy) / (3.0 * mises) if mises > 0.0 else 0.0
+    mises = von_mises(stress)
+    triaxiality = (stress[0] + stress[1]) / (3.0 * mises) if mises > 0.0 else 0.0
     strain = row[D1] + row[D1 + 1] * math.exp(row[D1 + 2] * triaxiality)
     strain *= 1.0 + row[D1 + 3] * math.log(max(rate / row[DAMAGE_RATE], 1.0))
     if row[MELT_SPAN] > 0.0:
@@ -110,7 +138,10 @@ def strain_at_fracture(row, stress, rate, memory):
 
 @njit(cache=True)
 def worn_out(row, stress, memory, growth, size, dt):
-    """Age a layer by the growth of its plastic strain in dt [s]; whether it has failed."""
+    """Age a layer by the growth of its plastic strain in dt [s]; whether it has failed.
+
+    Softening begins from the stress that the layer then carries, with what the strain's rate and its history add to it.
+    """
     if row[DAMAGE] == STRAIN_LIMIT:
         begun = memory[EPS_P] >= row[FAILURE]
     else:
@@ -121,6 +152,5 @@ def worn_out(row, stress, memory, growth, size, dt):
     if not begun or row[FRACTURE_ENERGY] <= 0.0:
         return begun
     if memory[SOFTENING] <= 0.0:
-        memory[ONSET], memory[SOFTENING] = memory[EPS_P], max(memory[FLOW], 1e-6 * row[YIELD])
-    opened = 2.0 * row[FRACTURE_ENERGY] / memory[SOFTENING]
-    return (memory[EPS_P] - memory[ONSET]) * size >= opened
+        memory[ONSET], memory[SOFTENING] = memory[EPS_P], max(von_mises(stress), 1e-6 * row[YIELD])
+    return (memory[EPS_P] - memory[ONSET]) * size >= opening(row, memory, size)

@@ -29,12 +29,14 @@ from birdstrike.solver.kernels.metal import (
     RADIAL,
     RATE_C,
     RETURN,
+    SOFTENING,
     STRAIN_LIMIT,
     YIELD,
     YOUNG,
     hardened,
     rate_factor,
     remaining,
+    softened,
     worn_out,
 )
 
@@ -272,9 +274,21 @@ def relative_stress(queue, at, kinematic):
 
 
 @njit(cache=True, error_model="numpy")
-def age(row, stress, memory, growth, size, dt):
-    """Failure and flow stress of a layer whose law is not plain, after its strain has grown; whether it has failed."""
+def age(row, stress, back, moved, memory, growth, size, dt):
+    """Failure and flow stress of a layer whose law is not plain, after its strain has grown; whether it has failed.
+
+    moved: by what the back stress has just moved, xx yy xy [Pa]. It softens as the flow stress does, and the stress
+    with it.
+    """
+    before = softened(row, memory, memory[EPS_P] - growth, size)
     failed = worn_out(row, stress, memory, growth, size, dt)
+    if row[KINEMATIC] > 0.0 and memory[SOFTENING] > 0.0:
+        left = softened(row, memory, memory[EPS_P], size)
+        kept = left / before if before > 0.0 else 0.0
+        for i in range(3):
+            lost = (1.0 - kept) * (back[i] - moved[i]) + (1.0 - left) * moved[i]
+            stress[i] -= lost
+            back[i] -= lost
     memory[FLOW] = remaining(row, memory, size) * hardened(row, memory[EPS_P])[0]
     return failed
 
@@ -301,4 +315,4 @@ def return_to_yield(stress, back, memory, row, size, dt):
     back[2] += back_xy
     stress[0], stress[1], stress[2] = back[0] + xi_x, back[1] + xi_y, back[2] + shear
     memory[EPS_P] += queue[at + GROWTH]
-    return age(row, stress, memory, queue[at + GROWTH], size, dt)
+    return age(row, stress, back, (back_x, back_y, back_xy), memory, queue[at + GROWTH], size, dt)

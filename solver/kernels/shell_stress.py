@@ -110,7 +110,8 @@ def settle_layers(begin, queued, sections, plain, layers, size, dt, queue, beyon
             memory[e, k, FLOW] = law[layer, CONSTANTS] + law[layer, CONSTANTS + 1] * eps_p
             failed = eps_p >= law[layer, FAILURE]
         else:
-            failed = age(law[layer], stress[e, k], memory[e, k], growth, size[e], dt)
+            moved = (back_x, back_y, back_xy)
+            failed = age(law[layer], stress[e, k], back[e, k], moved, memory[e, k], growth, size[e], dt)
         if failed:
             gone[e, k] = True
             stress[e, k, 0] = stress[e, k, 1] = stress[e, k, 2] = 0.0

@@ -10,6 +10,8 @@ from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_
 from birdstrike.solver.target.mesh import ShellMesh, centres_of
 
 INSIDE = 1.0 + 1e-9
+AT_A_NODE = 1e-9
+"""Share of a node below which a point lies on the side or the nodes opposite."""
 
 
 def place_on(mesh: ShellMesh, at: tuple[float, float]) -> tuple[int, float, float]:
@@ -54,6 +56,23 @@ def point_at(mesh: ShellMesh, element: int, xi: float, eta: float, points: Array
     return np.array(bilinear(xi, eta)) @ (mesh.nodes if points is None else points)[mesh.quads[element]]
 
 
+def tangents(mesh: ShellMesh, element: int) -> Array:
+    """Unit vectors (2, 3) in a facet: along the length of `mesh.surface`, and across it on the width's side."""
+    corners = mesh.quads[element]
+    flat, points = mesh.surface[corners], mesh.nodes[corners]
+    slopes = np.linalg.lstsq(flat - flat.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
+    first = slopes[0] / np.linalg.norm(slopes[0])
+    second = slopes[1] - (slopes[1] @ first) * first
+    return np.stack([first, second / np.linalg.norm(second)])
+
+
+def normal_of(mesh: ShellMesh, element: int) -> Array:
+    """Unit normal (3,) of a facet."""
+    corners = mesh.nodes[mesh.quads[element]]
+    normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
+    return normal / np.linalg.norm(normal)
+
+
 def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tuple[int, float, float]:
     """Facet, xi and eta of the place on the shells at rest, of one part or of all, that is nearest to a point (3,)."""
     facets = np.arange(len(mesh.quads)) if part is None else mesh.parts[part]
@@ -68,9 +87,15 @@ def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tu
     return min(found)[1:]
 
 
-def facets_around(quads: NDArray[np.int64], element: int, rings: int = 2) -> NDArray[np.int64]:
-    """The facet and those that share a node with it, in so many rings."""
-    patch = np.array([element])
+def facets_around(quads: NDArray[np.int64], where: tuple[int, float, float], rings: int = 2) -> NDArray[np.int64]:
+    """The facets that hold a point (facet, xi, eta), all that meet where it lies on a side or a node, and rings.
+
+    A ring: those that share a node with the ones before.
+    """
+    element, xi, eta = where
+    corners = quads[element]
+    weights = np.array([sum(bilinear(xi, eta)[i] for i in np.flatnonzero(corners == node)) for node in corners])
+    patch = np.flatnonzero(np.stack([(quads == node).any(axis=1) for node in corners[weights > AT_A_NODE]]).all(axis=0))
     for _ in range(rings):
         patch = np.flatnonzero(np.isin(quads, quads[patch]).any(axis=1))
     return patch

@@ -183,7 +183,7 @@ class Placed(Sensor):
             return place_on(mesh, self.at)
         return place_in_space(mesh, np.array(self.point), self.part)
 
-    def extent(self) -> Iterator[tuple[str, Placed]]:
+    def extent(self, _mesh: ShellMesh, /) -> Iterator[tuple[str, Placed]]:
         """What must lie on the shells: key by which it is stated, and a sensor there."""
         yield "at" if self.point is None else "point", self
 
@@ -191,7 +191,7 @@ class Placed(Sensor):
         """It lies off the shells by more than half of the nearest one."""
         from birdstrike.solver.sensors.places import point_at  # late: it brings in compiled kernels
 
-        for key, one in self.extent():
+        for key, one in self.extent(mesh):
             facet, xi, eta = one.on(mesh)
             corners = mesh.nodes[mesh.quads[facet]]
             nearest = point_at(mesh, facet, xi, eta)

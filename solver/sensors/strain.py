@@ -32,6 +32,8 @@ LEVEL = 0.7
 """Cosine from which on two shells of an assembly are one surface to a gauge."""
 UPRIGHT = 0.999
 """Cosine of a gauge's direction to the shell's normal beyond which it has none in the shell."""
+UPRIGHT_NORMAL = 1e-6
+"""Component of a shell's normal below which the shell is parallel to that axis."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
 DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
@@ -59,39 +61,46 @@ class Strain(Placed):
     along: Along | None = None
     measure: Annotated[str, OneOf(("principal", "effective"))] | None = None
 
-    @property
-    def toward(self) -> Array:
-        """Its direction: in plan (2,), or in space (3,) where it is given so."""
+    def laid(self, mesh: ShellMesh) -> Array:
+        """Its direction on the shell under it at rest, a unit vector (3,)."""
+        from birdstrike.solver.sensors.places import normal_of, tangents  # late: it brings in compiled kernels
+
+        element = self.on(mesh)[0]
         if self.along is None:
-            return np.array([math.cos(self.direction), math.sin(self.direction)])
-        return np.array(self.along) / np.linalg.norm(self.along)
+            first, second = tangents(mesh, element)
+            return math.cos(self.direction) * first + math.sin(self.direction) * second
+        normal, given = normal_of(mesh, element), np.array(self.along)
+        toward = given - (given @ normal) * normal
+        return toward / np.linalg.norm(toward)
 
-    def shifted(self, by: float) -> Strain:
-        """The gauge moved along itself [m]."""
-        if self.point is None:
-            x, y = np.array(self.at) + by * self.toward
+    def shifted(self, by: float, mesh: ShellMesh) -> Strain:
+        """The gauge moved along itself [m], on a plate along its surface."""
+        if self.point is None and not mesh.parts:
+            x, y = np.array(self.at) + by * np.array([math.cos(self.direction), math.sin(self.direction)])
             return self.model_copy(update={"at": (float(x), float(y))})
-        toward = np.append(self.toward, 0.0)[:3]
-        return self.model_copy(update={"point": tuple(float(c) for c in np.array(self.point) + by * toward)})
+        from birdstrike.solver.sensors.places import point_at  # late: it brings in compiled kernels
 
-    def extent(self) -> Iterator[tuple[str, Placed]]:
+        moved = point_at(mesh, *self.on(mesh)) + by * self.laid(mesh)
+        return self.model_copy(update={"point": tuple(float(c) for c in moved)})
+
+    def extent(self, mesh: ShellMesh, /) -> Iterator[tuple[str, Placed]]:
         """Its middle, and both ends of a gauge of some length."""
-        yield from super().extent()
+        yield from super().extent(mesh)
         for share in (-0.5, 0.5) if self.length else ():
-            yield "length", self.shifted(share * (self.length or 0.0))
+            yield "length", self.shifted(share * (self.length or 0.0), mesh)
 
     def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
         """Its direction has a component in the shell."""
-        yield from super().misplaced(name, mesh)
-        if self.along is None:
-            return
-        corners = mesh.nodes[mesh.quads[self.on(mesh)[0]]]
-        normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
-        if abs(self.toward @ normal) > UPRIGHT * np.linalg.norm(normal):
+        from birdstrike.solver.sensors.places import normal_of  # late: it brings in compiled kernels
+
+        given = None if self.along is None else np.array(self.along)
+        if given is not None and abs(given @ normal_of(mesh, self.on(mesh)[0])) > UPRIGHT * np.linalg.norm(given):
             yield (
-                f"sensors.{name}.along = {list(self.along)} is normal to the shell under the gauge, which has no "
+                f"sensors.{name}.along = {given.tolist()} is normal to the shell under the gauge, which has no "
                 "strain that way; give a direction in the shell"
             )
+        else:
+            yield from super().misplaced(name, mesh)
 
     def elements(self, run: Run, /) -> NDArray[np.int64]:
         """Those that it feels; raises UserError for a plate that does not strain."""
@@ -101,13 +110,12 @@ class Strain(Placed):
         """The gauge itself, or where a measure is asked for three of them: at 0, 45 and 90 degrees."""
         if self.measure is None:
             return (self,)
-        turns = (0.0, 0.25 * math.pi, 0.5 * math.pi)
-        if self.along is None:
-            return tuple(self.model_copy(update={"direction": turn, "measure": None}) for turn in turns)
-        normal = deformable(run).frames(np.array([self.located(run)[0]]))[0, 6:]
-        first = self.toward - (self.toward @ normal) * normal
-        second = np.cross(normal, first)
-        lines = (math.cos(turn) * first + math.sin(turn) * second for turn in turns)
+        from birdstrike.solver.sensors.places import normal_of  # late: it brings in compiled kernels
+
+        mesh = run.plate.mesh
+        first = self.laid(mesh)
+        second = np.cross(normal_of(mesh, self.located(run)[0]), first)
+        lines = (math.cos(turn) * first + math.sin(turn) * second for turn in (0.0, 0.25 * math.pi, 0.5 * math.pi))
         return tuple(self.model_copy(update={"along": tuple(line), "measure": None}) for line in lines)
 
     def reading(self, run: Run, /) -> Reading:
@@ -165,19 +173,27 @@ def of_rosette(first: float, between: float, second: float, principal: bool) -> 
 
 def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
     """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
-    plate, toward = run.plate, sensor.toward
+    plate, toward = run.plate, sensor.laid(run.plate.mesh)
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
     element = sensor.located(run)[0]
     side = run.contact.side
     if plate.mesh.parts:  # whose shells may be wound anyhow
-        side = 1 if plate.frames(np.array([element]))[0, 8] >= 0.0 else -1
+        side = facing(plate.frames(np.array([element]))[0, 6:])
     height = plate.skin[element] * (side * (1.0 if sensor.side == "impact" else -1.0))
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
-        moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step)
+        moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step, plate.mesh) if step else sensor
         add_point(total, share, plate, moved.located(run), toward, height)
     near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
     return near, total[near]
+
+
+def facing(normal: Array) -> int:
+    """1 where a shell's normal (3,) points to its impact side, else -1: towards z, of an upright shell x, or else y."""
+    for component in (normal[2], normal[0], normal[1]):
+        if abs(component) > UPRIGHT_NORMAL:
+            return 1 if component > 0.0 else -1
+    raise AssertionError("a unit vector has a component that is not small")
 
 
 def add_point(
@@ -185,14 +201,14 @@ def add_point(
 ) -> None:
     """Add the shares of one point of a gauge to total (e, 8).
 
-    where: facet, xi and eta; toward: direction in plan (2,) or in space (3,), laid on each element.
+    where: facet, xi and eta; toward: direction in space (3,), laid on each element.
     """
     # late: loading a case needs no compiled kernels
     from birdstrike.solver.sensors.places import blend, facets_around, point_at
     from birdstrike.solver.target.mesh import centres_of
 
     element, xi, eta = where
-    near = facets_around(plate.quads, element)
+    near = facets_around(plate.quads, where)
     frame = plate.frames(near).reshape(-1, 3, 3)
     own = plate.frames(np.array([element])).reshape(3, 3)
     if plate.mesh.parts:  # over a joint the field is another
@@ -200,7 +216,7 @@ def add_point(
         near, frame = near[level], frame[level]
     turned = np.sign(frame[:, 2] @ own[2])[:, None]
     centres = centres_of(plate.mesh.nodes, plate.quads[near]) - point_at(plate.mesh, element, xi, eta)
-    along = frame[:, :2, : len(toward)] @ toward
+    along = frame[:, :2] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)
     weight = share * blend(centres @ own[:2].T)[:, None]

@@ -54,7 +54,7 @@ def assembled(
     each = [data[name] for name in parts.parts]
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
     blocks = shell_blocks(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
-    share = held_lengths(parts, [parts.sets[name] for name in supports])
+    share = held_lengths(parts, [name for name, stiffness in supports.items() if stiffness != NAMED["free"]])
     held = Supports(mesh, {name: held_set(parts, name, stiffness, share) for name, stiffness in supports.items()})
     rigid = np.array([not one.material.moves for one in each])[parts.part]
     if rigid.any():
@@ -98,21 +98,35 @@ def shells_of(parts: PartMesh) -> ShellMesh:
     return replace(shell_mesh(parts.nodes, parts.quads), parts=facets)
 
 
-def held_lengths(parts: PartMesh, sets: list[NDArray[np.int64]]) -> Array:
-    """Length of free border that belongs to each node (m,) [m]: half of either side between two nodes that are held."""
+def held_lengths(parts: PartMesh, sets: list[str]) -> dict[str, Array]:
+    """Length of free border that belongs to each node by each of the sets that hold, (m,) [m].
+
+    Half of either side whose two ends lie in the set, and half of those between two sets that no set holds whole.
+    """
     sides = border_sides(parts.quads)
-    sides = sides[np.isin(sides, np.concatenate([*sets, np.empty(0, np.int64)])).all(axis=1)]
-    length = np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)
-    return np.bincount(sides.ravel(), np.repeat(0.5 * length, 2), minlength=len(parts.nodes)).astype(np.float64)
+    half = 0.5 * np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)[:, None]
+    within = {name: np.isin(sides, parts.sets[name]) for name in sets}
+    held, whole = np.zeros(sides.shape, np.bool_), np.zeros(len(sides), np.bool_)
+    for ends in within.values():
+        held |= ends
+        whole |= ends.all(axis=1)
+    between = held.all(axis=1) & ~whole
+
+    def of(ends: NDArray[np.bool_]) -> Array:
+        counted = half * ends * (ends.all(axis=1) | between)[:, None]
+        return np.bincount(sides.ravel(), counted.ravel(), minlength=len(parts.nodes)).astype(np.float64)
+
+    return {name: of(ends) for name, ends in within.items()}
 
 
-def held_set(parts: PartMesh, name: str, stiffness: EdgeStiffness, share: Array) -> Held:
+def held_set(parts: PartMesh, name: str, stiffness: EdgeStiffness, share: Mapping[str, Array]) -> Held:
     """A set of nodes held alike, with its lengths of border. Raises UserError for springs on nodes that have none."""
     nodes = parts.sets[name]
-    if stiffness not in NAMED.values() and not share[nodes].all():
-        lone = int(np.count_nonzero(share[nodes] == 0.0))
+    length = share[name][nodes] if name in share else np.zeros(len(nodes))
+    if stiffness not in NAMED.values() and not length.all():
+        lone = int(np.count_nonzero(length == 0.0))
         raise UserError(
             f"target.supports.{name}: springs are given per length of edge, and {lone} of its {len(nodes)} nodes lie "
             'on no free edge that is held; hold it rigidly ("clamped" or "pinned") or choose a set of edge nodes'
         )
-    return Held(nodes, stiffness, share[nodes])
+    return Held(nodes, stiffness, length)

@@ -7,7 +7,7 @@ from copy import deepcopy
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.metal import EPS_P, FLOW, HEAT, MEMORY, POISSON, YOUNG, hardened
+from birdstrike.solver.kernels.metal import EPS_P, FLOW, HEAT, MEMORY, POISSON, YOUNG, first_flow
 from birdstrike.solver.kernels.plasticity import return_to_yield
 
 
@@ -20,7 +20,7 @@ class Layer:
     def __init__(self, row: Array, size: float = 1e-3) -> None:
         self.row, self.size, self.failed = row, size, False
         self.stress, self.back, self.memory = np.zeros(3), np.zeros(3), np.zeros(MEMORY)
-        self.memory[FLOW] = hardened(row, 0.0)[0]
+        self.memory[FLOW] = first_flow(row)
         young, nu = row[YOUNG], row[POISSON]
         plane = young / (1.0 - nu * nu)
         self.stiffness = plane * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])

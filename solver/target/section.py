@@ -113,4 +113,4 @@ class SectionTable:
         self.heights = np.vstack([section.layers for section in sections])
         self.rows = np.vstack([np.tile(section.row, (len(section.layers), 1)) for section in sections])
         self.elastic = np.array([[section.thickness, section.young, section.poisson] for section in sections])
-        self.start = np.array([metal.hardened(section.row, 0.0)[0] for section in sections])
+        self.start = np.array([metal.first_flow(section.row) for section in sections])

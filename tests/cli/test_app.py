@@ -49,6 +49,17 @@ def test_asking_for_help_loads_nothing_heavy() -> None:
     assert ended.stdout.strip().endswith("LOADED []")
 
 
+def test_reading_a_shipped_case_needs_no_library_of_units() -> None:
+    """Its import is a tenth of a short command; every unit of the shipped cases stands in `units.SIZES`."""
+    ended = in_python(
+        "from birdstrike.solver.case.case import load_case\n"
+        "for name in ('reference_strike', 'sidewall_004', 'flat_plate_002', 'demo_rig'): load_case(name)\n"
+        "print('LOADED', [name for name in sys.modules if name == 'pint'])"
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.strip().endswith("LOADED []")
+
+
 def test_the_python_verbs_have_the_commands_names() -> None:
     assert {module_of(name) for name in COMMANDS} <= set(birdstrike.__all__)
     for name in birdstrike.__all__:

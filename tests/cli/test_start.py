@@ -145,6 +145,8 @@ def test_a_bad_answer_is_asked_again_with_its_range_and_what_was_answered_is_kep
     """The first call is left midway; the second asks only what the first has not been told."""
     first = invoke(export, typed="no\n" + 7 * "\n" + "9\n0.6 m\n")  # ends while the plate is asked about
     assert first.exit_code == 1
+    assert "the input ended before the last question" in first.stderr
+    assert "--answers" in first.stderr
     assert "has no unit" in first.output
     assert "(allowed: 20 mm .. 5000 mm)" in first.output
     kept = tomllib.loads(Path("Shot_7/answers.toml").read_text())

@@ -65,7 +65,7 @@ class Metal(TargetMaterial):
 
     @property
     def first_yield(self) -> float:
-        """Flow stress at rest [Pa]."""
+        """Flow stress at rest [Pa], at the reference temperature."""
         return float(self.row()[metal.YIELD])
 
     def harden(self, row: Array) -> None:

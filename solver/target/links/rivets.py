@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.links import rivet_forces
+from birdstrike.solver.kernels.links import EITHER_WAY, NO_LIMIT, ONE_WAY, rivet_forces
 from birdstrike.solver.target.links.anchors import Anchors, Surface
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 CONSTANTS = 8
+TOUCHING = 1e-9  # m: mid-surfaces no farther apart are in one plane, and which sheet lies in front cannot be told
 FARTHEST = 0.02  # m, between the mid-surfaces that a rivet joins
 
 
@@ -34,10 +35,10 @@ class RivetData:
     shear: float
     exponents: tuple[float, float] = (2.0, 2.0)
 
-    def row(self) -> Array:
-        """As the kernel reads it, see `kernels.links.rivet_forces`."""
+    def row(self, strength: float = ONE_WAY) -> Array:
+        """As the kernel reads it, see `kernels.links.rivet_forces`; strength: NO_LIMIT, ONE_WAY or EITHER_WAY."""
         springs = (self.along, self.across, self.rotational)
-        return np.array([*springs, self.tension, self.shear, *self.exponents, 1.0])
+        return np.array([*springs, self.tension, self.shear, *self.exponents, strength])
 
 
 class Rivets:
@@ -71,7 +72,7 @@ class Rivets:
     def elastic(self) -> Rivets:
         """The same without strength's limit."""
         constants = self.constants.copy()
-        constants[:, 7] = 0.0
+        constants[:, 7] = NO_LIMIT
         return Rivets(self.points, self.along, self.anchors, constants, self.rest)
 
     def update_forces(self, nodes: Nodes, dt: float) -> float:
@@ -134,10 +135,10 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
             places = [foot.weights @ parts.nodes[foot.nodes] for foot in feet]
             gap = places[1] - places[0]
             size = float(np.linalg.norm(gap))
-            axes.append(gap / size if size > 1e-9 else feet[0].normal)
+            axes.append(gap / size if size > TOUCHING else feet[0].normal)
             points.append(0.5 * (places[0] + places[1]))
             ends += [foot.row() for foot in feet]
-            constants.append(data.row())
+            constants.append(data.row(ONE_WAY if size > TOUCHING else EITHER_WAY))
     if not points:
         return None
     return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes)

@@ -33,6 +33,24 @@ def test_points_outside_the_record_are_left_out_aloud(dataset: Dataset) -> None:
     )
 
 
+def test_an_uncertain_clock_leaves_the_simulation_room_on_both_sides(dataset: Dataset) -> None:
+    """Every point that is used keeps a simulated value when the record's clock is four sigmas early."""
+    times = np.linspace(0.2e-3, 3.0e-3, 57)
+    found = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5}, time_offset=0.05e-3)
+    assert found.last == pytest.approx(2.8e-3)
+    assert found.warnings[0].startswith(
+        f"{CHANNEL}: 0 points before and 4 after the simulated record 0 .. 2.8 ms (less its last 0.2 ms"
+    )
+    wide = observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5}, time_offset=1e-3)
+    assert wide.last == pytest.approx(2.25e-3), "never more than a quarter of what was simulated"
+
+
+def test_a_record_that_ends_before_anything_moves_is_refused(dataset: Dataset) -> None:
+    times = np.linspace(0.0, 0.2e-3, 40)
+    with pytest.raises(MeasuredError, match=r"shows no impact: until .* nothing moves .* from 0 ms to 0.2 ms.*--shift"):
+        observe(record(MIDDLE, times), dataset, {CHANNEL: 1e-5})
+
+
 def test_record_on_another_clock_is_refused(dataset: Dataset) -> None:
     with pytest.raises(MeasuredError, match=r"0 points in the simulated record 0 \.\. 3 ms"):
         observe(record(MIDDLE, TIMES + 1.0), dataset, {})

@@ -9,6 +9,7 @@ import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
+from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.estimation.locate import InversionOptions
 from birdstrike.inversion.invert import invert
 from birdstrike.inversion.observations.observations import observe
@@ -101,9 +102,17 @@ def test_channels_that_were_exchanged_are_named(dataset: Dataset) -> None:
         assert sum("change places" in text for text in found) == words
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1e-3, "the record ends at 0.00299 ms"), (1e3, "and ends at 2990 ms")])
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "the record ends at 0.00268 ms"), (1e3, "and ends at 2680 ms")])
 def test_a_clock_in_another_unit_is_named(dataset: Dataset, factor: float, words: str) -> None:
-    measured = replace(shot(), time=factor * CLOCK)
-    (text,) = said(measured, dataset)
+    """Contact at t = 0: no part of the record is known to lie before it."""
+    begun = replace(dataset, time=dataset.time[:-31], curves={name: y[:, 31:] for name, y in dataset.curves.items()})
+    measured = replace(shot(), time=factor * (CLOCK - 0.31e-3))
+    (text,) = said(measured, begun)
     assert "is its clock in another unit" in text
     assert words in text
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_a_clock_in_another_unit_that_leaves_only_rest_is_refused(dataset: Dataset, factor: float) -> None:
+    with pytest.raises(MeasuredError, match=r"shows no impact: until 0.29 ms .*another unit.*--time-unit"):
+        said(replace(shot(), time=factor * CLOCK), dataset)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.solver.build import build_plate, rest_mesh
 from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.load import read_case
 from birdstrike.solver.case.sections import quantity_at
 from birdstrike.solver.case.target import Target
 from birdstrike.solver.target.generators.registry import GENERATORS
@@ -19,6 +22,14 @@ ANGLE = {"section": "L", "flange": "25 mm"}
 def target_of(case: Case) -> Target:
     assert case.target is not None
     return case.target
+
+
+def plain_skin(supports: dict[str, Any]) -> Case:
+    """The panel's skin without stiffeners, held so."""
+    raw = read_case("openradioss_panel")
+    target = raw["target"] | {"generator": raw["target"]["generator"] | {"stiffeners": 0}, "supports": supports}
+    target["parts"] = {"skin": target["parts"]["skin"]}
+    return load_case({key: value for key, value in raw.items() if key != "sensors"} | {"target": target})
 
 
 def panel_mesh(**changes: str):
@@ -49,6 +60,38 @@ def test_sets_hold_the_nodes_that_they_name():
     assert ((np.abs(x) > 0.2499) | (np.abs(y) > 0.1999)).all()
     assert (z < -1e-6).sum() == 2 * 3 * 2, "the webs' ends below the skin"
     assert len(np.union1d(mesh.sets["skin_edges"], mesh.sets["stiffener_ends"])) == len(mesh.sets["edges"])
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_an_edges_effect_acts_in_series_on_every_support_that_holds_and_on_no_other(order):
+    held: dict[str, Any] = {"width_low": "clamped", "width_high": "pinned", "length_low": "free"}
+    held["length_high"] = {"rotational": "100 kN*m/rad/m"}
+    named = dict(list(held.items())[::order])
+    case = plain_skin(named)
+    softer: dict[str, Any] = target_of(case.with_effects({"clamp_rotation": 1e-5})).supports
+    assert (softer["width_high"], softer["length_low"]) == ("pinned", "free")
+    assert softer["width_low"].rotational == pytest.approx(1e5)
+    assert softer["length_high"].rotational == pytest.approx(0.5e5)
+    slips: dict[str, Any] = target_of(case.with_effects({"edge_slip": 1e-9})).supports
+    assert slips["length_low"] == "free"
+    assert all(slips[name].in_plane == pytest.approx(1e9) for name in held if name != "length_low")
+    assert slips["width_high"].rotational == 0.0
+    with pytest.raises(CaseError, match="do not hold it at all"):
+        plain_skin({"edges": "pinned"}).with_effects({"clamp_rotation": 1e-5})
+
+
+def test_springs_of_four_sides_are_those_of_the_whole_rim_and_a_free_set_adds_none():
+    springs = {"in_plane": "100 N/mm^2", "transverse": "100 N/mm^2", "rotational": "1 kN*m/rad/m"}
+    sides = ("length_low", "length_high", "width_low", "width_high")
+
+    def length(**held: object) -> float:
+        return float(build_plate(plain_skin(held)).supports.springs[:, 0].sum()) / 100e6
+
+    assert length(skin_edges=springs) == pytest.approx(2.0)
+    assert length(**dict.fromkeys(sides, springs)) == pytest.approx(2.0)
+    ends = dict.fromkeys(sides[:2], springs)
+    assert length(**ends) == pytest.approx(1.0)
+    assert length(**ends, **dict.fromkeys(sides[2:], "free")) == pytest.approx(1.0)
 
 
 def test_load_cells_share_the_rim_of_a_flat_plate_alike():

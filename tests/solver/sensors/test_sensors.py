@@ -70,6 +70,40 @@ def gauge(at=("13 mm", "-37 mm"), **fields) -> Sensor:
     return SENSORS.validate({"kind": "strain", "at": at, **fields})
 
 
+def test_directions_on_a_slope_are_those_of_the_shell():
+    """eyy = 2e-4 alone on z = x^2/(2 R), 32 degrees steep: 45 degrees read half of it, and a rosette its invariants."""
+    plate = plate_of(distorted(0.15), THICKNESS, ALUMINIUM, "free")
+    at = ("80 mm", "-10 mm")
+    sensors = {
+        "slanted": gauge(at, direction="45 deg"),
+        "largest": gauge(at, measure="principal"),
+        "effective": gauge(at, measure="effective"),
+    }
+
+    def stretch(plate: Target) -> None:
+        plate.v[:, 1] = 2e-4 * plate.x[:, 1]
+
+    found = read(plate, stretch, sensors)
+    assert found["slanted"] == pytest.approx(1e-4, rel=5e-3)
+    assert found["largest"] == pytest.approx(2e-4, rel=2e-3)
+    assert found["effective"] == pytest.approx(2e-4 * 2.0 / math.sqrt(3.0), rel=2e-3)
+
+
+@pytest.mark.parametrize("at", [("0 mm", "0 mm"), ("10 mm", "0 mm"), ("0 mm", "-10 mm")])
+def test_a_gauge_on_a_node_or_a_side_does_not_hang_on_the_elements_numbers(at):
+    """A rough field on a regular mesh, whose facets meet at the centre and at the middles of the sides there."""
+    mesh, rng = plate_mesh(0.2, 0.16, (10, 8)), np.random.default_rng(3)
+    push, found = rng.normal(size=mesh.nodes.shape) * 1e-6, []
+
+    def shake(plate: Target) -> None:
+        plate.v[:] = push
+
+    for order in (np.arange(len(mesh.quads)), rng.permutation(len(mesh.quads))):
+        plate = plate_of(shell_mesh(mesh.nodes, mesh.quads[order], mesh.surface), THICKNESS, ALUMINIUM, "free")
+        found.append(read(plate, shake, {"a": gauge(at), "b": gauge(at, measure="principal")}))
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
 def test_gauges_read_a_known_membrane_strain_in_their_direction():
     """exx 2e-4, eyy -1e-4, gxy 3e-4: e(a) = exx c^2 + eyy s^2 + gxy c s, on both sides, at the rim, over a length."""
 

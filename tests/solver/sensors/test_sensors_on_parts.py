@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from birdstrike.cli.check import check
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.sensors.places import point_at
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.simulate import simulate
@@ -89,6 +91,34 @@ def test_bending_strains_the_sides_of_the_skin_oppositely(target):
     assert found["back"] == pytest.approx(1.5e-7, rel=0.02)
 
 
+def test_the_impact_side_of_an_upright_web_does_not_hang_on_how_its_shells_are_wound():
+    """A web bent about y, u'' = 1e-4/m towards +x: its face at +x, the impact side, is shortened on 3 mm."""
+    sensors = {
+        side: {"kind": "strain", "along": [0.0, 0.0, -1.0], "side": side, **ON_WEB} for side in ("impact", "back")
+    }
+    run: Any = SimpleNamespace(contact=SimpleNamespace(side=1, spacing=5e-3))
+    for target in (panel(), wound_anyhow()):
+        run.plate = target
+        found = readings({name: SENSORS.validate(table) for name, table in sensors.items()}, run)
+        target.v[:, 0] += 0.5e-4 * target.x[:, 2] ** 2
+        target.omega[:, 1] += 1e-4 * target.x[:, 2]
+        target.x[:] += target.v
+        target.update_forces(1.0)
+        assert found["impact"](run) == pytest.approx(-1.5e-7, rel=0.05)
+        assert found["back"](run) == pytest.approx(1.5e-7, rel=0.05)
+
+
+def test_a_gauge_on_a_curved_skin_has_its_length_on_the_skin():
+    """Radius 300 mm, at x = 150 mm the slope is 30 degrees: 40 mm along x lie on the arc."""
+    mesh = build_plate(load_case("openradioss_panel", {"target.generator.radius": "300 mm"})).mesh
+    place = {"point": ["150 mm", "0 mm", f"{1e3 * (math.sqrt(0.3**2 - 0.15**2) - 0.3)} mm"], "part": "skin"}
+    for direction in ({"along": [1.0, 0.0, 0.0]}, {}):
+        gauge: Any = SENSORS.validate({"kind": "strain", "length": "40 mm", **place, **direction})
+        low, high = (point_at(mesh, *gauge.shifted(by, mesh).on(mesh)) for by in (-0.02, 0.02))
+        assert np.linalg.norm(high - low) == pytest.approx(0.04, rel=3e-3)
+        assert (high - low) @ gauge.laid(mesh) == pytest.approx(0.04, rel=3e-3)
+
+
 @pytest.mark.parametrize(
     ("case", "sensor", "said"),
     [
@@ -118,7 +148,7 @@ def test_names_and_places_that_the_target_has_not_are_told(case, sensor, said):
         (
             "openradioss_panel",
             {"kind": "strain", "at": ["0 mm", "150 mm"], "direction": "90 deg", "length": "300 mm"},
-            "sensors.w.length: (0, 300) mm lies 50 mm off",
+            "sensors.w.length: (0, 300, 0) mm lies 50 mm off",
         ),
         (
             "openradioss_panel",

@@ -179,21 +179,56 @@ def test_johnson_cook_damage_in_uniaxial_tension_and_at_rate():
     assert fast.eps_p / fast.memory[WEAR] == pytest.approx(0.160 * 1.0967, rel=2e-3)
 
 
-@pytest.mark.parametrize("size", [4e-3, 2e-3, 1e-3])
-def test_fracture_energy_is_spent_on_every_mesh(size):
-    """Beyond the failure strain an element softens: its plastic work per area of crack is the fracture energy, G_f."""
-    layer = layer_of(
-        BILINEAR | {"tangent_modulus": "0 MPa", "failure_strain": 0.05, "fracture_energy": "20 kN/m"}, size
-    )
+def test_a_hot_metal_yields_first_at_its_softened_stress_whatever_share_of_work_heats_it():
+    """At 500 K the first yield is a (1 - T*^m); without heating by work the start's heat acts all the same."""
+    softened = 1098e6 * (1.0 - ((500.0 - 298.15) / 1580.0) ** 1.1)
+    for share in (0.0, 0.9):
+        layer = layer_of(TITANIUM | HEAT | {"c": 0.0, "start": "500 K", "heat_share": share})
+        shear_modulus = 112.2e9 / (2.0 * 1.339)
+        layer.strain(np.array([0.0, 0.0, 0.999 * softened / math.sqrt(3.0) / shear_modulus]))
+        assert layer.eps_p == 0.0
+        layer.strain(np.array([0.0, 0.0, 0.002 * softened / math.sqrt(3.0) / shear_modulus]))
+        assert layer.eps_p > 0.0
+        assert layer.stress[2] * math.sqrt(3.0) == pytest.approx(softened, rel=1e-3)
+
+
+def test_a_start_temperature_without_what_softens_by_it_is_refused():
+    lines = list(TARGET_LAWS["johnson_cook"].broken_rules(TITANIUM | {"start": "500 K"}, "target.materials.skin"))
+    assert "target.materials.skin.start" in lines[0]
+    assert "melt and specific_heat" in lines[0]
+
+
+FLAT = BILINEAR | {"tangent_modulus": "0 MPa"}
+
+
+@pytest.mark.parametrize(
+    ("table", "size", "over"),
+    [
+        (FLAT, 4e-3, 0.0),
+        (FLAT, 2e-3, 0.0),
+        (FLAT, 1e-3, 0.0),
+        (FLAT | {"rate_c": "100 1/s", "rate_p": 1.0}, 2e-3, 0.1),
+        (BILINEAR | {"tangent_modulus": "5 GPa", "beta": 1.0}, 2e-3, 0.0),
+        (BILINEAR | {"tangent_modulus": "5 GPa", "beta": 0.0}, 2e-3, 0.0),
+        (TITANIUM, 2e-3, 0.05),
+    ],
+    ids=["4 mm", "2 mm", "1 mm", "rate", "isotropic", "kinematic", "johnson_cook"],
+)
+def test_fracture_energy_is_spent_on_every_mesh_by_every_law(table, size, over):
+    """Beyond the failure strain an element softens: its plastic work per area of crack is the fracture energy, G_f.
+
+    over: what its rate adds comes on top, for it strains faster as it unloads; the shear strain grows by 100/s.
+    """
+    layer = layer_of(table | {"failure_strain": 0.05, "fracture_energy": "20 kN/m"}, size)
     energy, step, steps = 0.0, 2e-4 * 1e-3 / size, 0
     while not layer.failed:
         before, eps_p = layer.stress[2], layer.eps_p
-        layer.strain(np.array([0.0, 0.0, step]))
+        layer.strain(np.array([0.0, 0.0, step]), step / 100.0)
         growth = (layer.eps_p - eps_p) * (layer.eps_p > 0.05)
         energy += math.sqrt(3.0) * 0.5 * (before + layer.stress[2]) * growth * size
         steps += 1
         assert steps < 200000
-    assert energy == pytest.approx(20e3, rel=0.02)
+    assert energy == pytest.approx(20e3 * (1.0 + 0.5 * over), rel=0.02 + 0.5 * over)
 
 
 def test_a_layer_without_failure_never_fails():

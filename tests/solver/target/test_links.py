@@ -304,6 +304,22 @@ def test_sections_of_a_riveted_curved_panel_have_their_dimensions():
     assert np.array_equal(np.unique(np.abs(target.x[target.mesh.parts["pad"]][:, 1]) > 0.3), [False])
 
 
+@pytest.mark.parametrize("first", ["left", "right"])
+@pytest.mark.parametrize("pull", [1.0, -1.0])
+def test_a_rivet_of_sheets_in_one_plane_breaks_either_way_whichever_is_named_first(first, pull):
+    """No sheet lies in front there: a pull along the rivet counts by its size."""
+    parts = halves(4, 4)
+    second = "right" if first == "left" else "left"
+    row = Row(np.array([[0.0, 0.0, 0.0]]), (first, second))
+    target = target_of(parts, LinkData(rivets=(("seam", row, RIVET),)))
+    moved = np.zeros(len(parts.nodes), np.bool_)
+    moved[np.unique(parts.quads[parts.part == 1])] = True
+    target.v[moved, 2] = pull * 1.05 * RIVET.tension / RIVET.along / 1e-4
+    target.x[:] += 1e-4 * target.v
+    target.update_forces(1e-4)
+    assert rivets_in(target).broken[0] == 1
+
+
 METAL_OF = {"thickness": "2 mm", "material": "aluminium"}
 
 
