@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +31,7 @@ class Dataset(Displayed):
     time: (m,) [s]; curves: sensor name -> (n, m) SI; channel_units: sensor name -> SI unit;
     smooth: (n,) False where a run left the smooth regime (a larger share of the bird eroded than smooth_loss, which the
     bird's material declares): kept, not fitted;
+    decades: SI range and unit of a parameter that stands as its fraction of a logarithmic range, for readers;
     case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs.
     """
 
@@ -46,6 +47,14 @@ class Dataset(Displayed):
     smooth: NDArray[np.bool_]
     case_hash: str
     smooth_loss: float = SMOOTH_LOSS
+    decades: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)
+
+    def shown(self, i: int, value: float) -> tuple[float, str]:
+        """A value of parameter i as a reader knows it: SI, and its unit."""
+        if self.names[i] not in self.decades:
+            return value, self.units[i]
+        low, high, unit = self.decades[self.names[i]]
+        return low * (high / low) ** value, unit
 
     def scaled(self) -> Array:
         """Parameters mapped to 0..1 over their ranges, (n, k)."""

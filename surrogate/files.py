@@ -85,6 +85,12 @@ def load_emulator(path: Path) -> Emulator:
         return Emulator(names, runs, boxes, Scaling(*file["scaling"]), jointly(channels))
 
 
+def read_region(path: Path) -> Array:
+    """Ends (2, k) of the box in which runs stand behind a saved emulator, so that answers are sought there, SI."""
+    with np.load(path) as file:
+        return np.stack([file["lows"].min(axis=0), file["highs"].max(axis=0)])
+
+
 def read_runs(path: Path) -> tuple[Array, dict[str, Array]]:
     """Parameters (n, k) SI and curves {channel: (n, m)} SI of the runs that a saved emulator learnt from.
 

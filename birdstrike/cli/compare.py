@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say
+from birdstrike.cli.frame import Json, Settings, framed, overrides, progress_bar, say, warn
 from birdstrike.data.errors import UserError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def compare(
     from birdstrike.data.curves import write_histories
     from birdstrike.data.files import write_json
     from birdstrike.data.out_folder import reserved
-    from birdstrike.reports.comparison.other_code import curve_pairs
+    from birdstrike.reports.comparison.other_code import curve_pairs, remarks
     from birdstrike.reports.page.other_code import write_comparison_page
     from birdstrike.solver.case.case import case_hash, load_case
     from birdstrike.solver.version import SOLVER_VERSION
@@ -55,8 +55,11 @@ def compare(
         folder.mkdir(parents=True, exist_ok=True)
         write_histories(folder / OURS, ours)
         write_histories(folder / THEIRS, other)
+        told = remarks(pairs, ours)
         answer = {**key, "theirs": theirs, "sensors": {pair.name: pair.figures() for pair in pairs}, "missing": missing}
-        write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, missing)
+        answer["warnings"] = told
+        not_compared = [f"{line}: not compared" for line in missing]
+        write_comparison_page(folder / PAGE, loaded.name, theirs, pairs, files, [*told, *not_compared])
         write_json(folder / ANSWER, answer)
     return answer
 
@@ -143,5 +146,6 @@ def command(
         say(f"{name}: peaks {peaks} (ours, theirs){share}")
     for line in answer["missing"]:
         say(f"not compared: {line}")
+    warn(answer["warnings"], str(out / ANSWER))
     say(f"Written to {out}. Next: open {out / PAGE} in a browser.")
     return {"out": str(out), **answer}

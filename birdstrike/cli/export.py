@@ -34,6 +34,8 @@ class AnswerOf(StrEnum):
 
 
 DEFAULT_UNITS = next(iter(SYSTEMS))
+OTHERS = (".json", ".csv", ".toml", ".html", ".npz", ".h5", ".xlsx")
+"""Endings of results and records."""
 ENDING = {Target.lsdyna: ".k", Target.radioss: ".rad"}
 
 
@@ -67,12 +69,22 @@ def _known(to: str) -> None:
         raise UserError(f'--to "{to}" is not on offer; available: {", ".join(Target)}')
 
 
+def _refuse_results(out: str | Path) -> None:
+    """Raise UserError where cards would replace a file of results or a record."""
+    if Path(out).is_file() and Path(out).suffix in OTHERS:
+        raise UserError(
+            f"--out {out} exists and is no deck (its name ends in {Path(out).suffix}); cards do not go into it: give a "
+            "name that ends in .k, .key, .rad or .inc"
+        )
+
+
 def _write_deck(
     source: str | Path, out: str | Path, to: str, units: str, settings: Mapping[str, Any] | None
 ) -> WrittenDeck:
     from birdstrike.reports.export.deck import write_deck
     from birdstrike.solver.case.case import load_case
 
+    _refuse_results(out)
     system = unit_system(units)
     if Path(source).is_dir():
         raise UserError(
@@ -98,6 +110,7 @@ def _write_cards(
     from birdstrike.reports.export.lsdyna import write_lsdyna
     from birdstrike.reports.export.radioss import bird_file
 
+    _refuse_results(out)
     system, folder = unit_system(units), Path(source)
     if folder.is_dir() and settings:
         raise UserError(f"--set changes a case, and {source} is a folder; leave it out, or give a case")

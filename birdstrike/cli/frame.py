@@ -69,8 +69,11 @@ Settings = Annotated[
 
 
 def names_of(text: str) -> tuple[str, ...]:
-    """The names in a list with commas."""
-    return tuple(name.strip() for name in text.split(",") if name.strip())
+    """The names in a list with commas; raises UserError for a list without any."""
+    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    if text and not names:
+        raise UserError(f'"{text}" names nothing; give names with commas between, such as displacement_centre')
+    return names
 
 
 def say(text: str = "") -> None:

@@ -156,6 +156,10 @@ def _neurons(text: str) -> int | None:
     return int(text)
 
 
+MOST_RUNS = 1000
+"""Of `--refine`."""
+
+
 def _runs(text: str) -> int | str:
     """Runs that may be added; "auto" as it is. Raises UserError."""
     from birdstrike.data.errors import UserError
@@ -163,6 +167,10 @@ def _runs(text: str) -> int | str:
 
     if text != AUTO and not text.isdecimal():
         raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
+    if text != AUTO and int(text) > MOST_RUNS:
+        raise UserError(
+            f"--refine = {text} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
+        )
     return text if text == AUTO else int(text)
 
 

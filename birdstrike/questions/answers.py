@@ -67,8 +67,9 @@ class Answers:
                 error = _named(question, value, "; ".join(refused.errors))
         assert self.prompt is not None
         while True:
+            typed = self.prompt(question, error)  # which itself may raise: the input has ended
             try:
-                return self._keep(question, question.check(self.prompt(question, error)))
+                return self._keep(question, question.check(typed))
             except UserError as refused:
                 error = "; ".join(refused.errors)
                 error += f" (allowed: {question.allowed})" if question.allowed and question.allowed not in error else ""

@@ -51,6 +51,10 @@ Factor = Callable[[str], tuple[float, str, str]]
 """A factor in words, such as "2.5 mm/V" -> number, the unit it gives, the unit it takes."""
 
 
+HEAD = 4096
+"""Bytes of a record in which its provenance stands."""
+
+
 @dataclass(frozen=True)
 class Column:
     """One column of the record as a sensor. unit: "" where the head gives it; sensor: its table in the case."""
@@ -123,7 +127,8 @@ class Interview:
             ("record", "file"), "Measured file: CSV, text, TDMS, .mat, .xlsx, UFF58, binout", None, _readable
         )
         record = Path(path)
-        simulated = self.ask(("record", "simulated"), "Is it simulated, not measured? (yes, no)", False, yes_or_no)
+        text, own = "Is it simulated, not measured? (yes, no)", _says_simulated(record)
+        simulated = self.ask(("record", "simulated"), text, own, yes_or_no)
         columns, clock, ready = self._columns(record)
         values = {**self.plate(), **self.bird(), **self.impact()}
         contact, sigma, until = self._clock(record, columns, clock, ready)
@@ -413,6 +418,12 @@ def _si(unit: str | None) -> str | None:
         return None if unit is None else si_unit(unit)
     except UnitError:
         return None
+
+
+def _says_simulated(record: Path) -> bool:
+    """Whether the head of a record says so, as those that birdstrike writes do."""
+    with record.open("rb") as file:
+        return b"SIMULATED" in file.read(HEAD)
 
 
 def _readable(value: Any) -> str:

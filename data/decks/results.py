@@ -38,15 +38,15 @@ _BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\
 def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[Histories, tuple[str, ...]]:
     """Histories of the sensors that the files hold, SI, and what is missing; raises MeasuredError where none is there.
 
-    A sensor of several nodes is the sum with their weights. Forces are taken positive in the push, by the sign of their
-    impulse: codes differ in whose force they write.
+    They stand on the clock of the coarsest one, until the first of them ends. A sensor of several nodes is the sum with
+    their weights. Forces are taken positive in the push, by the sign of their impulse: codes differ here.
     """
     curves: Curves = {}
     for file in files:
         curves |= _curves(Path(file), deck)
     system = unit_system(deck.units)
     found: dict[str, Array] = {}
-    missing, clock = [], None
+    missing, clock, end = [], None, np.inf
     for name, sensor in deck.sensors.items():
         made = _sensor(sensor, curves)
         if made is None:
@@ -54,6 +54,7 @@ def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[H
             continue
         times, values = made
         clock = times if clock is None or len(times) < len(clock) else clock
+        end = min(end, float(times[-1]))
         found[name] = np.stack([times, values])
     if clock is None:
         listed = ", ".join(map(str, files))
@@ -61,7 +62,7 @@ def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[H
             f"{listed}: no output of a sensor of {len(deck.sensors)} is there; are they of this deck, {deck.code}? "
             "Radioss' groups keep their titles of the deck, LS-DYNA's nodes their numbers"
         )
-    second = 1.0 / system.value(1.0, "s")
+    clock, second = clock[clock <= end], 1.0 / system.value(1.0, "s")
     channels, units = {}, {}
     for name, (times, values) in found.items():
         unit = deck.sensors[name].unit

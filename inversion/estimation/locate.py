@@ -161,7 +161,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
         sentences.append(f"run{many} {', '.join(lost)} lost more than {limit}: the emulator leaves them out")
     for i, name in enumerate(dataset.names):
         for low, high in _gaps(emulator, dataset, i):
-            where = span(low, high, dataset.units[i])
+            (start, unit), (end, _) = dataset.shown(i, low), dataset.shown(i, high)
+            where = span(start, end, unit)
             sentences.append(f"{plain(name)} {where}: too few smooth runs stand there, so no answer is sought there")
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2

@@ -246,11 +246,13 @@ def _sentence(answers: dict[str, ModelAnswer] | Any, ranking: Sequence[str], tie
 def _verdict(errors: dict[str, float], ranking: Sequence[str], tied: Sequence[str]) -> str:
     """ "murnaghan predicts best (1.3 times the noise); next null (2.4)", or who shares the first place."""
     first = ranking[0]
+    if len(ranking) == 1:
+        return f"{first} alone was ranked (held-out error {errors[first]:.2f} times the noise); name others: --models"
     if tied:
         shown = ", ".join(f"{name} ({errors[name]:.2f})" for name in tied)
         return f"{shown} share the first place: the records cannot tell them apart (held-out error over noise)"
-    after = f"; next {ranking[1]} ({errors[ranking[1]]:.2f})" if len(ranking) > 1 else ""
-    return f"{first} predicts best (held-out error {errors[first]:.2f} times the noise){after}"
+    after = f"next {ranking[1]} ({errors[ranking[1]]:.2f})"
+    return f"{first} predicts best (held-out error {errors[first]:.2f} times the noise); {after}"
 
 
 def _listed(given: Any) -> list[Any]:

@@ -43,7 +43,12 @@ class Candidate:
         table: Raw = deepcopy(dict(self.material.literature))
         if self.law:
             table["eos"] = deepcopy(dict(EQUATIONS_OF_STATE[self.law].literature))
-        return {"model": self.model, **table} if table else {}
+        return {"model": self.model, **table} if table and (not self.law or table["eos"]) else {}
+
+    @property
+    def kind(self) -> str:
+        """Its equation of state, the usual one where the name says none; "" of a model without."""
+        return self.law or at(dict(self.material.literature), "eos.kind") or ""
 
     @property
     def source(self) -> str:
@@ -54,7 +59,7 @@ class Candidate:
     @property
     def ranges(self) -> Raw:
         """Dotted case key -> range, as a case writes it, of what is sought where the case names nothing."""
-        usual = at(dict(self.material.literature), "eos.kind")
+        usual = candidate(self.model).kind
         own = {k: v for k, v in self.material.sought.items() if not k.startswith("eos.") or self.law in ("", usual)}
         if self.law:
             own |= {f"eos.{key}": sought for key, sought in EQUATIONS_OF_STATE[self.law].sought.items()}
@@ -62,8 +67,7 @@ class Candidate:
 
     def same_as(self, material: Any) -> bool:
         """Whether a case's table of the material is of this model."""
-        law = at(self.literature, "eos.kind")
-        return at(material, "model") == self.model and at(material, "eos.kind") == law
+        return at(material, "model") == self.model and (at(material, "eos.kind") or "") == self.kind
 
 
 def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
@@ -74,7 +78,7 @@ def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
             found.append(candidate(name))
         except UserError as error:
             errors += error.errors
-    twice = sorted({c.name for c in found if [(o.model, o.law) for o in found].count((c.model, c.law)) > 1})
+    twice = sorted({c.name for c in found if [(o.model, o.kind) for o in found].count((c.model, c.kind)) > 1})
     if twice:
         errors.append(f"--models names {' and '.join(twice)}, which are one model: name it once")
     if not names:
@@ -89,7 +93,7 @@ def candidate(name: str) -> Candidate:
     model, _, law = name.partition("+")
     if not law and model in EQUATIONS_OF_STATE and model not in BIRD_MATERIALS:
         model, law = FLUID, model
-    if model not in BIRD_MATERIALS or (law and law not in EQUATIONS_OF_STATE):
+    if model not in BIRD_MATERIALS or name.endswith("+") or (law and law not in EQUATIONS_OF_STATE):
         raise UserError(f'--models: "{name}" is no bird model; name {_known()}')
     if law and "eos" not in BIRD_MATERIALS[model].model_fields:
         raise UserError(f'--models: "{name}": {model} has no equation of state of its own; name {model} alone')
@@ -138,11 +142,16 @@ def literature_case(chosen: Candidate, base: Case) -> Case | None:
     """The case with the published constants of the model; None where none are declared."""
     if not chosen.literature:
         return None
+    return with_material(base, chosen.literature, f"{base.name} with {chosen.name}")
+
+
+def with_material(base: Case, material: Raw, name: str = "") -> Case:
+    """The case with another bird material, which seeks nothing of the bird's; raises CaseError."""
     table = base.table
     inversion = {key: entry for key, entry in (table.get("inversion") or {}).items() if key != "models"}
     inversion["parameters"] = {k: v for k, v in inversion.get("parameters", {}).items() if not k.startswith(PREFIX)}
-    bird = {**table["bird"], "material": chosen.literature}
-    return case_from_table({**table, "bird": bird, "inversion": inversion}, f"{base.name} with {chosen.name}")
+    bird = {**table["bird"], "material": material}
+    return case_from_table({**table, "bird": bird, "inversion": inversion}, name or base.name)
 
 
 def literature_values(chosen: Candidate, base: Case, names: Iterable[str]) -> dict[str, float]:

@@ -12,7 +12,7 @@ from birdstrike.inversion.estimation.refinement import WIDER
 from birdstrike.inversion.estimation.shots import Shot
 from birdstrike.inversion.models.ranking import shot_error
 from birdstrike.inversion.models.results import ShotError
-from birdstrike.inversion.observations.observations import observe
+from birdstrike.inversion.observations.observations import Observations, observe
 
 
 def near_answer(located: Located, points: int, seed: int) -> Array:
@@ -44,11 +44,16 @@ def linearised_draws(located: Located, draws: int, rng: np.random.Generator) -> 
     return np.array(rows)
 
 
+def yardstick(shot: Shot) -> Observations:
+    """The record's points with the noise by which the errors of all models are divided: that of the record alone."""
+    return observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset, own_scatter=False)
+
+
 def residuals_of(
     shot: Shot, run: Histories, t0: float, window: tuple[float, float] | None = None
 ) -> dict[str, tuple[float, ...]]:
     """Channel -> (simulation less record) over noise, at the record's points (in a window of its clock)."""
-    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
+    observations = yardstick(shot)
     parts = observations.split(stacked(run, observations, t0))
     found: dict[str, tuple[float, ...]] = {}
     for c in observations.channels:
@@ -60,7 +65,7 @@ def residuals_of(
 
 def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
     """Errors of a simulation against a shot's record."""
-    observations = observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset)
+    observations = yardstick(shot)
     parts = observations.split(stacked(run, observations, t0))
     rmse = {c.name: float(np.sqrt(np.mean((parts[c.name] - c.values) ** 2))) for c in observations.channels}
     return ShotError(rmse, shot_error(residuals_of(shot, run, t0)))

@@ -34,6 +34,13 @@ class Scale:
             lows=np.where(log, 0.0, dataset.lows),
             highs=np.where(log, 1.0, dataset.highs),
             units=tuple("" if one else unit for one, unit in zip(log, dataset.units, strict=True)),
+            decades={
+                name: (float(low), float(high), unit)
+                for name, low, high, unit, one in zip(
+                    dataset.names, dataset.lows, dataset.highs, dataset.units, log, strict=True
+                )
+                if one
+            },
         )
 
     def physical(self, theta: Array) -> Array:

@@ -136,7 +136,7 @@ def _left_out(found: Sequence[Found]) -> str:
 def _gaps(found: Sequence[Found]) -> str:
     shown = _list([f"{one.found['where']} ({one.model})" for one in found])
     return (
-        f"no answer is sought where too few runs of little erosion stand, {shown}: one that lies there is not found; "
+        f"no answer is sought where too few smooth runs stand, {shown}: one that lies there is not found; "
         "raise --runs, or narrow the ranges: inversion.models.NAME"
     )
 

@@ -327,7 +327,8 @@ def _overruled(name: str, unit: str, stated: float, noise: Noise, own: Noise) ->
         found = f"is not that of the record before contact ({level} over {own.freedom + LINE:.0f} points)"
     return (
         f"{plain(name)}: the noise stated ({quantity(stated, unit, 2)}, {noise.source}) {found}, which is used "
-        f"instead; correct what is stated (sensors.{name}.noise, or birdstrike import --sigma)"
+        f"instead; correct what is stated (sensors.{name.partition('@')[0]}.noise of its case, or birdstrike import "
+        "--sigma)"
     )
 
 

@@ -19,9 +19,10 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.plan import meshes
 from birdstrike.inversion.estimation.mesh_correction import fine_mesh, spread
+from birdstrike.inversion.models.candidates import with_material
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT, Sample
-from birdstrike.solver.case.case import Case, case_from_table, case_hash
+from birdstrike.solver.case.case import Case, case_hash
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator, fit_emulator
 
 GOOD_Q2 = 0.9
@@ -160,14 +161,8 @@ def _meshes(learnt: Learnt, case: Case) -> tuple[Case, Case | None]:
 
 
 def _bases(learnt: Learnt, case: Case) -> list[Case]:
-    """The case with each explanation's bird material."""
-    table = case.table
-    return [
-        case
-        if not one.material
-        else case_from_table({**table, "bird": {**table["bird"], "material": one.material}}, case.name)
-        for one in learnt.explanations
-    ]
+    """The case with each explanation's bird material; it seeks nothing of its own bird's then."""
+    return [case if not one.material else with_material(case, one.material) for one in learnt.explanations]
 
 
 def _fine_points(points: Sample) -> list[int]:

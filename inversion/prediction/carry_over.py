@@ -153,6 +153,17 @@ def refuse_another_bird(learnt: Learnt, case: Case) -> None:
         )
 
 
+def drawn_instead(learnt: Learnt, case: Case) -> list[str]:
+    """What a new case states of its bird and what is drawn from the posterior all the same."""
+    sought = {name for one in learnt.explanations for name in one.names}
+    there, here = _bird(learnt.case), _bird(case)
+    return [
+        f"{key} is {here[key]} (SI) in {case.name}; it was calibrated, and is drawn from what {learnt.folder} learnt"
+        for key in here
+        if key in sought and key in there and _differ(there[key], here[key])
+    ]
+
+
 def _bird(case: Case) -> dict[str, Any]:
     """Dotted key -> value, of the bird's method and material."""
     return {"bird.method": case.bird.method} | _flat("bird.material.", case.bird.material.model_dump(mode="python"))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from pydantic import ValidationError
+from scipy.stats import truncnorm
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
@@ -25,16 +26,18 @@ from birdstrike.inversion.prediction.learnt import (
     amplitudes,
     calibrated_error,
 )
+from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.surrogate.files import read_region
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 CALIBRATED = "calibrated"
 DRAWN = 400  # where no sample is stored
 NO_SAMPLE = (
-    "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the range where "
-    "there is none; correlations are lost"
+    "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the searched range "
+    "of what is not identified; correlations are lost"
 )
 
 
@@ -100,25 +103,30 @@ def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, .
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
     answer = found.methods[found.best or next(iter(found.methods))]
-    intervals = {name: (answer.parameters[name].value, answer.parameters[name].interval_95) for name in names}
-    vague = [plain(name) for name in names if answer.parameters[name].interval_95 is None]
+    vague = [plain(name) for name in names if not answer.parameters[name].identified]
     text = NO_SAMPLE + (f" (uniform: {', '.join(vague)})" if vague else "")
-    remedy = "where the records allow one, train-and-invert with --method emulator stores a posterior"
-    space = ParameterSpace.of_case(case)
-    return space.names, rough_draws(space, intervals, found.seed), text, [f"{text}; {remedy}"]
+    remedy = (
+        "where the records allow, train-and-invert stores one: by --method emulator or both, without --no-posterior"
+    )
+    space, kept = ParameterSpace.of_case(case), folder / "emulator.npz"
+    searched = read_region(kept) if kept.is_file() else np.stack([space.lows, space.highs])
+    return space.names, rough_draws(space, answer.parameters, searched, found.seed), text, [f"{text}; {remedy}"]
 
 
-def rough_draws(
-    space: ParameterSpace, intervals: Mapping[str, tuple[float | None, Sequence[float] | None]], seed: int
-) -> Array:
-    """(n, k) independent draws: normal from value and 95 % interval, or uniform in the scale of the range."""
+def rough_draws(space: ParameterSpace, estimates: Mapping[str, Estimate], searched: Array, seed: int) -> Array:
+    """(n, k) independent draws, SI, inside the box (2, k) in which an answer was sought.
+
+    Normal from value and 95 % interval where the parameter is identified, else uniform in the scale of the range.
+    """
     rng = np.random.default_rng(seed)
-    draws = space.to_physical(rng.random((DRAWN, len(space.names))))
+    low, high = space.to_unit(searched)
+    draws = space.to_physical(low + (high - low) * rng.random((DRAWN, len(space.names))))
     for j, name in enumerate(space.names):
-        value, interval = intervals[name]
-        if value is not None and interval is not None:
+        value, interval = estimates[name].value, estimates[name].interval_95
+        if estimates[name].identified and value is not None and interval is not None:
             sd = (interval[1] - interval[0]) / (2.0 * NORMAL_95)
-            draws[:, j] = np.clip(value + sd * rng.standard_normal(DRAWN), space.lows[j], space.highs[j])
+            bounds = (searched[:, j] - value) / sd
+            draws[:, j] = truncnorm.rvs(*bounds, value, sd, size=DRAWN, random_state=rng)
     return draws
 
 

@@ -14,6 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.identifiability.summary import DRAWS_FILE
+from birdstrike.inversion.models.scaled import Scale
 from birdstrike.inversion.prediction.from_inversion import NO_SAMPLE, rough_draws
 from birdstrike.inversion.prediction.learnt import (
     Explanation,
@@ -24,7 +25,9 @@ from birdstrike.inversion.prediction.learnt import (
     calibrated_error,
     read_results,
 )
+from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, load_case
+from birdstrike.surrogate.files import read_region
 
 LEAST = 0.02  # probability of being the best below which a model is left out
 
@@ -70,7 +73,7 @@ def _explanation(
     keys = tuple(content["models"][name]["parameters"])
     file = folder / name / DRAWS_FILE
     own_case = load_case(folder / name / shots[0].name / "case.toml")
-    table = pd.read_csv(file) if file.is_file() else _rough(content["models"][name], own_case)
+    table = pd.read_csv(file) if file.is_file() else _rough(folder / name, content["models"][name], own_case)
     draws = table[list(keys)].to_numpy(float)
     n = len(draws)
     shared, own = amplitudes(shots, name, {}, n, np.random.default_rng(0))
@@ -86,11 +89,12 @@ def _explanation(
     )
 
 
-def _rough(answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
+def _rough(folder: Path, answer: Mapping[str, Any], case: Case) -> pd.DataFrame:
     """Where no sample is stored; case: with the ranges."""
     space = ParameterSpace.of_case(case)
-    intervals = {key: (one["value"], one["interval_95"]) for key, one in answer["parameters"].items()}
-    return pd.DataFrame(rough_draws(space, intervals, 0), columns=list(space.names))
+    searched = Scale(space).physical(read_region(_present(folder.parent, folder / "emulator.npz")))
+    estimates = {key: Estimate(**one) for key, one in answer["parameters"].items()}
+    return pd.DataFrame(rough_draws(space, estimates, searched, 0), columns=list(space.names))
 
 
 def _errors(folder: Path, shot: str, models: list[str], case: Case) -> dict[str, SensorError]:

@@ -29,6 +29,7 @@ from birdstrike.inversion.prediction.campaign import run_campaign
 from birdstrike.inversion.prediction.carry_over import (
     Carried,
     carried_effects,
+    drawn_instead,
     refuse_another_bird,
     refuse_other_sensors,
 )
@@ -105,7 +106,7 @@ def predict(case: CaseSource, learnt: str | Path, out: str | Path, options: Pred
     choice, folder, new = options or PredictOptions(), Path(out), as_case(case)
     known = affordable(_only(read_learnt(Path(learnt)), choice.only), choice.budget)
     limits = _limits(new, choice.limits or {})
-    warnings = [*known.warnings, *refuse_other_sensors(known, new)]
+    warnings = [*known.warnings, *refuse_other_sensors(known, new), *drawn_instead(known, new)]
     setting, simulated = prepared(new, known, folder, choice)
     found = _assembled(setting, new, limits, simulated, warnings)
     copy_case(new, folder)

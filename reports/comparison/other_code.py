@@ -12,6 +12,8 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.reports.comparison.scores import Score, score
 
 FORCE = "N"
+SHORT = 0.98
+"""Share of our run's time that the other curve has to cover for peaks and errors to be those of the whole."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,25 @@ def curve_pairs(ours: Histories, theirs: Histories) -> tuple[CurvePair, ...]:
             for name in wrong
         )
     return tuple(_pair(name, ours, theirs) for name in shared)
+
+
+def remarks(pairs: tuple[CurvePair, ...], ours: Histories) -> list[str]:
+    """What the figures do not say: curves that end before ours, and forces whose sign is the other way round."""
+    found, end = list[str](), float(ours.time[-1])
+    short = {pair.name: float(pair.time[-1]) for pair in pairs if pair.time[-1] < SHORT * end}
+    if short:
+        names, last = ", ".join(short), max(short.values())
+        found.append(
+            f"{names}: the other curve ends at {1e3 * last:.4g} ms, the case at {1e3 * end:.4g} ms: peaks and errors "
+            "are those up to there"
+        )
+    for pair in pairs:
+        if pair.impulses is not None and pair.impulses[0] * pair.impulses[1] < 0.0:
+            found.append(
+                f"{pair.name}: the impulses have opposite signs; forces count positive in the push, so turn the other "
+                f"curve (birdstrike import --scale {pair.name}=-1)"
+            )
+    return found
 
 
 def _pair(name: str, ours: Histories, theirs: Histories) -> CurvePair:

@@ -20,9 +20,10 @@ def number(value: float, width: int) -> str:
         raise ValueError(f"{value} cannot stand in a deck")
     room = width - 1
     for digits in range(17, 0, -1):
-        text = _pointed(repr(value) if digits == 17 else f"{value:.{digits}g}")
-        if len(text) <= room:
-            return text.rjust(width)
+        plain = repr(value) if digits == 17 else f"{value:.{digits}g}"
+        for text in (_pointed(plain), _pointed(f"{value:.{digits - 1}e}")):
+            if len(text) <= room:
+                return text.rjust(width)
     raise ValueError(f"{value} does not fit into {width} columns")
 
 

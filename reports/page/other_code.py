@@ -25,12 +25,12 @@ HEAD = (
 
 
 def write_comparison_page(
-    path: Path, case: str, theirs: str, pairs: Sequence[CurvePair], files: Sequence[str | Path], missing: Sequence[str]
+    path: Path, case: str, theirs: str, pairs: Sequence[CurvePair], files: Sequence[str | Path], told: Sequence[str]
 ) -> None:
-    """theirs: what the other curves are called; files: what they were read from; missing: sensors without a curve."""
+    """theirs: what the other curves are called; files: what they were read from; told: what a reader must know."""
     blocks: list[Block] = [Paragraph(_sentence(pairs, theirs)), _table(pairs)]
-    if missing:
-        blocks.insert(0, Warnings(tuple(f"{line}: not compared" for line in missing)))
+    if told:
+        blocks.insert(0, Warnings(tuple(told)))
     curves = [_drawn(pair, theirs) for pair in pairs]
     sections = (
         Section("figures-of-merit", "How far apart the two codes are", tuple(blocks)),

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import maker_of
 
 CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
 DIAGNOSIS_FILES = ("diagnosis.json", "diagnosis.csv")
+SHOWN = ("run-doe", "train-and-invert", "diagnose", "close-the-loop", "start")
+"""Commands whose folders a report or a zip of evidence can be made of."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,13 @@ def find_parts(folder: Path, doe: Path | None = None, diagnosis: Path | None = N
     if not folder.is_dir():
         made = shlex.join(["birdstrike", "close-the-loop", "CASE", "--measured", "CSV", "--out", str(folder)])
         raise UserError(f"{folder} does not exist; make it with: {made}")
+    maker = maker_of(folder)
+    if maker not in (None, *SHOWN):
+        pages = ", ".join(map(str, sorted(folder.glob("*.html"))))
+        own = f"its own page is {pages}" if pages else "it has no page"
+        raise UserError(
+            f"{folder} was made by birdstrike {maker}, and {own}; give a folder that {', '.join(SHOWN)} made"
+        )
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):
             raise UserError(f"no {what} in {given}: it lacks {', '.join(lacking)}")

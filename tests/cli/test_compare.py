@@ -16,6 +16,7 @@ from birdstrike.data.curves import read_histories, write_histories
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Histories
+from birdstrike.solver.case.case import load_case
 from tests.data.exports.radioss_t01_writer import write_t01
 
 TIME = 5e-6 * np.arange(401)
@@ -40,6 +41,17 @@ class Formula:
 def formula(monkeypatch: pytest.MonkeyPatch) -> None:
     Formula.runs = 0
     monkeypatch.setattr(birdstrike.doe.solvers, "solver_for", lambda _: Formula())
+
+
+def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path: Path) -> None:
+    ours = Formula().simulate(load_case("demo_rig", SETTINGS))
+    turned = {name: -values if ours.units[name] == "N" else values for name, values in ours.channels.items()}
+    early = Histories(TIME[:100], {name: values[:100] for name, values in turned.items()}, ours.units)
+    write_histories(tmp_path / "theirs.csv", early)
+    found = compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings=SETTINGS)
+    assert any("ends at 0.495 ms, the case at 2 ms" in line for line in found["warnings"])
+    assert any("contact_force: the impulses have opposite signs" in line for line in found["warnings"])
+    assert "opposite signs" in (tmp_path / "out" / "compare.html").read_text(encoding="utf-8")
 
 
 def t01_of_a_deck(folder: Path) -> tuple[Path, Path]:

@@ -6,6 +6,7 @@ A constant that was sought over decades moves as the fraction of its logarithmic
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
     return View(
         title=f"Bird model {name}",
         headline=f"{place}: held-out error {model['expected']:.2f} times the noise. {combined}".strip(),
-        parameters=[_slider(key, own) for key in emulator.names],
+        parameters=[_slider(key, own, model["parameters"].get(key)) for key in emulator.names],
         systems=[emulator_table(emulator)],
         shots=[
             _shot(shot, content["speeds"][shot], own["channels"][shot], measured) for shot, measured in records.items()
@@ -60,12 +61,20 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
     )
 
 
-def _slider(key: str, own: dict[str, Any]) -> Table:
-    """Of a constant; one sought over decades says between which values its fraction runs."""
-    table = parameter(key, own["units"][key], *own["ranges"][key])
-    if key in own["logarithmic"]:
-        low, high, unit = own["logarithmic"][key]
-        table["label"] = f"{plain(key)}, share of the decades {span(low, high, unit)}"
+def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> Table:
+    """Of a constant with what is known of it; one sought over decades says between which values its fraction runs."""
+    begin, end = own["ranges"][key]
+    if key not in own["logarithmic"] or estimate is None:
+        return parameter(key, own["units"][key], begin, end, estimate)
+    low, high, unit = own["logarithmic"][key]
+
+    def share(value: float | None) -> float | None:
+        return None if value is None else math.log(value / low) / math.log(high / low)
+
+    ends = estimate["interval_95"]
+    shares = {"value": share(estimate["value"]), "interval_95": ends and [share(one) for one in ends]}
+    table = parameter(key, own["units"][key], begin, end, estimate | shares)
+    table["label"] = f"{plain(key)}, share of the decades {span(low, high, unit)}"
     return table
 
 

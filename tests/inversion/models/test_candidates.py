@@ -7,11 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.models.candidates import built, calibrated_case, candidate, literature_case, modulus_of
+from birdstrike.inversion.models.candidates import (
+    built,
+    calibrated_case,
+    candidate,
+    candidates,
+    literature_case,
+    modulus_of,
+    with_material,
+)
 from birdstrike.inversion.models.scaled import Scale
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
-from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.case import Case, case_from_table
 from tests.inversion.diagnosis.rig import tiny
 
 B, G = "bird.material.eos.B", "bird.material.eos.g"
@@ -27,6 +36,40 @@ def test_every_model_makes_a_case_with_ranges(name: str) -> None:
     assert case.parameters()
     assert case.bird.material.model == name.partition("+")[0].replace("murnaghan", "null")
     assert literature_case(candidate(name), tiny()) is not None
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("null", "grueneisen"), "names grueneisen and null, which are one model"),
+        (("murnaghan", "null+murnaghan"), "which are one model"),
+        (("null+",), '"null\\+" is no bird model'),
+    ],
+)
+def test_one_model_under_two_names_is_refused(names: tuple[str, ...], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        candidates(names)
+    assert len(candidates(("null", "murnaghan", "hydrodynamic+grueneisen"))) == 3
+
+
+def test_a_law_without_published_constants_takes_part_by_a_case_that_has_it() -> None:
+    """A table of pressures: the case's own, sought in what the material itself declares."""
+    law = {"kind": "table", "mu": [-0.1, 0.0, 0.1], "p": ["-200 MPa", "0 MPa", "300 MPa"]}
+    with pytest.raises(UserError, match="declares no constants: give a case"):
+        calibrated_case(candidate("null+table"), tiny())
+    table = tiny().table
+    bird = table["bird"] | {"material": table["bird"]["material"] | {"eos": law}}
+    own = case_from_table({**table, "bird": bird})
+    found = calibrated_case(candidate("null+table"), own)
+    assert found.bird.material.eos.kind == "table"
+    assert found.parameters()
+    assert literature_case(candidate("null+table"), own) is None
+
+
+def test_another_material_seeks_nothing_of_the_case_s_own_bird() -> None:
+    other = with_material(tiny(), candidate("elastic").literature)
+    assert other.bird.material.model == "elastic"
+    assert not [p for p in other.parameters() if p.name.startswith("bird.material.")]
 
 
 def test_murnaghan_is_a_null_bird_on_that_law_sought_over_decades() -> None:

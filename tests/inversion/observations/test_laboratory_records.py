@@ -41,7 +41,7 @@ def test_noise_that_is_stated_too_small_is_replaced_by_that_between_neighbours()
     assert found.noise.level == pytest.approx(SIGMA, rel=0.25)  # 60 degrees of freedom: 9 % at one sigma
     (said,) = found.remarks
     assert "the noise stated (0.03 mm, case) is less than the scatter of neighbouring points (0.05" in said
-    assert "sensors.displacement_centre.noise, or birdstrike import --sigma" in said
+    assert "sensors.displacement_centre.noise of its case, or birdstrike import --sigma" in said
     assert read(shot(noise=STATED)).noise.source == "case"
 
 

@@ -10,14 +10,17 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import UserError
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
 from birdstrike.inversion.prediction.answer import share_of
-from birdstrike.inversion.prediction.carry_over import carried_effects, refuse_another_bird, same_sensor
+from birdstrike.inversion.prediction.carry_over import carried_effects, drawn_instead, refuse_another_bird, same_sensor
 from birdstrike.inversion.prediction.discrepancy import realisations
 from birdstrike.inversion.prediction.distance import distance
+from birdstrike.inversion.prediction.from_inversion import rough_draws
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt, LearntShot, SensorError
 from birdstrike.inversion.prediction.predict import tears
 from birdstrike.inversion.prediction.sample import draw, shares_of, tolerances_of
+from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.solver.case.case import Case, case_from_table, load_case
 from tests.inversion.diagnosis.rig import tiny
 
@@ -236,6 +239,27 @@ def test_interval_of_no_hit_in_ten_draws() -> None:
     assert high == pytest.approx(0.2172, abs=1e-4)  # Brown, Cai & DasGupta 2001, Jeffreys' interval
 
 
+def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
+    """What is identified is normal about its value, what is not is uniform over the searched part of its range."""
+    space = ParameterSpace.of_case(load_case("synthetic_strike"))
+    ranges = np.stack([space.lows, space.highs])
+    searched = ranges.copy()
+    searched[1] = space.lows + 0.6 * (space.highs - space.lows)
+    known, *vague = space.names
+    middle, width = space.lows[0] + 0.4 * np.ptp(ranges[:, 0]), 0.1 * np.ptp(ranges[:, 0])
+    estimates = {name: Estimate(float(space.lows[j]), None, "", False, "") for j, name in enumerate(space.names)}
+    estimates[known] = Estimate(float(middle), (middle - width, middle + width), "", True, "")
+    draws = rough_draws(space, estimates, searched, 0)
+    assert (draws >= searched[0]).all()
+    assert (draws <= searched[1]).all()
+    assert draws[:, 0].mean() == pytest.approx(middle, abs=float(0.2 * width))
+    assert draws[:, 0].std() == pytest.approx(width / 1.96, rel=0.1)
+    shares = (draws[:, 1:] - searched[0, 1:]) / np.ptp(searched[:, 1:], axis=0)
+    assert vague
+    assert shares.mean(axis=0) == pytest.approx(np.full(len(vague), 0.5), abs=0.06)
+    assert shares.std(axis=0) == pytest.approx(np.full(len(vague), 12.0**-0.5), rel=0.1)
+
+
 def test_draws_of_the_angle_stay_within_its_range_at_normal_impact() -> None:
     known, case = learnt(("none", 1.0)), tiny().overlaid({"impact": {"angle": "90 deg"}})
     stated = tolerances_of(case, {"impact.angle": "1 deg", "impact.yaw": "1 deg"}, known)  # a yaw of 0 has one as well
@@ -267,7 +291,11 @@ def test_interval_of_weighted_draws_holds_their_share() -> None:
 def test_only_a_bird_of_other_constants_is_refused() -> None:
     known = learnt(("none", 1.0))
     changes = {"impact": {"speed": "120 m/s"}, "plate": {"thickness": "8 mm"}, "bird": {"particles": 400}}
-    refuse_another_bird(known, tiny().overlaid({**changes, "bird": {"material": {"viscosity": "500 Pa s"}}}))  # sought
+    thicker = tiny().overlaid({**changes, "bird": {"material": {"viscosity": "500 Pa s"}}})
+    refuse_another_bird(known, thicker)  # sought
+    (told,) = drawn_instead(known, thicker)
+    assert told.startswith("bird.material.viscosity is 500.0 (SI) in")
+    assert not drawn_instead(known, tiny().overlaid(changes))
     refuse_another_bird(known, tiny().overlaid(changes))
     with pytest.raises(UserError, match=r"bird\.method.*hexahedra.*the same bird\.method"):
         refuse_another_bird(known, tiny().overlaid({"bird": {"method": "hexahedra"}}))

@@ -135,4 +135,8 @@ def test_evidence_that_could_not_be_repeated_is_refused(tmp_path: Path, zipped: 
         evidence(folder, tmp_path / "f.zip", doe=campaign, measured=[record])
     with pytest.raises(UserError, match="does not exist; make it with: birdstrike close-the-loop"):
         evidence(tmp_path / "nothing", tmp_path / "f.zip")
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "models.json").write_text("{}")
+    with pytest.raises(UserError, match="was made by birdstrike calibrate-models, and it has no page; give a folder"):
+        evidence(tmp_path / "models", tmp_path / "f.zip")
     assert not (tmp_path / "f.zip").exists()

@@ -284,6 +284,8 @@ def test_numbers_in_columns_keep_all_digits_that_fit(value: float) -> None:
         assert text[0] == " "
         assert "." in text
         assert float(text) == pytest.approx(value, rel=0.5 * 10.0**-digits, abs=0.0)
+    for small, text in ((-3.705e-4, "-3.705e-4"), (-1.0449e-4, "-1.045e-4"), (1.5e-3, "0.0015")):
+        assert number(small, 10).strip() == text
     assert float(number(0.30000000000000004, 20)) == pytest.approx(0.3, rel=1e-15)
 
 

@@ -163,6 +163,15 @@ def test_a_material_without_a_card_is_refused_by_name() -> None:
         cards_of(Gel(), 900.0)
 
 
+def test_cards_do_not_replace_a_file_of_results(tmp_path: Path) -> None:
+    held = tmp_path / "inversion.json"
+    held.write_text("{}")
+    for deck in (True, False):
+        with pytest.raises(UserError, match="exists and is no deck"):
+            export("demo_rig", held, deck=deck)
+    assert held.read_text() == "{}"
+
+
 def test_a_law_without_a_card_is_refused_by_name(tmp_path: Path) -> None:
     path = tmp_path / "porous.toml"
     path.write_text(
