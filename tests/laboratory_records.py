@@ -389,7 +389,7 @@ KINDS = (
     Kind("clock of two digits", plain(with_noise(0.02), shown="{:.2f},{:.5f}"), word="the clock has too few digits", answer=False),
     Kind("the same with --rate", plain(with_noise(0.02), shown="{:.2f},{:.5f}"), ("--sensor", CENTRE, "--rate", "200 kHz"), 0.3),
     Kind("seconds since 1970", since_1970, word="does it count from another instant", answer=False),
-    Kind("seconds under the name of milliseconds", plain(lambda s: with_noise(0.02)(s), shown="{:.3f}e-3,{:.5f}"), word="is its clock in another unit", answer=False),
+    Kind("seconds under the name of milliseconds", plain(lambda s: with_noise(0.02)(s), shown="{:.3f}e-3,{:.5f}"), word="in another unit", answer=False),
     Kind("two channels exchanged", exchanged, ("--sensor", f"{CENTRE}=centre", "--sensor", f"{QUARTER}=quarter"), 0.3, word="change places", answer=False),
     Kind("a second channel that is constant", constant_beside, ("--sensor", f"{CENTRE}=a", "--sensor", f"{QUARTER}=b"), word="reads 9.998 mm everywhere", answer=False),
     Kind("flat top with noise on it", plain(saturated), before=0.5, word="flat, but for their noise"),

@@ -344,9 +344,10 @@ def _clock(measured: Measured, name: str) -> str:
     """From when to when a channel was read, and what may be wrong with that."""
     times, _ = measured.points(name)
     first, last = (f"{t:.10g} s" if abs(t) > 1.0 else f"{1e3 * t:.4g} ms" for t in (times[0], times[-1]))
+    shift = f' (--shift "{-times[0]:.10g} s" makes its first row 0)' if times[0] else " (--shift)"
     return (
         f"its clock runs from {first} to {last}: is it in another unit (import it again with the right --time-unit), "
-        f'or does it count from another instant (--shift "{-times[0]:.10g} s" makes its first row 0)'
+        f"or does it count from another instant{shift}"
     )
 
 
