@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -234,11 +235,12 @@ TITANIUM = {"law": "johnson_cook", "young": "112.2 GPa", "poisson": 0.339, "dens
 TITANIUM |= {"a": "1098 MPa", "b": "1092 MPa", "n": 0.93, "D": [-0.09, 0.25, -0.5, 0.014, 3.87]}
 SOFTENING = ALUMINIUM | {"law": "bilinear", "yield_stress": "345 MPa", "failure_strain": 0.05}
 SOFTENING |= {"fracture_energy": "20 kN/m"}
+HOT = {"c": 0.0, "m": 1.1, "melt": "1878.15 K", "specific_heat": "560 J/kg/K", "start": "500 K"}
 CLOSED = "closed form"
 
 
 def solve_laws(_: Computed) -> Solution:
-    """Power hardening in shear, Johnson and Cook's rate factor and damage, and the fracture energy on three sizes."""
+    """Power hardening in shear, Johnson and Cook's rate factor, heat and damage, and the fracture energy of every law."""
     layer = Layer(TARGET_LAWS.validate(POWER).row())
     for _step in range(40):
         layer.strain(np.array([0.0, 0.0, 0.002]))
@@ -265,12 +267,24 @@ def solve_laws(_: Computed) -> Solution:
         ours = 1e-3 * spent_in_softening(size)
         name = f"fracture energy with {1e3 * size:g} mm shells"
         rows.append(matches(name, ours, 20.0, "kN/m", 2.0, "fracture energy of the case"))
+    for name, beta in (("isotropic", 1.0), ("kinematic", 0.0)):
+        ours = 1e-3 * spent_in_softening(2e-3, {"tangent_modulus": "5 GPa", "beta": beta})
+        rows.append(
+            matches(f"the same while it hardens, {name}", ours, 20.0, "kN/m", 2.0, "fracture energy of the case")
+        )
+    layer = Layer(TARGET_LAWS.validate(TITANIUM | HOT).row())
+    while layer.eps_p == 0.0:
+        layer.strain(np.array([0.0, 0.0, 1e-6]))
+    truth = 1098.0 * (1.0 - ((500.0 - 298.15) / (1878.15 - 298.15)) ** 1.1) / math.sqrt(3.0)
+    rows.append(
+        matches("Johnson-Cook first yield in shear at 500 K", 1e-6 * layer.stress[2], truth, "MPa", 0.1, CLOSED)
+    )
     return Solution(tuple(rows))
 
 
-def spent_in_softening(size: float) -> float:
+def spent_in_softening(size: float, hardening: Mapping[str, object] | None = None) -> float:
     """Plastic work per area of crack after failure has begun [J/m^2], of a shell of this size [m]."""
-    layer, energy, step = Layer(TARGET_LAWS.validate(SOFTENING).row(), size), 0.0, 2e-7 / size
+    layer, energy, step = Layer(TARGET_LAWS.validate(SOFTENING | (hardening or {})).row(), size), 0.0, 2e-7 / size
     while not layer.failed:
         before, eps_p = layer.stress[2], layer.eps_p
         layer.strain(np.array([0.0, 0.0, step]))
