@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -240,7 +239,7 @@ CLOSED = "closed form"
 
 
 def solve_laws(_: Computed) -> Solution:
-    """Power hardening in shear, Johnson and Cook's rate factor, heat and damage, and the fracture energy of every law."""
+    """Power hardening in shear, Johnson and Cook's rate factor, heat and damage, the fracture energy of all."""
     layer = Layer(TARGET_LAWS.validate(POWER).row())
     for _step in range(40):
         layer.strain(np.array([0.0, 0.0, 0.002]))
@@ -282,7 +281,7 @@ def solve_laws(_: Computed) -> Solution:
     return Solution(tuple(rows))
 
 
-def spent_in_softening(size: float, hardening: Mapping[str, object] | None = None) -> float:
+def spent_in_softening(size: float, hardening: dict[str, object] | None = None) -> float:
     """Plastic work per area of crack after failure has begun [J/m^2], of a shell of this size [m]."""
     layer, energy, step = Layer(TARGET_LAWS.validate(SOFTENING | (hardening or {})).row(), size), 0.0, 2e-7 / size
     while not layer.failed:
