@@ -206,7 +206,7 @@ SENSORS = {
     "absent: the whole frame.",
     "sensors.<name>.noise": "One standard deviation, in the unit of its kind; absent: none is known.",
     "sensors.<name>.measure": "Of a strain: of a rosette at the place instead of one gauge.",
-    "sensors.<name>.direction": "Of a strain gauge, on the shell, from the tangent along the length towards the width's.",
+    "sensors.<name>.direction": "Of a strain gauge, on the shell, from the length axis towards the width's.",
     "sensors.<name>.side": "Of a strain gauge; impact: towards z > 0, of an upright shell towards x > 0.",
     "sensors.<name>.length": "Of a strain gauge, both ends on the plate; absent: a point.",
     "sensors.<name>.radius": "Of a pressure gauge; below three particle spacings it is coarse.",
