@@ -131,6 +131,8 @@ def _base(unit: str) -> tuple[Decimal, str]:
         quantity = _registry().Quantity(Decimal(1), _MEGAPSI.sub("Mpsi", text) or "dimensionless").to_base_units()
     except Exception as error:  # pint's parser raises a dozen types, among them tokenize errors
         raise UnitError(f'"{unit}" is not a unit{meant(unit)}') from error
+    if quantity.magnitude and _registry().Quantity(Decimal(0), text or "dimensionless").to_base_units().magnitude:
+        raise UnitError(f'"{unit}" does not count from zero; give the value in {ACCEPTED["K"]}')
     base = quantity._units
     return Decimal(quantity.magnitude), _dimensions().get(base, str(base))
 

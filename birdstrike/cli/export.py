@@ -34,8 +34,8 @@ class AnswerOf(StrEnum):
 
 
 DEFAULT_UNITS = next(iter(SYSTEMS))
-OTHERS = (".json", ".csv", ".toml", ".html", ".npz", ".h5", ".xlsx")
-"""Endings of results and records."""
+DECKS = (".k", ".key", ".rad", ".inc")
+"""Endings of decks, which alone are written over."""
 ENDING = {Target.lsdyna: ".k", Target.radioss: ".rad"}
 
 
@@ -71,10 +71,10 @@ def _known(to: str) -> None:
 
 def _refuse_results(out: str | Path) -> None:
     """Raise UserError where cards would replace a file of results or a record."""
-    if Path(out).is_file() and Path(out).suffix in OTHERS:
+    if Path(out).is_file() and Path(out).suffix.lower() not in DECKS:
         raise UserError(
-            f"--out {out} exists and is no deck (its name ends in {Path(out).suffix}); cards do not go into it: give a "
-            "name that ends in .k, .key, .rad or .inc"
+            f"--out {out} exists, and its name is not that of a deck; cards do not go into it: give a name that ends "
+            f"in {', '.join(DECKS)}"
         )
 
 

@@ -51,10 +51,6 @@ Factor = Callable[[str], tuple[float, str, str]]
 """A factor in words, such as "2.5 mm/V" -> number, the unit it gives, the unit it takes."""
 
 
-HEAD = 4096
-"""Bytes of a record in which its provenance stands."""
-
-
 @dataclass(frozen=True)
 class Column:
     """One column of the record as a sensor. unit: "" where the head gives it; sensor: its table in the case."""
@@ -421,9 +417,11 @@ def _si(unit: str | None) -> str | None:
 
 
 def _says_simulated(record: Path) -> bool:
-    """Whether the head of a record says so, as those that birdstrike writes do."""
-    with record.open("rb") as file:
-        return b"SIMULATED" in file.read(HEAD)
+    """Whether a record in our own format says so; what a laboratory wrote is for its owner to say."""
+    try:
+        return read_measured(record).simulated
+    except MeasuredError:
+        return False
 
 
 def _readable(value: Any) -> str:

@@ -35,38 +35,41 @@ _CONVERTED = re.compile(
 _BINOUT = re.compile(r"(?P<axis>[xyz])_(?P<what>displacement|force) (?P<number>\d+)")
 
 
+WHOLE = 0.98
+"""Share of the longest sensor's time that the clock of all has to cover."""
+
+
 def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[Histories, tuple[str, ...]]:
     """Histories of the sensors that the files hold, SI, and what is missing; raises MeasuredError where none is there.
 
-    They stand on the clock of the coarsest one, until the first of them ends. A sensor of several nodes is the sum with
-    their weights. Forces are taken positive in the push, by the sign of their impulse: codes differ here.
+    They stand on the coarsest clock of those that last longest; NaN where a sensor's own has ended. One of several
+    nodes is the sum with their weights. Forces are taken positive in the push, by the sign of their impulse: codes
+    differ here.
     """
     curves: Curves = {}
     for file in files:
         curves |= _curves(Path(file), deck)
     system = unit_system(deck.units)
     found: dict[str, Array] = {}
-    missing, clock, end = [], None, np.inf
+    missing = []
     for name, sensor in deck.sensors.items():
         made = _sensor(sensor, curves)
         if made is None:
             missing.append(f"{name} ({sensor.kind.replace('_', ' ')}) is in none of the files")
             continue
-        times, values = made
-        clock = times if clock is None or len(times) < len(clock) else clock
-        end = min(end, float(times[-1]))
-        found[name] = np.stack([times, values])
-    if clock is None:
+        found[name] = np.stack(made)
+    if not found:
         listed = ", ".join(map(str, files))
         raise MeasuredError(
             f"{listed}: no output of a sensor of {len(deck.sensors)} is there; are they of this deck, {deck.code}? "
             "Radioss' groups keep their titles of the deck, LS-DYNA's nodes their numbers"
         )
-    clock, second = clock[clock <= end], 1.0 / system.value(1.0, "s")
+    second, longest = 1.0 / system.value(1.0, "s"), max(times[-1] for times, _ in found.values())
+    clock = min((times for times, _ in found.values() if times[-1] >= WHOLE * longest), key=len)
     channels, units = {}, {}
     for name, (times, values) in found.items():
         unit = deck.sensors[name].unit
-        channels[name] = np.interp(clock, times, values) / system.value(1.0, unit)
+        channels[name] = np.interp(clock, times, values, left=np.nan, right=np.nan) / system.value(1.0, unit)
         units[name] = unit
     return Histories(clock * second, channels, units), tuple(missing)
 

@@ -33,7 +33,7 @@ def held(calibrator: Calibrator, t0: float) -> str:
     if earliest + NEAR < tau < latest - NEAR:
         return ""
     text = f"the time origin {t0 * 1e3:+.3f} ms is held by"
-    if tau <= earliest + NEAR and earliest > -FARTHEST_ORIGIN:
+    if tau <= earliest + NEAR and earliest > -FARTHEST_ORIGIN + NEAR:
         return f"{text} the end of the simulated record at {calibrator.model.end * 1e3:g} ms; raise time.end"
     return (
         f"{text} {FARTHEST_ORIGIN:g} times inversion.nuisance.time_offset = {calibrator.sigma * 1e3:g} ms; "

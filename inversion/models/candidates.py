@@ -46,7 +46,7 @@ class Candidate:
         return {"model": self.model, **table} if table and (not self.law or table["eos"]) else {}
 
     @property
-    def kind(self) -> str:
+    def eos_kind(self) -> str:
         """Its equation of state, the usual one where the name says none; "" of a model without."""
         return self.law or at(dict(self.material.literature), "eos.kind") or ""
 
@@ -59,7 +59,7 @@ class Candidate:
     @property
     def ranges(self) -> Raw:
         """Dotted case key -> range, as a case writes it, of what is sought where the case names nothing."""
-        usual = candidate(self.model).kind
+        usual = candidate(self.model).eos_kind
         own = {k: v for k, v in self.material.sought.items() if not k.startswith("eos.") or self.law in ("", usual)}
         if self.law:
             own |= {f"eos.{key}": sought for key, sought in EQUATIONS_OF_STATE[self.law].sought.items()}
@@ -67,7 +67,7 @@ class Candidate:
 
     def same_as(self, material: Any) -> bool:
         """Whether a case's table of the material is of this model."""
-        return at(material, "model") == self.model and (at(material, "eos.kind") or "") == self.kind
+        return at(material, "model") == self.model and (at(material, "eos.kind") or "") == self.eos_kind
 
 
 def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
@@ -78,7 +78,7 @@ def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
             found.append(candidate(name))
         except UserError as error:
             errors += error.errors
-    twice = sorted({c.name for c in found if [(o.model, o.kind) for o in found].count((c.model, c.kind)) > 1})
+    twice = sorted({c.name for c in found if [(o.model, o.eos_kind) for o in found].count((c.model, c.eos_kind)) > 1})
     if twice:
         errors.append(f"--models names {' and '.join(twice)}, which are one model: name it once")
     if not names:

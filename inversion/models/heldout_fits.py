@@ -13,7 +13,7 @@ from birdstrike.inversion.estimation.locate import locate
 from birdstrike.inversion.estimation.shots import Shot, joined, suffix
 from birdstrike.inversion.models.campaigns import ModelRuns, silent, verified
 from birdstrike.inversion.models.error_terms import Discrepancy, with_discrepancy
-from birdstrike.inversion.models.points import residuals_of
+from birdstrike.inversion.models.points import residuals_of, yardstick
 from birdstrike.surrogate.emulator import Emulator
 
 BLOCKS = 3  # time blocks of a single record, each left out once
@@ -66,7 +66,7 @@ class HeldOutFits:
         """Of a single record: each third in time from the other two."""
         (shot,), ((t0, _),) = self.shots, self.origins
         record, case = shot.measured, self.runs.cases[0]
-        begin, end = case.first_contact + t0, min(float(record.time[-1]), float(self.dataset.time[-1]) + t0)
+        begin, end = case.first_contact + t0, yardstick(shot).last
         edges = np.linspace(begin, end * (1.0 + 1e-9), BLOCKS + 1)
         columns = with_discrepancy(shot.columns, self.discrepancy, self.share)
         thetas = []

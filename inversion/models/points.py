@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import norm, qmc
 
@@ -12,7 +14,8 @@ from birdstrike.inversion.estimation.refinement import WIDER
 from birdstrike.inversion.estimation.shots import Shot
 from birdstrike.inversion.models.ranking import shot_error
 from birdstrike.inversion.models.results import ShotError
-from birdstrike.inversion.observations.observations import Observations, observe
+from birdstrike.inversion.observations.observations import Observations, observed
+from birdstrike.inversion.observations.reader import FARTHEST_ORIGIN, Expected
 
 
 def near_answer(located: Located, points: int, seed: int) -> Array:
@@ -45,22 +48,23 @@ def linearised_draws(located: Located, draws: int, rng: np.random.Generator) -> 
 
 
 def yardstick(shot: Shot) -> Observations:
-    """The record's points with the noise by which the errors of all models are divided: that of the record alone."""
-    return observe(shot.measured, shot.dataset, shot.options.noise, shot.options.time_offset, own_scatter=False)
+    """The record's points with the noise by which the errors of all models are divided.
+
+    By the record and the case alone, when nothing has moved yet and what scatters: the runs of each model have their
+    own first motion and scatter.
+    """
+    assert shot.case is not None, "a comparison of models has its cases"
+    offset = shot.options.time_offset
+    expected = Expected.of_campaign(shot.dataset, shot.options.noise, offset)
+    at_rest = shot.case.first_contact - FARTHEST_ORIGIN * offset
+    return observed(shot.measured, replace(expected, quiet=at_rest, runs=None))
 
 
 def residuals_of(
     shot: Shot, run: Histories, t0: float, window: tuple[float, float] | None = None
 ) -> dict[str, tuple[float, ...]]:
     """Channel -> (simulation less record) over noise, at the record's points (in a window of its clock)."""
-    observations = yardstick(shot)
-    parts = observations.split(stacked(run, observations, t0))
-    found: dict[str, tuple[float, ...]] = {}
-    for c in observations.channels:
-        kept = np.ones(len(c.times), bool) if window is None else (c.times >= window[0]) & (c.times < window[1])
-        if kept.any():
-            found[c.name] = tuple(map(float, ((parts[c.name] - c.values) / c.noise)[kept]))
-    return found
+    return _over_noise(yardstick(shot), run, t0, window)
 
 
 def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
@@ -68,4 +72,16 @@ def shot_errors(shot: Shot, run: Histories, t0: float) -> ShotError:
     observations = yardstick(shot)
     parts = observations.split(stacked(run, observations, t0))
     rmse = {c.name: float(np.sqrt(np.mean((parts[c.name] - c.values) ** 2))) for c in observations.channels}
-    return ShotError(rmse, shot_error(residuals_of(shot, run, t0)))
+    return ShotError(rmse, shot_error(_over_noise(observations, run, t0)))
+
+
+def _over_noise(
+    observations: Observations, run: Histories, t0: float, window: tuple[float, float] | None = None
+) -> dict[str, tuple[float, ...]]:
+    parts = observations.split(stacked(run, observations, t0))
+    found: dict[str, tuple[float, ...]] = {}
+    for c in observations.channels:
+        kept = np.ones(len(c.times), bool) if window is None else (c.times >= window[0]) & (c.times < window[1])
+        if kept.any():
+            found[c.name] = tuple(map(float, ((parts[c.name] - c.values) / c.noise)[kept]))
+    return found

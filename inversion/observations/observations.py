@@ -75,13 +75,7 @@ class Observations:
         return {c.name: part for c, part in zip(self.channels, np.split(stacked, ends, axis=-1), strict=True)}
 
 
-def observe(
-    measured: Measured,
-    dataset: Dataset,
-    noise: Mapping[str, float],
-    time_offset: float = 0.0,
-    own_scatter: bool = True,
-) -> Observations:
+def observe(measured: Measured, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Observations:
     """The points of a record that lie inside the runs of a campaign.
 
     Parameters
@@ -94,9 +88,6 @@ def observe(
         Sensor -> standard deviation that the case states, SI.
     time_offset : float
         Standard deviation of the time origin [s].
-    own_scatter : bool
-        Whether what the runs themselves scatter between instants is taken out of the record's noise; not where models
-        are compared, which then had a noise each.
 
     Returns
     -------
@@ -108,7 +99,11 @@ def observe(
     MeasuredError
         For a channel no run has, another unit, or no point inside the record.
     """
-    expected = Expected.of_campaign(dataset, noise, time_offset, own_scatter)
+    return observed(measured, Expected.of_campaign(dataset, noise, time_offset))
+
+
+def observed(measured: Measured, expected: Expected) -> Observations:
+    """The same by what is known of the record beforehand."""
     read = read_record(measured, expected, test_stated=False, zero=True)
     channels = tuple(
         Channel(c.name, c.unit, c.times, c.values, c.noise.sigma, c.noise.source if c.noise.known else "assumed", c)

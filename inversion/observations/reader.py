@@ -93,12 +93,8 @@ class Expected:
         return cls(units, 0.0, end - spare, case.first_contact - uncertain, noise)
 
     @classmethod
-    def of_campaign(
-        cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0, own_scatter: bool = True
-    ) -> Expected:
+    def of_campaign(cls, dataset: Dataset, noise: Mapping[str, float], time_offset: float = 0.0) -> Expected:
         """By a campaign's runs; time_offset: standard deviation of the time origin [s].
-
-        own_scatter: whether what the runs themselves scatter between instants is no noise of the record.
 
         The plate is at rest until the first curve of a run begins, less four standard deviations of the time origin.
         As much is spared at the end, at most a quarter of the record, so that the simulation still has a value for
@@ -106,8 +102,7 @@ class Expected:
         """
         start, end = float(dataset.time[0]), float(dataset.time[-1])
         reach = FARTHEST_ORIGIN * time_offset
-        spared = min(reach, LARGEST_SPARE * (end - start))
-        runs = (dataset.time, dataset.curves) if own_scatter else None
+        spared, runs = min(reach, LARGEST_SPARE * (end - start)), (dataset.time, dataset.curves)
         quiet, units = max(start, _first_motion(dataset)) - reach, dataset.channel_units
         return cls(units, start, end - spared, quiet, noise, "the campaign's case", spared, runs)
 

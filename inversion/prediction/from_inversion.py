@@ -16,6 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.estimation.coordinates import UNIFORM_SD
 from birdstrike.inversion.estimation.shots import suffix
 from birdstrike.inversion.formatting import plain
 from birdstrike.inversion.prediction.learnt import (
@@ -36,8 +37,8 @@ from birdstrike.surrogate.gaussian_process import NORMAL_95
 CALIBRATED = "calibrated"
 DRAWN = 400  # where no sample is stored
 NO_SAMPLE = (
-    "no posterior is stored: independent normal distributions from the 95 % intervals, uniform over the searched range "
-    "of what is not identified; correlations are lost"
+    "no posterior is stored: independent normal distributions from the 95 % intervals, and the prior in the searched "
+    "range of what is not identified; correlations are lost"
 )
 
 
@@ -102,31 +103,37 @@ def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, .
         draws = table[list(names)].to_numpy(float)
         unsettled = [] if figures.converged else ["the posterior's chains had not settled: the bands are rough"]
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
-    answer = found.methods[found.best or next(iter(found.methods))]
+    method = found.best or next(iter(found.methods))
+    answer = found.methods[method]
     vague = [plain(name) for name in names if not answer.parameters[name].identified]
-    text = NO_SAMPLE + (f" (uniform: {', '.join(vague)})" if vague else "")
+    text = NO_SAMPLE + (f" (prior: {', '.join(vague)})" if vague else "")
     remedy = (
         "where the records allow, train-and-invert stores one: by --method emulator or both, without --no-posterior"
     )
     space, kept = ParameterSpace.of_case(case), folder / "emulator.npz"
-    searched = read_region(kept) if kept.is_file() else np.stack([space.lows, space.highs])
+    own = method == "emulator" and kept.is_file()  # a network seeks over the whole ranges
+    searched = read_region(kept) if own else np.stack([space.lows, space.highs])
     return space.names, rough_draws(space, answer.parameters, searched, found.seed), text, [f"{text}; {remedy}"]
 
 
 def rough_draws(space: ParameterSpace, estimates: Mapping[str, Estimate], searched: Array, seed: int) -> Array:
     """(n, k) independent draws, SI, inside the box (2, k) in which an answer was sought.
 
-    Normal from value and 95 % interval where the parameter is identified, else uniform in the scale of the range.
+    Normal from value and 95 % interval where the parameter is identified, else from the prior in the scale of the
+    range: its middle and range/sqrt(12).
     """
     rng = np.random.default_rng(seed)
-    low, high = space.to_unit(searched)
-    draws = space.to_physical(low + (high - low) * rng.random((DRAWN, len(space.names))))
+    ends = space.to_unit(searched)
+    free = (ends - 0.5) / UNIFORM_SD
+    draws = space.to_physical(truncnorm.rvs(*free, 0.5, UNIFORM_SD, size=(DRAWN, len(space.names)), random_state=rng))
     for j, name in enumerate(space.names):
         value, interval = estimates[name].value, estimates[name].interval_95
-        if estimates[name].identified and value is not None and interval is not None:
-            sd = (interval[1] - interval[0]) / (2.0 * NORMAL_95)
-            bounds = (searched[:, j] - value) / sd
-            draws[:, j] = truncnorm.rvs(*bounds, value, sd, size=DRAWN, random_state=rng)
+        if not estimates[name].identified or value is None or interval is None:
+            continue
+        draws[:, j] = value
+        sd = (interval[1] - interval[0]) / (2.0 * NORMAL_95)
+        if sd > 0.0:
+            draws[:, j] = truncnorm.rvs(*(searched[:, j] - value) / sd, value, sd, size=DRAWN, random_state=rng)
     return draws
 
 

@@ -52,6 +52,7 @@ def read_models(folder: Path) -> Learnt:
         f"{len(kept)} bird models by their probability of being the best ({', '.join(kept)})",
         *([f"up to 2000 draws of {' and '.join(stored)} from the posterior ({DRAWS_FILE})"] if stored else []),
         *([f"{' and '.join(rough)}: {NO_SAMPLE}"] if rough else []),
+        "the bird's material is each model's own; what the new case states of it is not used",
         "no missing effect was looked for: run diagnose to have the explanations averaged",
     )
     return Learnt(

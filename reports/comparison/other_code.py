@@ -70,14 +70,14 @@ def curve_pairs(ours: Histories, theirs: Histories) -> tuple[CurvePair, ...]:
 
 def remarks(pairs: tuple[CurvePair, ...], ours: Histories) -> list[str]:
     """What the figures do not say: curves that end before ours, and forces whose sign is the other way round."""
-    found, end = list[str](), float(ours.time[-1])
-    short = {pair.name: float(pair.time[-1]) for pair in pairs if pair.time[-1] < SHORT * end}
-    if short:
-        names, last = ", ".join(short), max(short.values())
-        found.append(
-            f"{names}: the other curve ends at {1e3 * last:.4g} ms, the case at {1e3 * end:.4g} ms: peaks and errors "
-            "are those up to there"
-        )
+    found, begin, end = list[str](), float(ours.time[0]), float(ours.time[-1])
+    late = begin + (1.0 - SHORT) * (end - begin)
+    for pair in pairs:
+        if pair.time[0] > late or pair.time[-1] < SHORT * end:
+            found.append(
+                f"{pair.name}: the other curve covers {1e3 * pair.time[0]:.4g} to {1e3 * pair.time[-1]:.4g} ms of the "
+                f"case's {1e3 * end:.4g} ms: peaks and errors are those of that time"
+            )
     for pair in pairs:
         if pair.impulses is not None and pair.impulses[0] * pair.impulses[1] < 0.0:
             found.append(

@@ -304,7 +304,7 @@ def _output(name: str, sensor: Sensor, run: Any, order: Numbers) -> SensorOutput
     element, xi, eta = sensor.located(run)
     if sensor.kind == "strain":
         assert isinstance(sensor, Strain), "the registry's kind has one class"
-        toward, side = sensor.laid(target.mesh), 1.0 if sensor.side == "impact" else -1.0
+        toward, side = sensor.laid(target.mesh), float(sensor.face(target.mesh))
         gauge = (np.empty(0, np.int64), np.empty(0), toward, int(order[element]), side)
         return SensorOutput(name, sensor.kind, sensor.unit, *gauge)
     weights = np.array(bilinear(xi, eta))

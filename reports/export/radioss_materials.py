@@ -237,6 +237,8 @@ def _heat(material: JohnsonCook) -> tuple[float, float, float, float] | None:
             f"target.materials: start = {material.start:g} K is not reference = {material.reference:g} K, and the "
             "card has one temperature for both; export with equal ones"
         )
+    if material.heat_share == 0.0:
+        raise UserError("target.materials: heat_share = 0 has no card, which divides by it; export with one above 0")
     per_volume = material.density * material.specific_heat / material.heat_share
     return material.m, material.melt, per_volume, material.reference
 

@@ -35,10 +35,10 @@ LINEAR, POWER, TABLE = 0.0, 1.0, 2.0
 COWPER_SYMONDS, LOGARITHMIC = 0.0, 1.0
 STRAIN_LIMIT, JOHNSON_COOK = 0.0, 1.0
 CLOSEST_POINT, RADIAL = 0.0, 1.0
-EPS_P, FLOW, HEAT, WEAR, ONSET, SOFTENING = 0, 1, 2, 3, 4, 5
-MEMORY = 6
+EPS_P, FLOW, HEAT, WEAR, SOFTENING = 0, 1, 2, 3, 4
+MEMORY = 5
 """A layer's memory: plastic strain, its static flow stress [Pa], rise of temperature [K], Johnson-Cook's damage sum,
-plastic strain and von Mises stress [Pa] at which softening began."""
+plastic work of the unsoftened stress since softening began [J/m^2]."""
 
 
 @njit(cache=True)
@@ -84,9 +84,9 @@ def rate_factor(row, growth, growth_change, dt):
 
 
 @njit(cache=True)
-def remaining(row, memory, size):
-    """Share of the flow stress that heat and softening leave. size [m]: of the element, over which it softens."""
-    share = softened(row, memory, memory[EPS_P], size)
+def remaining(row, memory):
+    """Share of the flow stress that heat and softening leave."""
+    share = softened(row, memory[SOFTENING])
     if row[MELT_SPAN] > 0.0:
         hot = min(max((row[START_HEAT] + memory[HEAT]) / row[MELT_SPAN], 0.0), 1.0)
         share *= 1.0 - hot ** row[MELT_POWER]
@@ -94,27 +94,17 @@ def remaining(row, memory, size):
 
 
 @njit(cache=True)
-def softened(row, memory, eps_p, size):
-    """Share of the stress that is left at a plastic strain while the fracture energy is spent; 1 before that."""
-    if memory[SOFTENING] <= 0.0:
-        return 1.0
-    return max(1.0 - (eps_p - memory[ONSET]) * size / opening(row, memory, size), 0.0)
+def softened(row, spent):
+    """Share of the stress that is left once the unsoftened stress has done so much plastic work [J/m^2] per area.
 
-
-@njit(cache=True)
-def opening(row, memory, size):
-    """Displacement [m] over which a stress that still hardens by H falls to zero and spends the fracture energy G.
-
-    G is the integral over w of (sigma + H w/size) (1 - w/opening), with H as it is when softening begins.
+    1 - W/2G: its integral over W, up to where nothing is left, is the fracture energy G, whatever the metal hardens.
     """
-    stress, energy = memory[SOFTENING], row[FRACTURE_ENERGY]
-    modulus = hardened(row, memory[ONSET])[1] + row[KINEMATIC]
-    return 2.0 * energy / (0.5 * stress + math.sqrt(0.25 * stress * stress + 2.0 / 3.0 * modulus * energy / size))
+    return max(1.0 - 0.5 * spent / row[FRACTURE_ENERGY], 0.0) if spent > 0.0 else 1.0
 
 
 def first_flow(row):
     """Flow stress [Pa] of a layer that has not yielded yet, at the temperature at which it starts."""
-    return hardened(row, 0.0)[0] * remaining(row, np.zeros(MEMORY), 1.0)
+    return hardened(row, 0.0)[0] * remaining(row, np.zeros(MEMORY))
 
 
 @njit(cache=True)
@@ -140,7 +130,8 @@ def strain_at_fracture(row, stress, rate, memory):
 def worn_out(row, stress, memory, growth, size, dt):
     """Age a layer by the growth of its plastic strain in dt [s]; whether it has failed.
 
-    Softening begins from the stress that the layer then carries, with what the strain's rate and its history add to it.
+    Once softening has begun the plastic work of the unsoftened stress adds up, per area of a crack across an element of
+    this size [m]; with what rate and history add to that stress.
     """
     if row[DAMAGE] == STRAIN_LIMIT:
         begun = memory[EPS_P] >= row[FAILURE]
@@ -151,6 +142,7 @@ def worn_out(row, stress, memory, growth, size, dt):
         begun = memory[WEAR] >= 1.0
     if not begun or row[FRACTURE_ENERGY] <= 0.0:
         return begun
-    if memory[SOFTENING] <= 0.0:
-        memory[ONSET], memory[SOFTENING] = memory[EPS_P], max(von_mises(stress), 1e-6 * row[YIELD])
-    return (memory[EPS_P] - memory[ONSET]) * size >= opening(row, memory, size)
+    left = softened(row, memory[SOFTENING])
+    if left > 0.0:
+        memory[SOFTENING] += size * von_mises(stress) * growth / left
+    return softened(row, memory[SOFTENING]) <= 0.0

@@ -25,6 +25,7 @@ from birdstrike.solver.kernels.metal import (
     HEATING,
     KINEMATIC,
     LINEAR,
+    MELT_SPAN,
     POISSON,
     RADIAL,
     RATE_C,
@@ -162,16 +163,16 @@ def queue_length(entries):
 def is_plain(row):
     """Whether a law is linear hardening alone: no rate, heat, softening or damage sum, an end at once if any."""
     straight = row[HARDENING] == LINEAR and not row[RATE_C] > 0.0
-    return straight and row[HEATING] == 0.0 and row[DAMAGE] == STRAIN_LIMIT and not row[FRACTURE_ENERGY] > 0.0
+    return straight and row[MELT_SPAN] == 0.0 and row[DAMAGE] == STRAIN_LIMIT and not row[FRACTURE_ENERGY] > 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def hardening_bound(row, memory, size):
+def hardening_bound(row, memory):
     """Of a law that is not plain: share of the flow stress that heat and softening leave, and a straight hardening.
 
     Where hardening is no straight line, the flow stress as it is now takes its place.
     """
-    share = remaining(row, memory, size)
+    share = remaining(row, memory)
     if row[HARDENING] == LINEAR:
         return share, row[CONSTANTS], row[CONSTANTS + 1]
     return share, hardened(row, memory[EPS_P])[0], 0.0
@@ -249,11 +250,11 @@ def returned(multiplier, plus, minus, shear, slope_plus, slope_rest):
 
 
 @njit(cache=True, error_model="numpy")
-def return_by_law(queue, at, row, memory, size, dt):
+def return_by_law(queue, at, row, memory, dt):
     """Return a queued layer whose law is not plain by the whole of its law; at: `place_of` its entry."""
     trial = (queue[at + PLUS], queue[at + MINUS], queue[at + SHEAR])
     divisors = (queue[at + SLOPE_PLUS], queue[at + SLOPE_REST])
-    share = remaining(row, memory, size)
+    share = remaining(row, memory)
     multiplier = queue[at + MULTIPLIER]
     multiplier = plastic_multiplier(multiplier, trial, divisors, memory[EPS_P], share, row, dt)
     plus, minus, shear, norm, growth = returned(multiplier, trial[0], trial[1], trial[2], divisors[0], divisors[1])
@@ -280,16 +281,16 @@ def age(row, stress, back, moved, memory, growth, size, dt):
     moved: by what the back stress has just moved, xx yy xy [Pa]. It softens as the flow stress does, and the stress
     with it.
     """
-    before = softened(row, memory, memory[EPS_P] - growth, size)
+    before = softened(row, memory[SOFTENING])
     failed = worn_out(row, stress, memory, growth, size, dt)
     if row[KINEMATIC] > 0.0 and memory[SOFTENING] > 0.0:
-        left = softened(row, memory, memory[EPS_P], size)
+        left = softened(row, memory[SOFTENING])
         kept = left / before if before > 0.0 else 0.0
         for i in range(3):
             lost = (1.0 - kept) * (back[i] - moved[i]) + (1.0 - left) * moved[i]
             stress[i] -= lost
             back[i] -= lost
-    memory[FLOW] = remaining(row, memory, size) * hardened(row, memory[EPS_P])[0]
+    memory[FLOW] = remaining(row, memory) * hardened(row, memory[EPS_P])[0]
     return failed
 
 
@@ -304,11 +305,11 @@ def return_to_yield(stress, back, memory, row, size, dt):
     if within_yield(xi_x, xi_y, shear, memory[FLOW]):
         return False
     queue = np.empty(queue_length(1))
-    bound = hardening_bound(row, memory, size)
+    bound = hardening_bound(row, memory)
     enqueue(queue, 0, parts(xi_x, xi_y, shear), slopes(row), memory[EPS_P], bound, row[YIELD])
     return_queue(queue, 1)
     at = place_of(0)
-    return_by_law(queue, at, row, memory, size, dt)
+    return_by_law(queue, at, row, memory, dt)
     xi_x, xi_y, shear, back_x, back_y, back_xy = relative_stress(queue, at, row[KINEMATIC])
     back[0] += back_x
     back[1] += back_y

@@ -41,7 +41,7 @@ def moduli(law):
 
 
 @njit(cache=True, error_model="numpy")
-def try_layers(begin, end, strain, alive, sections, moduli, layers, size, queue, beyond, weights):
+def try_layers(begin, end, strain, alive, sections, moduli, layers, queue, beyond, weights):
     """Elastic trial of the layers of these elements; those beyond yield are queued. Returns how many.
 
     out: beyond (q, 2), element and layer of each that is queued; weights (end - begin, 3): of the layers that stand,
@@ -74,7 +74,7 @@ def try_layers(begin, end, strain, alive, sections, moduli, layers, size, queue,
                 continue
             bound = (1.0, law[layer, CONSTANTS], law[layer, CONSTANTS + 1])
             if not plain[layer]:
-                bound = hardening_bound(law[layer], memory[e, k], size[e])
+                bound = hardening_bound(law[layer], memory[e, k])
             trial, divisors = parts(xi_x, xi_y, xi_xy), (slope[layer, 0], slope[layer, 1])
             enqueue(queue, queued, trial, divisors, memory[e, k, EPS_P], bound, law[layer, YIELD])
             beyond[queued, 0], beyond[queued, 1] = e, k
@@ -95,7 +95,7 @@ def settle_layers(begin, queued, sections, plain, layers, size, dt, queue, beyon
         e, k, at = beyond[entry, 0], beyond[entry, 1], place_of(entry)
         layer = first[section[e]] + k
         if not plain[layer]:
-            return_by_law(queue, at, law[layer], memory[e, k], size[e], dt)
+            return_by_law(queue, at, law[layer], memory[e, k], dt)
         xx, yy, xy, back_x, back_y, back_xy = relative_stress(queue, at, law[layer, KINEMATIC])
         back[e, k, 0] += back_x
         back[e, k, 1] += back_y
@@ -167,7 +167,7 @@ def update_shell_stress(strain, area, alive, sections, size, dt, layers, resulta
         begin, end = block * BLOCK, min((block + 1) * BLOCK, elements)
         queue, beyond = np.empty(queue_length(BLOCK * most)), np.empty((BLOCK * most, 2), np.int64)
         weights = np.empty((BLOCK, 3))
-        queued = try_layers(begin, end, strain, alive, sections, of_layers, layers, size, queue, beyond, weights)
+        queued = try_layers(begin, end, strain, alive, sections, of_layers, layers, queue, beyond, weights)
         return_queue(queue, queued)
         settle_layers(begin, queued, sections, of_layers[3], layers, size, dt, queue, beyond, weights)
         sum_layers(begin, end, strain, area, alive, sections, layers[0], weights, resultant, work)

@@ -10,6 +10,8 @@ from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_
 from birdstrike.solver.target.mesh import ShellMesh, centres_of
 
 INSIDE = 1.0 + 1e-9
+STEEPEST = 0.01
+"""Component along z of the normal of a shell that stands upright."""
 AT_A_NODE = 1e-9
 """Share of a node below which a point lies on the side or the nodes opposite."""
 
@@ -56,11 +58,16 @@ def point_at(mesh: ShellMesh, element: int, xi: float, eta: float, points: Array
     return np.array(bilinear(xi, eta)) @ (mesh.nodes if points is None else points)[mesh.quads[element]]
 
 
-def tangents(mesh: ShellMesh, element: int) -> Array:
-    """Unit vectors (2, 3) in a facet: along the length of `mesh.surface`, and across it on the width's side."""
+def tangents(mesh: ShellMesh, element: int) -> Array | None:
+    """Unit vectors (2, 3) in a facet: along the length of `mesh.surface`, and across it on the width's side.
+
+    None where it stands upright, so that length and width do not span it.
+    """
     corners = mesh.quads[element]
     flat, points = mesh.surface[corners], mesh.nodes[corners]
     slopes = np.linalg.lstsq(flat - flat.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
+    if abs(normal_of(mesh, element)[2]) < STEEPEST:
+        return None
     first = slopes[0] / np.linalg.norm(slopes[0])
     second = slopes[1] - (slopes[1] @ first) * first
     return np.stack([first, second / np.linalg.norm(second)])

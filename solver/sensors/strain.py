@@ -32,8 +32,8 @@ LEVEL = 0.7
 """Cosine from which on two shells of an assembly are one surface to a gauge."""
 UPRIGHT = 0.999
 """Cosine of a gauge's direction to the shell's normal beyond which it has none in the shell."""
-UPRIGHT_NORMAL = 1e-6
-"""Component of a shell's normal below which the shell is parallel to that axis."""
+UPRIGHT_NORMAL = 0.01
+"""Component of a shell's normal below which the shell is taken as parallel to that axis: files round their nodes."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
 DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
@@ -67,19 +67,21 @@ class Strain(Placed):
 
         element = self.on(mesh)[0]
         if self.along is None:
-            first, second = tangents(mesh, element)
-            return math.cos(self.direction) * first + math.sin(self.direction) * second
+            axes = tangents(mesh, element)
+            assert axes is not None, "`misplaced` has refused it"
+            return np.array([math.cos(self.direction), math.sin(self.direction)]) @ axes
         normal, given = normal_of(mesh, element), np.array(self.along)
         toward = given - (given @ normal) * normal
         return toward / np.linalg.norm(toward)
 
     def shifted(self, by: float, mesh: ShellMesh) -> Strain:
         """The gauge moved along itself [m], on a plate along its surface."""
-        if self.point is None and not mesh.parts:
-            x, y = np.array(self.at) + by * np.array([math.cos(self.direction), math.sin(self.direction)])
-            return self.model_copy(update={"at": (float(x), float(y))})
-        from birdstrike.solver.sensors.places import point_at  # late: it brings in compiled kernels
+        from birdstrike.solver.sensors.places import point_at, tangents  # late: it brings in compiled kernels
 
+        axes = tangents(mesh, self.on(mesh)[0]) if self.point is None and not mesh.parts else None
+        if axes is not None:
+            x, y = np.array(self.at) + by * (axes @ self.laid(mesh))
+            return self.model_copy(update={"at": (float(x), float(y))})
         moved = point_at(mesh, *self.on(mesh)) + by * self.laid(mesh)
         return self.model_copy(update={"point": tuple(float(c) for c in moved)})
 
@@ -89,12 +91,23 @@ class Strain(Placed):
         for share in (-0.5, 0.5) if self.length else ():
             yield "length", self.shifted(share * (self.length or 0.0), mesh)
 
-    def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
-        """Its direction has a component in the shell."""
+    def face(self, mesh: ShellMesh) -> int:
+        """1 where it sits on the side to which its shell's own normal points, else -1; shells may be wound anyhow."""
         from birdstrike.solver.sensors.places import normal_of  # late: it brings in compiled kernels
 
-        given = None if self.along is None else np.array(self.along)
-        if given is not None and abs(given @ normal_of(mesh, self.on(mesh)[0])) > UPRIGHT * np.linalg.norm(given):
+        return facing(normal_of(mesh, self.on(mesh)[0])) * (1 if self.side == "impact" else -1)
+
+    def misplaced(self, name: str, mesh: ShellMesh, /) -> Iterator[str]:
+        """Its direction has a component in the shell."""
+        from birdstrike.solver.sensors.places import normal_of, tangents  # late: it brings in compiled kernels
+
+        element, given = self.on(mesh)[0], None if self.along is None else np.array(self.along)
+        if given is None and tangents(mesh, element) is None:
+            yield (
+                f"sensors.{name}: the shell under the gauge stands upright, where its direction cannot be counted from "
+                f"the length axis; give sensors.{name}.along, a direction in space"
+            )
+        elif given is not None and abs(given @ normal_of(mesh, element)) > UPRIGHT * np.linalg.norm(given):
             yield (
                 f"sensors.{name}.along = {given.tolist()} is normal to the shell under the gauge, which has no "
                 "strain that way; give a direction in the shell"
@@ -149,7 +162,7 @@ def _ends(name: str, table: Mapping[str, Any], plate: PlateText) -> Iterator[str
     """Both ends of a gauge lie on the plate, as its middle does."""
     length, turned = LENGTH.valid(table.get("length")), DIRECTION.valid(table.get("direction", "0 deg"))
     place = table.get("at", ["0 mm", "0 mm"])
-    if length is None or turned is None or not isinstance(place, list):
+    if length is None or turned is None or not isinstance(place, list) or "along" in table:  # else by `misplaced`
         return
     for text, key, reach in zip(place, ("length", "width"), (math.cos(turned), math.sin(turned)), strict=False):
         offset, size = PLACE.valid(text), plate.sizes[key]
@@ -175,11 +188,7 @@ def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
     """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
     plate, toward = run.plate, sensor.laid(run.plate.mesh)
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
-    element = sensor.located(run)[0]
-    side = run.contact.side
-    if plate.mesh.parts:  # whose shells may be wound anyhow
-        side = facing(plate.frames(np.array([element]))[0, 6:])
-    height = plate.skin[element] * (side * (1.0 if sensor.side == "impact" else -1.0))
+    height = plate.skin[sensor.located(run)[0]] * sensor.face(plate.mesh)
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
         moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step, plate.mesh) if step else sensor

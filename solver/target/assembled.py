@@ -98,14 +98,14 @@ def shells_of(parts: PartMesh) -> ShellMesh:
     return replace(shell_mesh(parts.nodes, parts.quads), parts=facets)
 
 
-def held_lengths(parts: PartMesh, sets: list[str]) -> dict[str, Array]:
-    """Length of free border that belongs to each node by each of the sets that hold, (m,) [m].
+def held_lengths(parts: PartMesh, names: list[str]) -> dict[str, Array]:
+    """Length of free border that belongs to each node by each of the named sets, which hold, (m,) [m].
 
     Half of either side whose two ends lie in the set, and half of those between two sets that no set holds whole.
     """
     sides = border_sides(parts.quads)
     half = 0.5 * np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)[:, None]
-    within = {name: np.isin(sides, parts.sets[name]) for name in sets}
+    within = {name: np.isin(sides, parts.sets[name]) for name in names}
     held, whole = np.zeros(sides.shape, np.bool_), np.zeros(len(sides), np.bool_)
     for ends in within.values():
         held |= ends

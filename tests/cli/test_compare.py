@@ -49,7 +49,7 @@ def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path
     early = Histories(TIME[:100], {name: values[:100] for name, values in turned.items()}, ours.units)
     write_histories(tmp_path / "theirs.csv", early)
     found = compare("demo_rig", tmp_path / "theirs.csv", tmp_path / "out", settings=SETTINGS)
-    assert any("ends at 0.495 ms, the case at 2 ms" in line for line in found["warnings"])
+    assert any("covers 0 to 0.495 ms of the case's 2 ms" in line for line in found["warnings"])
     assert any("contact_force: the impulses have opposite signs" in line for line in found["warnings"])
     assert "opposite signs" in (tmp_path / "out" / "compare.html").read_text(encoding="utf-8")
 

@@ -88,6 +88,13 @@ def test_a_unit_that_is_not_listed_is_read_too() -> None:
     assert to_si("1 min", "s") == 60.0  # not a thousandth of an inch
 
 
+@pytest.mark.parametrize("unit", ["degC", "degF"])
+def test_a_unit_that_does_not_count_from_zero_is_refused(unit: str) -> None:
+    with pytest.raises(UnitError):
+        to_si(f"25 {unit}", "K")
+    assert to_si("25 K", "K") == 25.0
+
+
 @given(finite)
 def test_a_written_quantity_reads_back_to_the_same_double(value: float) -> None:
     for unit in ACCEPTED:

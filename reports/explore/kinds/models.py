@@ -64,16 +64,20 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
 def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> Table:
     """Of a constant with what is known of it; one sought over decades says between which values its fraction runs."""
     begin, end = own["ranges"][key]
-    if key not in own["logarithmic"] or estimate is None:
+    if key not in own["logarithmic"]:
         return parameter(key, own["units"][key], begin, end, estimate)
     low, high, unit = own["logarithmic"][key]
 
     def share(value: float | None) -> float | None:
         return None if value is None else math.log(value / low) / math.log(high / low)
 
-    ends = estimate["interval_95"]
-    shares = {"value": share(estimate["value"]), "interval_95": ends and [share(one) for one in ends]}
-    table = parameter(key, own["units"][key], begin, end, estimate | shares)
+    if estimate is not None:
+        ends = estimate["interval_95"]
+        estimate = estimate | {
+            "value": share(estimate["value"]),
+            "interval_95": ends and [share(one) for one in ends],
+        }
+    table = parameter(key, own["units"][key], begin, end, estimate)
     table["label"] = f"{plain(key)}, share of the decades {span(low, high, unit)}"
     return table
 

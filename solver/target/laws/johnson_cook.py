@@ -44,8 +44,9 @@ class JohnsonCook(Metal):
         if len(given) == 1:
             other = "specific_heat" if given[0] == "melt" else "melt"
             yield f"{prefix}.{given[0]} needs {prefix}.{other}: softening by heat takes both; leave both out for none"
-        if "start" in raw and not given:
-            yield f"{prefix}.start = {raw['start']} does nothing alone; give {prefix}'s melt and specific_heat too"
+        for key in ("start", "reference", "m", "heat_share"):
+            if key in raw and not given:
+                yield f"{prefix}.{key} = {raw[key]} does nothing alone; give {prefix}'s melt and specific_heat too"
         melt, start = si_in(cls, raw, "melt"), si_in(cls, raw, "start") or 298.15
         reference = si_in(cls, raw, "reference") or 298.15
         if melt is not None and melt <= max(start, reference):

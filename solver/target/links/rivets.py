@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 CONSTANTS = 8
-TOUCHING = 1e-9  # m: mid-surfaces no farther apart are in one plane, and which sheet lies in front cannot be told
+TOUCHING = 1e-6  # m: mid-surfaces no farther apart are in one plane (files round their nodes), and none is the first
 FARTHEST = 0.02  # m, between the mid-surfaces that a rivet joins
 
 
@@ -35,10 +35,10 @@ class RivetData:
     shear: float
     exponents: tuple[float, float] = (2.0, 2.0)
 
-    def row(self, strength: float = ONE_WAY) -> Array:
-        """As the kernel reads it, see `kernels.links.rivet_forces`; strength: NO_LIMIT, ONE_WAY or EITHER_WAY."""
+    def row(self, limit: float = ONE_WAY) -> Array:
+        """As the kernel reads it, see `kernels.links.rivet_forces`; limit: NO_LIMIT, ONE_WAY or EITHER_WAY."""
         springs = (self.along, self.across, self.rotational)
-        return np.array([*springs, self.tension, self.shear, *self.exponents, strength])
+        return np.array([*springs, self.tension, self.shear, *self.exponents, limit])
 
 
 class Rivets:

@@ -77,6 +77,18 @@ def test_a_far_trigger_is_named_as_what_holds_the_time_origin(dataset: Dataset, 
     assert "time.end" not in warnings[0]
 
 
+def test_a_record_cut_where_the_clock_needs_it_is_never_held_by_the_simulations_end(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    """The last point at end - 4 sigma, rounded either way: what holds an early clock is the nuisance."""
+    for sigma in (0.04e-3, 0.07e-3, 0.0371e-3):
+        times = np.linspace(0.3e-3, 3.0e-3 - 4.0 * sigma, 12)
+        problem = calibrator(dataset, emulator, record(truth(0.5), times, t0=-6.0 * sigma), 5e-6, sigma=sigma)
+        _, warnings = time_origin(problem, problem.fit())
+        assert "raise it" in warnings[0]
+        assert "time.end" not in warnings[0]
+
+
 def covers(mode_sets: list[tuple[tuple[Mode, ...], np.ndarray]]) -> np.ndarray:
     """(truths, k) whether each interval holds its truth."""
     return np.array([(intervals(m)[:, 0] <= z) & (z <= intervals(m)[:, 1]) for m, z in mode_sets])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import truncnorm
 
 from birdstrike.data.errors import UserError
 from birdstrike.doe.designs.space import ParameterSpace
@@ -240,7 +241,7 @@ def test_interval_of_no_hit_in_ten_draws() -> None:
 
 
 def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
-    """What is identified is normal about its value, what is not is uniform over the searched part of its range."""
+    """What is identified is normal about its value, what is not has its prior in the searched part of its range."""
     space = ParameterSpace.of_case(load_case("synthetic_strike"))
     ranges = np.stack([space.lows, space.highs])
     searched = ranges.copy()
@@ -254,10 +255,15 @@ def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
     assert (draws <= searched[1]).all()
     assert draws[:, 0].mean() == pytest.approx(middle, abs=float(0.2 * width))
     assert draws[:, 0].std() == pytest.approx(width / 1.96, rel=0.1)
-    shares = (draws[:, 1:] - searched[0, 1:]) / np.ptp(searched[:, 1:], axis=0)
+    shares = (draws[:, 1:] - space.lows[1:]) / np.ptp(ranges[:, 1:], axis=0)
+    low, high = np.sqrt(12.0) * (np.array([0.0, 0.6]) - 0.5)
     assert vague
-    assert shares.mean(axis=0) == pytest.approx(np.full(len(vague), 0.5), abs=0.06)
-    assert shares.std(axis=0) == pytest.approx(np.full(len(vague), 12.0**-0.5), rel=0.1)
+    assert shares.mean(axis=0) == pytest.approx(
+        np.full(len(vague), truncnorm.mean(low, high, 0.5, 12.0**-0.5)), abs=0.04
+    )
+    assert shares.std(axis=0) == pytest.approx(np.full(len(vague), truncnorm.std(low, high, 0.5, 12.0**-0.5)), rel=0.1)
+    estimates[known] = Estimate(float(space.highs[0]), (float(space.highs[0]),) * 2, "", True, "")
+    assert (rough_draws(space, estimates, ranges, 0)[:, 0] == space.highs[0]).all(), "an interval without width"
 
 
 def test_draws_of_the_angle_stay_within_its_range_at_normal_impact() -> None:

@@ -167,7 +167,7 @@ def test_cards_do_not_replace_a_file_of_results(tmp_path: Path) -> None:
     held = tmp_path / "inversion.json"
     held.write_text("{}")
     for deck in (True, False):
-        with pytest.raises(UserError, match="exists and is no deck"):
+        with pytest.raises(UserError, match="exists, and its name is not that of a deck"):
             export("demo_rig", held, deck=deck)
     assert held.read_text() == "{}"
 

@@ -42,7 +42,7 @@ def read(
     plate: Target, sensors: dict[str, dict[str, Any]], gradient: np.ndarray, bend: float = 0.0
 ) -> dict[str, float]:
     """Readings after one step of 1 s of the displacement field gradient @ x, and of bending about y."""
-    run: Any = SimpleNamespace(plate=plate, contact=SimpleNamespace(side=1, spacing=5e-3))
+    run: Any = SimpleNamespace(plate=plate, contact=SimpleNamespace(spacing=5e-3))
     found = readings({name: SENSORS.validate(table) for name, table in sensors.items()}, run)
     plate.v[:] = plate.x @ gradient.T
     if bend:
@@ -96,7 +96,7 @@ def test_the_impact_side_of_an_upright_web_does_not_hang_on_how_its_shells_are_w
     sensors = {
         side: {"kind": "strain", "along": [0.0, 0.0, -1.0], "side": side, **ON_WEB} for side in ("impact", "back")
     }
-    run: Any = SimpleNamespace(contact=SimpleNamespace(side=1, spacing=5e-3))
+    run: Any = SimpleNamespace(contact=SimpleNamespace(spacing=5e-3))
     for target in (panel(), wound_anyhow()):
         run.plate = target
         found = readings({name: SENSORS.validate(table) for name, table in sensors.items()}, run)
@@ -154,6 +154,11 @@ def test_names_and_places_that_the_target_has_not_are_told(case, sensor, said):
             "openradioss_panel",
             {"kind": "strain", "point": ["20 mm", "0 mm", "0 mm"], "along": [0.0, 0.0, 1.0]},
             "is normal to the shell under the gauge",
+        ),
+        (
+            "openradioss_panel",
+            {"kind": "strain", "point": ["100 mm", "30 mm", "-20 mm"], "part": "stiffeners"},
+            "stands upright, where its direction cannot be counted",
         ),
         ("reference_strike", {"point": ["0 mm", "0 mm", "900 mm"]}, "900 mm off the target's shells"),
     ],

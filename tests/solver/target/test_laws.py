@@ -201,34 +201,35 @@ def test_a_start_temperature_without_what_softens_by_it_is_refused():
 FLAT = BILINEAR | {"tangent_modulus": "0 MPa"}
 
 
+@pytest.mark.parametrize("size", [4e-3, 2e-3, 1e-3])
 @pytest.mark.parametrize(
-    ("table", "size", "over"),
+    "table",
     [
-        (FLAT, 4e-3, 0.0),
-        (FLAT, 2e-3, 0.0),
-        (FLAT, 1e-3, 0.0),
-        (FLAT | {"rate_c": "100 1/s", "rate_p": 1.0}, 2e-3, 0.1),
-        (BILINEAR | {"tangent_modulus": "5 GPa", "beta": 1.0}, 2e-3, 0.0),
-        (BILINEAR | {"tangent_modulus": "5 GPa", "beta": 0.0}, 2e-3, 0.0),
-        (TITANIUM, 2e-3, 0.05),
+        FLAT,
+        FLAT | {"rate_c": "100 1/s", "rate_p": 1.0},
+        BILINEAR | {"tangent_modulus": "5 GPa", "beta": 1.0},
+        BILINEAR | {"tangent_modulus": "5 GPa", "beta": 0.0},
+        POWER,
+        TABLE,
+        TITANIUM | HEAT,
     ],
-    ids=["4 mm", "2 mm", "1 mm", "rate", "isotropic", "kinematic", "johnson_cook"],
+    ids=["flat", "rate", "isotropic", "kinematic", "power", "table", "johnson_cook"],
 )
-def test_fracture_energy_is_spent_on_every_mesh_by_every_law(table, size, over):
+def test_fracture_energy_is_spent_on_every_mesh_by_every_law(table, size):
     """Beyond the failure strain an element softens: its plastic work per area of crack is the fracture energy, G_f.
 
-    over: what its rate adds comes on top, for it strains faster as it unloads; the shear strain grows by 100/s.
+    Whatever it hardens meanwhile, by its strain or because it strains faster as it unloads; the strain grows by 100/s.
     """
-    layer = layer_of(table | {"failure_strain": 0.05, "fracture_energy": "20 kN/m"}, size)
+    layer = layer_of(table | {"failure_strain": 0.01, "fracture_energy": "60 kN/m"}, size)
     energy, step, steps = 0.0, 2e-4 * 1e-3 / size, 0
     while not layer.failed:
         before, eps_p = layer.stress[2], layer.eps_p
         layer.strain(np.array([0.0, 0.0, step]), step / 100.0)
-        growth = (layer.eps_p - eps_p) * (layer.eps_p > 0.05)
+        growth = (layer.eps_p - eps_p) * (layer.eps_p > 0.01)
         energy += math.sqrt(3.0) * 0.5 * (before + layer.stress[2]) * growth * size
         steps += 1
         assert steps < 200000
-    assert energy == pytest.approx(20e3 * (1.0 + 0.5 * over), rel=0.02 + 0.5 * over)
+    assert energy == pytest.approx(60e3, rel=0.02)
 
 
 def test_a_layer_without_failure_never_fails():
