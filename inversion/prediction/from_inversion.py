@@ -125,7 +125,9 @@ def rough_draws(space: ParameterSpace, estimates: Mapping[str, Estimate], search
     rng = np.random.default_rng(seed)
     ends = space.to_unit(searched)
     free = (ends - 0.5) / UNIFORM_SD
-    draws = space.to_physical(truncnorm.rvs(*free, 0.5, UNIFORM_SD, size=(DRAWN, len(space.names)), random_state=rng))
+    shape = (DRAWN, len(space.names))
+    shares = np.asarray(truncnorm.rvs(*free, 0.5, UNIFORM_SD, size=shape, random_state=rng), dtype=np.float64)
+    draws = space.to_physical(shares)
     for j, name in enumerate(space.names):
         value, interval = estimates[name].value, estimates[name].interval_95
         if not estimates[name].identified or value is None or interval is None:

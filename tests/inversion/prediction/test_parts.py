@@ -262,7 +262,8 @@ def test_rough_draws_keep_to_where_an_answer_was_sought() -> None:
         np.full(len(vague), truncnorm.mean(low, high, 0.5, 12.0**-0.5)), abs=0.04
     )
     assert shares.std(axis=0) == pytest.approx(np.full(len(vague), truncnorm.std(low, high, 0.5, 12.0**-0.5)), rel=0.1)
-    estimates[known] = Estimate(float(space.highs[0]), (float(space.highs[0]),) * 2, "", True, "")
+    end = float(space.highs[0])
+    estimates[known] = Estimate(end, (end, end), "", True, "")
     assert (rough_draws(space, estimates, ranges, 0)[:, 0] == space.highs[0]).all(), "an interval without width"
 
 
