@@ -209,7 +209,9 @@ def _prior(shown: Array, chance: Array, change: float, design: Array) -> Array:
 
 
 def _log_evidence(design: Array, scores: Array, prior: Array, left: float) -> float:
-    """Of the half differences' scores (pairs, components), each direction weighed as one observation."""
+    """Of the half differences' scores (pairs, components), each direction weighed as one observation; 0 of none."""
+    if not scores.any():
+        return 0.0
     K = design * prior @ design.T + left * np.eye(len(design))
     independent = float((scores**2).sum() ** 2 / ((scores**2).sum(axis=0) ** 2).sum())
     logdet = float(np.linalg.slogdet(K)[1])

@@ -65,7 +65,7 @@ class Setup:
         """(r, channels * m) rows whose products sum to the covariance by which single runs differ; none before the
         changes.
 
-        Of mean square 1 over each channel. Pairs by the dozen show a tenth of the directions of a record, so that
+        Of mean square 1 over each channel, 0 over one that no simulation has moved. Pairs by the dozen show a tenth of the directions of a record, so that
         their covariance, of means over `SCATTER_BLOCKS` parts of the time, is shrunk (`surrogate.run_scatter`).
         """
         channels = len(self.channels)
@@ -74,7 +74,8 @@ class Setup:
         draws = np.split(scatter(self.changes, channels), channels, axis=1)
         means, middle = [in_parts(one, SCATTER_BLOCKS) for one in draws], in_parts(self.time, SCATTER_BLOCKS)
         rows = [np.array([np.interp(self.time, middle, row) for row in own]) for own in common_factors(means)]
-        return np.hstack([own / np.sqrt((own**2).sum(axis=0).mean()) for own in rows])
+        sizes = [np.sqrt((own**2).sum(axis=0).mean()) for own in rows]
+        return np.hstack([own / size if size > 0.0 else own for own, size in zip(rows, sizes, strict=True)])
 
     @cached_property
     def responses(self) -> dict[str, Response]:

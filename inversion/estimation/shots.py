@@ -117,7 +117,7 @@ def joined(shots: Sequence[Shot], origins: Sequence[tuple[float, bool]] | None =
     """
     dataset = _dataset(shots)
     offsets, inside = zip(*(origins or [own_origin(shot) for shot in shots]), strict=True)
-    moved = [0.0, *offsets[1:]]
+    moved = [0.0, *(t0 - offsets[0] for t0 in offsets[1:])]  # onto the first one's clock, which is fitted
     measured = _measured([shot.measured for shot in shots], moved)
     first = shots[0]
     noise = {n + suffix(i): sigma for i, shot in enumerate(shots) for n, sigma in shot.options.noise.items()}
@@ -266,15 +266,14 @@ def _own(shot: Shot, number: int, observations: Observations, mode: Mode, datase
         if shot_number(c.name) == number
     )
     own = replace(observations, channels=mine)
-    t0 = mode.t0 if number == 0 else 0.0
     parts: list[Array] = [np.zeros((len(own.values), 0))]
     if shot.columns is not None:
-        parts.append(shot.columns(own, replace(mode, t0=t0)))
+        parts.append(shot.columns(own, mode))
     if number and shot.options.time_offset:
         nearest = int(
             np.argmin((((dataset.parameters - mode.theta) / (dataset.highs - dataset.lows)) ** 2).sum(axis=1))
         )
-        slopes = [_slope(dataset, nearest, c.name + suffix(number), c.times) for c in mine]
+        slopes = [_slope(dataset, nearest, c.name + suffix(number), c.times - mode.t0) for c in mine]
         parts.append(shot.options.time_offset * np.concatenate(slopes)[:, None])
     return np.hstack(parts)
 

@@ -314,7 +314,7 @@ def _contradicted(noise: Noise, own: Noise, before: BeforeContact, stated: State
     states more may know of errors that a sensor at rest does not show.
     """
     if own.source == BEFORE and before.tests and not _agrees(stated.at_rest, before):
-        return stated.tested or own.level > LARGER * stated.at_rest
+        return stated.tested or own.level > stated.at_rest
     limit = float(chi2.ppf(1.0 - SURE, own.freedom)) / own.freedom
     return own.source == NEIGHBOURS and own.level > max(LARGER, np.sqrt(limit)) * noise.level
 

@@ -62,6 +62,18 @@ def test_two_speeds_tell_more_than_one_and_each_has_its_clock(few: Dataset) -> N
     assert (both < alone).all()
 
 
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_late_record_is_fitted_alike_whichever_of_the_shots_it_is(few: Dataset, late: int) -> None:
+    """0.1 ms late, two standard deviations of the clock: the others are laid onto the first one's clock."""
+    records = [shot(few, i + 1, t0=0.1e-3 if i == late else 0.0) for i in range(2)]
+    joint = joined(records)
+    found = invert(joint.dataset, joint.measured, joint.forward, joint.options, columns=joint.columns).inversion
+    assert found.time_offset.value == pytest.approx(0.1e-3 if late == 0 else 0.0, abs=8e-6)
+    widths(joint.dataset, joint.measured, joint.forward, joint.options, joint.columns)  # holds the truth
+    score = found.methods["emulator"].channels
+    assert all((one.verified_rmse or 1.0) < 1.3 * 4e-5 for one in score.values())
+
+
 def test_scatter_between_shots_is_found_and_carried(few: Dataset) -> None:
     _, scatter = with_scatter(joined([shot(few, i, size=size) for i, size in enumerate((0.96, 1.05))]))
     assert 0.01 <= scatter <= 0.15

@@ -58,6 +58,14 @@ def test_a_stated_noise_that_is_larger_stands_and_both_are_said() -> None:
     assert "the noise stated (0.03 mm, case) is more than that of the record before contact (0.009" in found.remarks[0]
 
 
+def test_a_stated_noise_that_is_clearly_smaller_gives_way_however_little() -> None:
+    """0.03 mm stated, 0.035 before contact over many points: less than a fifth more, and sure."""
+    found = read(shot(before=0.05, noise=1.18 * STATED))
+    assert found.noise.level == pytest.approx(1.18 * STATED, rel=0.05)
+    assert "is not that of the record before contact" in found.remarks[0]
+    assert "which is used instead" in found.remarks[0]
+
+
 def test_what_the_runs_scatter_themselves_is_no_noise_of_the_record(dataset: Dataset) -> None:
     """Numerical jitter is in every run of the model: a record of the same jitter has no more noise than is stated."""
     rng = np.random.default_rng(3)
