@@ -65,8 +65,9 @@ class Setup:
         """(r, channels * m) rows whose products sum to the covariance by which single runs differ; none before the
         changes.
 
-        Of mean square 1 over each channel, 0 over one that no simulation has moved. Pairs by the dozen show a tenth of the directions of a record, so that
-        their covariance, of means over `SCATTER_BLOCKS` parts of the time, is shrunk (`surrogate.run_scatter`).
+        Of mean square 1 over each channel, 0 over one that no simulation has moved. Pairs by the dozen show a tenth of
+        the directions of a record, so that their covariance, of means over `SCATTER_BLOCKS` parts of the time, is
+        shrunk (`surrogate.run_scatter`).
         """
         channels = len(self.channels)
         if not self.changes:
