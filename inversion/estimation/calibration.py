@@ -133,7 +133,7 @@ class Calibrator:
 
     def _whitening(self, theta: Array, t0: float) -> Whitening:
         """Noise and the emulator's own error where the fit stands."""
-        return Whitening.of(self.model.noise, self.model.error_factor(theta, t0))
+        return Whitening.of(self.model.noise_at(t0), self.model.error_factor(theta, t0))
 
     def _again(self, mode: Mode) -> Mode:
         """A minimum with the emulator's error where it lies, no longer where the search began."""

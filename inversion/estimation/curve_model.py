@@ -28,10 +28,9 @@ class CurveModel:
         """End of the simulated record [s]."""
         return float(next(iter(self.emulator.channels.values())).time[-1])
 
-    @property
-    def noise(self) -> Array:
+    def noise_at(self, t0: float) -> Array:
         """(n,) standard deviations of the points by themselves: measurement noise, and scatter common to no others."""
-        parts = (self.emulator.channels[c.name].outside_at(c.times) for c in self.observations.channels)
+        parts = (emulator.outside_at(times) for emulator, times in self._channels(t0))
         return np.sqrt(self.observations.noise**2 + np.concatenate(list(parts)))
 
     def scores(self, theta: Array) -> list[Array]:

@@ -23,7 +23,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Mode
 from birdstrike.inversion.forward import Forward
-from birdstrike.inversion.observations.observations import Channel, Observations
+from birdstrike.inversion.observations.observations import Observations
 from birdstrike.inversion.observations.prior_predictive import POOR_Q2
 from birdstrike.solver.case.case import Case
 from birdstrike.surrogate.emulator import CurveEmulator, Emulator
@@ -136,20 +136,22 @@ def poor(emulator: CurveEmulator) -> bool:
     return bool(emulator.validation.q2 < POOR_Q2)
 
 
-def error_columns(emulator: Emulator, dataset: Dataset, observations: Observations) -> Array:
-    """(n, s) SI: a column for one standard deviation of each part of the poor channels' error."""
+def error_columns(emulator: Emulator, dataset: Dataset, observations: Observations, t0: float = 0.0) -> Array:
+    """(n, s) SI: a column for one standard deviation of each part of the poor channels' error; t0 [s]: of the clock."""
     used = np.isin(dataset.runs, emulator.runs)
-    blocks = [_channel(emulator.channels[c.name], dataset.curves[c.name][used], c) for c in observations.channels]
+    blocks = [
+        _channel(emulator.channels[c.name], dataset.curves[c.name][used], c.times - t0) for c in observations.channels
+    ]
     return np.asarray(block_diag(*blocks), dtype=np.float64)
 
 
-def _channel(emulator: CurveEmulator, curves: Array, channel: Channel) -> Array:
+def _channel(emulator: CurveEmulator, curves: Array, times: Array) -> Array:
     """Of one channel; none where it is predicted well."""
     if not poor(emulator):
-        return np.zeros((len(channel.times), 0))
+        return np.zeros((len(times), 0))
     residual = curves - left_out(emulator, curves)
-    rows = np.stack([np.interp(channel.times, emulator.time, row) for row in residual])
-    apart = (channel.times[:, None] - channel.times) / (TAPER * float(np.ptp(emulator.time)))
+    rows = np.stack([np.interp(times, emulator.time, row) for row in residual])
+    apart = (times[:, None] - times) / (TAPER * float(np.ptp(emulator.time)))
     covariance = rows.T @ rows / len(rows) * np.exp(-0.5 * apart**2)
     values, vectors = np.linalg.eigh(covariance)
     kept = values > KEPT * values.sum()

@@ -44,7 +44,7 @@ class Likelihood:
     @classmethod
     def of(cls, calibrator: Calibrator, modes: tuple[Mode, ...]) -> Likelihood:
         """Tabulate the model of a calibration about the time origins of its best fits."""
-        model, noise = calibrator.model, calibrator.model.noise
+        model, noise = calibrator.model, calibrator.model.noise_at(modes[0].t0)
         taus = _taus(calibrator, modes)
         left = _columns(model, modes[0].t0)[2]
         whitening = Whitening.of(noise, left if model.known is None else np.hstack([left, model.known]))

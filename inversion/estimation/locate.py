@@ -14,7 +14,7 @@ from birdstrike.doe.designs.quality import design_quality
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.known_errors import Columns, error_columns
+from birdstrike.inversion.estimation.known_errors import Columns, error_columns, poor
 from birdstrike.inversion.estimation.posterior import Sampling, sample
 from birdstrike.inversion.estimation.proposal import Calibration
 from birdstrike.inversion.estimation.time_origin import time_origin
@@ -109,9 +109,17 @@ def locate(
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
     carried = carried_coordinates(dataset, design.rank) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
-    known = np.hstack([observations.baseline_columns, error_columns(emulator, dataset, observations)])
-    model = CurveModel(emulator, observations, known if known.size else None)
-    calibrator = Calibrator(model, coordinates, choice.time_offset)
+
+    def problem(t0: float) -> Calibrator:
+        """With the errors of poorly predicted channels where a clock t0 [s] late has them."""
+        known = np.hstack([observations.baseline_columns, error_columns(emulator, dataset, observations, t0)])
+        return Calibrator(
+            CurveModel(emulator, observations, known if known.size else None), coordinates, choice.time_offset
+        )
+
+    calibrator = problem(0.0)
+    if choice.time_offset and any(poor(emulator.channels[name]) for name in names):
+        calibrator = problem(calibrator.fit(choice.seed)[0].t0)
     if columns is not None:
         calibrator = calibrator.with_known(columns(observations, calibrator.fit(choice.seed)[0]))
     fits, drifts = calibrator.best_fits(choice.seed), ()

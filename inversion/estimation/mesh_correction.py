@@ -199,7 +199,7 @@ class CorrectedCampaign:
         model = CurveModel(self.emulator, observations)
         emulated = model.error_factor(self._theta(one.z[None])[0], t0)
         extrapolated = self._measured(one.correction.extrapolation(one.z)[None], observations, t0)
-        whitening = Whitening.of(model.noise, np.hstack([emulated, extrapolated]))
+        whitening = Whitening.of(model.noise_at(t0), np.hstack([emulated, extrapolated]))
         scatter, slopes, missed = (
             whitening.apply(self._measured(rows, observations, t0).T).T
             for rows in (one.correction.scatter(len(self.channels)), PRIOR * self._slopes(one.z), one.missed[None])

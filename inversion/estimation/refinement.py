@@ -89,7 +89,7 @@ def emulator_error(calibrator: Calibrator, mode: Mode) -> float:
     """Root mean square over the measured points of the emulator's standard deviation in units of the noise."""
     alone = replace(calibrator.model, known=None)
     factor = alone.error_factor(mode.theta, mode.t0) / alone.observations.noise[:, None]
-    jitter = (alone.noise / alone.observations.noise) ** 2 - 1.0
+    jitter = (alone.noise_at(mode.t0) / alone.observations.noise) ** 2 - 1.0
     return float(np.sqrt(((factor**2).sum() + jitter.sum()) / len(factor)))
 
 
@@ -103,8 +103,8 @@ def added_variance(calibrator: Calibrator, mode: Mode) -> float:
     whole, least = (
         np.diag(np.linalg.inv(calibrator.data_information(mode.z, tau, whitening, mode.box) + prior))
         for whitening in (
-            Whitening.of(model.noise, model.error_factor(mode.theta, mode.t0)),
-            Whitening.of(model.noise, model.scatter_factor(mode.theta, mode.t0)),
+            Whitening.of(model.noise_at(mode.t0), model.error_factor(mode.theta, mode.t0)),
+            Whitening.of(model.noise_at(mode.t0), model.scatter_factor(mode.theta, mode.t0)),
         )
     )
     return float(max(0.0, (whole / least).max() - 1.0))

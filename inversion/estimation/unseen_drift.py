@@ -83,7 +83,7 @@ def _line(channel: Channel, times: Array) -> Array:
 def _estimates(calibrator: Calibrator, mode: Mode, columns: Array) -> Array:
     """(n,) SI: offset and drift of all channels at a best fit."""
     factor = calibrator.model.error_factor(mode.theta, mode.t0)
-    whitening = Whitening.of(calibrator.model.noise, factor)
+    whitening = Whitening.of(calibrator.model.noise_at(mode.t0), factor)
     return columns @ (whitening.apply(columns.T) @ mode.residual)
 
 

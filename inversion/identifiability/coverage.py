@@ -107,7 +107,7 @@ def _recorded(calibrator: Calibrator, z: Array, rng: np.random.Generator, forwar
     else:
         names = calibrator.coordinates.names
         values = stacked(forward(dict(zip(names, map(float, theta), strict=True))), model.observations, t0)
-    noise = model.noise if forward is None else model.observations.noise
+    noise = model.noise_at(t0) if forward is None else model.observations.noise
     values = values + noise * rng.normal(size=len(values))
     return replace(calibrator, model=replace(model, observations=_with_values(model.observations, values)))
 

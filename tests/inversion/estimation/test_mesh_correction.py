@@ -107,7 +107,7 @@ def linear_error(problem: Calibrator, mode: Mode, values: Array) -> Array:
     """(k,) error of each parameter over what is stated, of a linear fit about the truth."""
     model = problem.model
     curves = model.curves(model.scores(mode.theta[None]), 0.0)[0]
-    covariance = np.diag(model.noise**2) + (factor := model.error_factor(mode.theta, 0.0)) @ factor.T
+    covariance = np.diag(model.noise_at(0.0) ** 2) + (factor := model.error_factor(mode.theta, 0.0)) @ factor.T
     slopes = derivatives(problem, mode)
     stated = np.linalg.inv(slopes @ np.linalg.solve(covariance, slopes.T))
     return stated @ slopes @ np.linalg.solve(covariance, values - curves) / np.sqrt(np.diag(stated))

@@ -76,3 +76,19 @@ def test_the_other_channels_answer_stands_and_holds_the_truth(both: tuple[Datase
         assert peak.interval_95 is not None
         assert peak.interval_95[0] < truth(share)[0] < peak.interval_95[1]
         assert any("the channel carries the error of these predictions" in text for text in found.warnings)
+
+
+def test_its_error_goes_with_the_records_clock(both: tuple[Dataset, Emulator]) -> None:
+    """The same record, its clock 0.1 ms late or early: parameters and widths stay, for the error is the model's."""
+    dataset, emulator = both
+    options = InversionOptions(method="emulator", noise=NOISE, time_offset=0.1e-3, sampling=None, analyse=False)
+    used = TIMES < 2.4e-3  # on every clock inside what an uncertain one leaves of the simulation
+    record, found = shot(0.5), []
+    for t0 in (0.0, -0.1e-3, 0.1e-3):
+        channels = {name: values[used] for name, values in record.channels.items()}
+        moved = replace(record, time=TIMES[used] + t0, channels=channels)
+        answer = invert(dataset, moved, with_strain, options, emulator=emulator).inversion.methods["emulator"]
+        found.append([one.interval_95 or (np.nan, np.nan) for one in answer.parameters.values()])
+    middle = np.array(found[0])
+    for moved in found[1:]:
+        np.testing.assert_allclose(moved, middle, atol=0.05 * float(np.diff(middle).max()), rtol=0.03)

@@ -45,7 +45,7 @@ def test_density_is_that_of_the_full_gaussian(dataset: Dataset, emulator: Emulat
     for p in points:
         theta = problem.coordinates.theta(p[:-1], box)
         factor = model.error_factor(theta, p[-1] * sigma)
-        covariance = np.diag(model.noise**2) + factor @ factor.T
+        covariance = np.diag(model.noise_at(modes[0].t0) ** 2) + factor @ factor.T
         curve = model.curves(model.scores(theta[None]), p[-1] * sigma)[0]
         likelihood = multivariate_normal.logpdf(model.observations.values, curve, covariance)  # pyright: ignore[reportArgumentType]
         prior = ((p[:-1] - problem.coordinates.mean) / problem.coordinates.sd) ** 2
