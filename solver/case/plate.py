@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import model_validator
 
+from birdstrike.data.units import quantity_text
 from birdstrike.solver.fields import Between, Count, Section, Switch, WordOr
 
 UNUSED_BY_RIGID = {
@@ -43,6 +44,11 @@ class EdgeSprings(Section):
     rotational: Annotated[float, Between("0 kN*m/rad/m", "1e6 kN*m/rad/m")] | None = None
     in_plane: Annotated[float, Between("0 N/mm^2", "1e7 N/mm^2")] | None = None
     transverse: Annotated[float, Between("0 N/mm^2", "1e7 N/mm^2")] | None = None
+
+    def texts(self) -> dict[str, str]:
+        """The springs that are given, as a case's table has them."""
+        units = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
+        return {key: quantity_text(value, units[key]) for key, value in self.model_dump().items() if value is not None}
 
 
 class Plate(Section):

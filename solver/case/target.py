@@ -299,12 +299,5 @@ def envelope(target: Target) -> dict[str, Any]:
         if value is not None:
             metal[key] = quantity_text(value, unit) if unit else value
     held = next(iter(target.supports.values()), "free")
-    edges = held if isinstance(held, str) else {key: text for key, text in springs_text(held) if text is not None}
+    edges = held if isinstance(held, str) else held.texts()
     return plate | {"edges": edges, "material": metal}
-
-
-def springs_text(springs: EdgeSprings) -> Iterator[tuple[str, str | None]]:
-    """Springs as a case's table has them."""
-    for key, unit in (("rotational", "N m/rad/m"), ("in_plane", "Pa"), ("transverse", "Pa")):
-        value = getattr(springs, key)
-        yield key, None if value is None else quantity_text(value, unit)

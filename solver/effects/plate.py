@@ -34,9 +34,6 @@ def _without(key: str, case: Declared) -> str:
     return _rigid(case) or ("" if case.target is None else case.target.lacks(key))
 
 
-SPRING_UNITS = {"rotational": "N m/rad/m", "in_plane": "Pa", "transverse": "Pa"}
-
-
 def _holds(case: Declared) -> dict[str, Any]:
     """How the edges are held: of a target every set of nodes by its name, of a plate the edge under ""."""
     return {"": case.plate.edges} if case.target is None else dict(case.target.supports)
@@ -56,23 +53,23 @@ def _stiffest(case: Declared, key: str) -> float:
     return min((_compliance(held, key) for held in _holds(case).values()), default=math.inf)
 
 
-def _springs(held: Any, key: str, compliance: float) -> dict[str, str]:
+def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str]:
     """A support with springs in series with what it declares."""
     springs: dict[str, str] = {}
     if not isinstance(held, str):
-        springs = {k: quantity_text(v, SPRING_UNITS[k]) for k, v in held.model_dump().items() if v is not None}
+        springs = held.texts()
     elif held == "pinned":
-        springs = {"rotational": quantity_text(0.0, SPRING_UNITS["rotational"])}
+        springs = {"rotational": quantity_text(0.0, "N m/rad/m")}
     total = _compliance(held, key) + compliance
     if total > 0.0:
-        springs[key] = quantity_text(1.0 / total, SPRING_UNITS[key])
+        springs[key] = quantity_text(1.0 / total, unit)
     return springs
 
 
-def _edges(case: Declared, key: str, compliance: float) -> Table:
+def _edges(case: Declared, key: str, unit: str, compliance: float) -> Table:
     """Springs in series with every support that holds; those that leave this freedom free stay as they are."""
     given = {
-        name: _springs(held, key, compliance)
+        name: _springs(held, key, unit, compliance)
         for name, held in _holds(case).items()
         if math.isfinite(_compliance(held, key))
     }
@@ -123,7 +120,7 @@ PLATE = (
         "clamp_rotation",
         "a clamp that lets the plate's edges rotate",
         "rad/N",
-        lambda case, x: _edges(case, "rotational", x),
+        lambda case, x: _edges(case, "rotational", "N m/rad/m", x),
         lambda case: 0.25 * min(case.plate.length, case.plate.width) / (4.0 * bending_stiffness(case)),
         lambda case: -_stiffest(case, "rotational"),
         lambda case: _no_edges("rotational", case),
@@ -135,7 +132,7 @@ PLATE = (
         "edge_slip",
         "a frame that lets the plate's edges slip inwards",
         "m^2/N",
-        lambda case, x: _edges(case, "in_plane", x),
+        lambda case, x: _edges(case, "in_plane", "Pa", x),
         lambda case: (
             0.5 * min(case.plate.length, case.plate.width) / (case.plate.material.young * case.plate.thickness)
         ),

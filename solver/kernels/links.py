@@ -105,8 +105,8 @@ def rivet_forces(anchors, constants, dt, x, v, omega, state, nodal, room):
     """Forces of rivets after a step of dt [s], added to nodal (m, 6) [N, N m]; returns the energy taken [J].
 
     anchors: start (2 k + 1,), member and weight, of both ends of each, one after the other; constants (k, 8): stiffness
-    along [N/m], across [N/m] and rotational [N m/rad], strengths N and S [N], exponents a and b, and 1 where it can
-    break. state, in and out: arm (2 k, 3) [m]; lever (2 k, 3) [m] from the ends' means to the point where the force
+    along [N/m], across [N/m] and rotational [N m/rad], strengths N and S [N], exponents a and b, and NO_LIMIT, ONE_WAY
+    or EITHER_WAY. state, in and out: arm (2 k, 3) [m]; lever (2 k, 3) [m] from the ends' means to where the force
     acts, which is one point for both; axes (k, 3, 3), the first along the rivet; give (k, 6) [m, rad] in these axes;
     force (k, 6) [N, N m], of the second end in global axes; broken (k,): 0, 1 in the step that reaches its strength,
     2 afterwards; taken (k,) [J]. room (8, 3).

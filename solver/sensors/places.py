@@ -10,8 +10,8 @@ from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_
 from birdstrike.solver.target.mesh import ShellMesh, centres_of
 
 INSIDE = 1.0 + 1e-9
-STEEPEST = 0.01
-"""Component along z of the normal of a shell that stands upright."""
+PARALLEL = 0.01
+"""Component of a shell's normal below which the shell is taken as parallel to that axis: files round their nodes."""
 AT_A_NODE = 1e-9
 """Share of a node below which a point lies on the side or the nodes opposite."""
 
@@ -63,11 +63,11 @@ def tangents(mesh: ShellMesh, element: int) -> Array | None:
 
     None where it stands upright, so that length and width do not span it.
     """
+    if abs(normal_of(mesh, element)[2]) < PARALLEL:
+        return None
     corners = mesh.quads[element]
     flat, points = mesh.surface[corners], mesh.nodes[corners]
     slopes = np.linalg.lstsq(flat - flat.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
-    if abs(normal_of(mesh, element)[2]) < STEEPEST:
-        return None
     first = slopes[0] / np.linalg.norm(slopes[0])
     second = slopes[1] - (slopes[1] @ first) * first
     return np.stack([first, second / np.linalg.norm(second)])
@@ -78,6 +78,14 @@ def normal_of(mesh: ShellMesh, element: int) -> Array:
     corners = mesh.nodes[mesh.quads[element]]
     normal = np.cross(corners[2] - corners[0], corners[3] - corners[1])
     return normal / np.linalg.norm(normal)
+
+
+def facing(normal: Array) -> int:
+    """1 where a shell's normal (3,) points to its impact side, else -1: towards z, of an upright shell x, or else y."""
+    for component in (normal[2], normal[0], normal[1]):
+        if abs(component) > PARALLEL:
+            return 1 if component > 0.0 else -1
+    raise AssertionError("a unit vector has a component that is not small")
 
 
 def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tuple[int, float, float]:

@@ -32,8 +32,6 @@ LEVEL = 0.7
 """Cosine from which on two shells of an assembly are one surface to a gauge."""
 UPRIGHT = 0.999
 """Cosine of a gauge's direction to the shell's normal beyond which it has none in the shell."""
-UPRIGHT_NORMAL = 0.01
-"""Component of a shell's normal below which the shell is taken as parallel to that axis: files round their nodes."""
 POINTS = np.polynomial.legendre.leggauss(5)  # along a gauge of finite length
 DIRECTION, LENGTH = Between("-360 deg", "360 deg"), Between("0.1 mm", "1000 mm")
 
@@ -93,7 +91,7 @@ class Strain(Placed):
 
     def face(self, mesh: ShellMesh) -> int:
         """1 where it sits on the side to which its shell's own normal points, else -1; shells may be wound anyhow."""
-        from birdstrike.solver.sensors.places import normal_of  # late: it brings in compiled kernels
+        from birdstrike.solver.sensors.places import facing, normal_of  # late: it brings in compiled kernels
 
         return facing(normal_of(mesh, self.on(mesh)[0])) * (1 if self.side == "impact" else -1)
 
@@ -195,14 +193,6 @@ def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
         add_point(total, share, plate, moved.located(run), toward, height)
     near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
     return near, total[near]
-
-
-def facing(normal: Array) -> int:
-    """1 where a shell's normal (3,) points to its impact side, else -1: towards z, of an upright shell x, or else y."""
-    for component in (normal[2], normal[0], normal[1]):
-        if abs(component) > UPRIGHT_NORMAL:
-            return 1 if component > 0.0 else -1
-    raise AssertionError("a unit vector has a component that is not small")
 
 
 def add_point(

@@ -135,10 +135,11 @@ def rivets_of(parts: PartMesh, said: Sequence[tuple[str, Row, RivetData]]) -> Ri
             places = [foot.weights @ parts.nodes[foot.nodes] for foot in feet]
             gap = places[1] - places[0]
             size = float(np.linalg.norm(gap))
-            axes.append(gap / size if size > TOUCHING else feet[0].normal)
+            apart = size > TOUCHING
+            axes.append(gap / size if apart else feet[0].normal)
             points.append(0.5 * (places[0] + places[1]))
             ends += [foot.row() for foot in feet]
-            constants.append(data.row(ONE_WAY if size > TOUCHING else EITHER_WAY))
+            constants.append(data.row(ONE_WAY if apart else EITHER_WAY))
     if not points:
         return None
     return Rivets(np.array(points), np.array(axes), Anchors.of(ends), np.array(constants), parts.nodes)
