@@ -124,7 +124,7 @@ def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, flo
         if shot.name not in one.shots or not h:
             continue
         if one.fault is not None:
-            curve = curve + h * shot.instrument_signature(one.fault, grid)
+            curve = curve + shot.instrument_change(one.fault, grid, h)
         else:
             curve = curve + h * shot.sample(shot.setup.responses[one.name].at(z)[None])[0]
     return curve

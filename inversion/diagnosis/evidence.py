@@ -297,6 +297,20 @@ class ModelTester:
             hypothesis, kept, self.reduced(self.grams, kept, self._columns(members), directions), self.grams
         )
 
+    def likeliest(self, changes: Array, sizes: Array) -> float:
+        """The likeliest of the sizes h (c,) of an effect whose exact changes (n, c) of the records are given, whitened.
+
+        All else is integrated out. On a system that stands where the effect is not.
+        """
+        first, nodes = self.system.at["nuisance"].stop, np.arange(len(self.combinations))
+        grams = Grams.of(self.system.blocks, np.hstack([self.columns[:, :first], changes]), self.combinations)
+        reduced = self.reduced(grams, nodes, [0, *range(first, first + len(sizes))])
+        quadratic = np.einsum("nii->ni", reduced.S)[:, 1:] - 2.0 * reduced.S[:, 0, 1:]
+        quadratic += (reduced.S[:, 0, 0] + grams.logdet + reduced.logdet)[:, None]
+        logs = np.logaddexp.reduce(self.log_weights[:, None] - 0.5 * quadratic, axis=0)
+        prior = np.logaddexp.reduce(norm.logpdf(sizes[:, None], scale=self.deviations), axis=1)
+        return float(sizes[(logs + prior).argmax()])
+
     def _without_errors(self, hypothesis: Hypothesis, nodes: Indices) -> tuple[Reduced, Grams]:
         """Residual and signatures at some nodes, the signatures taken for exact."""
         if hypothesis.label == SOMETHING_ELSE:

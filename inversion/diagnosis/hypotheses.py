@@ -63,6 +63,11 @@ class Suspect:
         return self.response.known.one_sided if self.response else bool(self.fault and self.fault.one_sided)
 
     @property
+    def bends(self) -> bool:
+        """Whether what it changes is no multiple of its size beyond small sizes (`InstrumentEffect.bends`)."""
+        return self.fault is not None and self.fault.bends
+
+    @property
     def size(self) -> float:
         """Plausible magnitude, SI."""
         return self.response.known.size if self.response else self.fault.size if self.fault else 1.0

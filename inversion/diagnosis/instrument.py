@@ -1,7 +1,7 @@
 """Instrument effects as signatures on the model's own curve: clock, gain, bandwidth, drift; in common and per sensor.
 
-reading(t) = (1 + gain) lowpass[signal](t - time_offset) + drift t, as solver/sensors/instrument.py has it; each
-signature is the change for one plausible size, so that no simulation is needed.
+reading(t) = (1 + gain) lowpass[signal](t - time_offset) + drift t, as solver/sensors/instrument.py has it; what
+a fault changes is known exactly, so that no simulation is needed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.instrument import transducers
 from birdstrike.solver.effects.registry import effects
-from birdstrike.solver.sensors.instrument import low_pass
+from birdstrike.solver.sensors.instrument import delayed, low_pass
 
 WIDEST = 10.0  # plausible sizes that are looked for: these signatures are exact
 
@@ -35,6 +35,11 @@ class InstrumentEffect:
     def one_sided(self) -> bool:
         """Whether 0 is the smallest magnitude."""
         return self.effect.name == "sensor_bandwidth"
+
+    @property
+    def bends(self) -> bool:
+        """Whether what it changes is no multiple of its size: late and slow are alike to first order alone."""
+        return self.effect.name in ("time_offset", "sensor_bandwidth")
 
 
 def instrument_effects(case: Case, channels: Sequence[str]) -> tuple[InstrumentEffect, ...]:
@@ -68,12 +73,29 @@ def _able(name: str, case: Case, channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(c for c in channels if name != "sensor_bandwidth" or kinds[c] != "contact_force")
 
 
-def signature(name: str, size: float, time: Array, curve: Array) -> Array:
-    """(m,) change of a channel's curve (m,) on the uniform clock `time` [s] by one plausible size [SI]."""
+def change(name: str, magnitude: float, time: Array, curve: Array) -> Array:
+    """(m,) what a fault of a magnitude [SI] adds to a channel's curve (m,) on the clock `time` [s], exactly.
+
+    Where a record that is early needs what comes after the curve's end, the curve goes on straight.
+    """
     if name == "sensor_gain":
-        return size * curve
+        return magnitude * curve
     if name == "sensor_drift":
-        return size * time
+        return magnitude * time
     if name == "time_offset":
-        return -size * np.gradient(curve, time)
-    return low_pass(time, curve, 1.0 / (2.0 * np.pi * size)) - curve
+        beyond = np.maximum(time - magnitude - time[-1], 0.0)
+        return delayed(time, curve, magnitude) + beyond * np.gradient(curve, time)[-1] - curve
+    return low_pass(time, curve, 1.0 / (2.0 * np.pi * magnitude)) - curve if magnitude > 0.0 else np.zeros_like(curve)
+
+
+def signature(name: str, size: float, time: Array, curve: Array, h: float = 0.0) -> Array:
+    """(m,) derivative of `change` with respect to the magnitude in plausible sizes [SI], where it is h of them.
+
+    That of a low-pass by a central difference over one size, of which none is below 0.
+    """
+    if name == "time_offset":
+        return -size * np.gradient(curve + change(name, h * size, time, curve), time)
+    if name == "sensor_bandwidth":
+        low = max(h - 0.5, 0.0) * size
+        return change(name, low + size, time, curve) - change(name, low, time, curve)
+    return change(name, size, time, curve)

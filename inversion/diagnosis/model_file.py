@@ -127,7 +127,7 @@ def _residuals(shot: Shot, hypothesis: Hypothesis, z: Array, h: Array) -> dict[s
     acting = [(j, one) for j, one in enumerate(hypothesis.members) if shot.name in one.shots]
     for j, one in acting:
         if one.fault is not None:
-            moved += h[:, j, None] * [shot.instrument_signature(one.fault, grid) for grid in grids]
+            moved += [shot.instrument_change(one.fault, *drawn) for drawn in zip(grids, h[:, j], strict=True)]
         else:
             response = shot.setup.responses[one.name]
             moved += h[:, j, None] * shot.sample(np.array([response.at(row) for row in z]))

@@ -39,7 +39,7 @@ from birdstrike.inversion.diagnosis.hypotheses import (
     hypotheses,
 )
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Options, Places, System, build, changes, with_fault
 
 STEPS = 12
 FIRST_STEPS = 4  # of a fit from each of the starts; the best goes on
@@ -47,6 +47,8 @@ STARTS = 4  # points of the ranges, beside the middle, from which the first fits
 FARTHEST = 0.35  # of a range: one step
 SHORTER = 0.9  # of the last step: a longer one swings
 SWING = 0.05  # of a range: steps by which a fit goes round its end
+SIZES_TRIED = 41  # of a fault that bends, over its limits: every half or quarter of a plausible size
+SIZE_STEPS = 2  # Gauss-Newton from the likeliest of them
 CLOSE = 0.02  # of a range: change of a parameter at which a refit has settled
 
 
@@ -143,6 +145,28 @@ class Problem:
                 break
         best = max([*ends, fit], key=lambda one: one.joint) if ends else fit
         return best if bare is self else self._tested(hypothesis, best.places)
+
+    def sized(self, hypothesis: Hypothesis, fit: Fit) -> Fit:
+        """A fault that bends, as large as it is likeliest, about the parameters of a fit without it.
+
+        What its slope at 0 shows is no use beside a fault that has the same slope: the likeliest of sizes all over its
+        limits is taken, and improved by Gauss-Newton.
+        """
+        (one,) = hypothesis.members
+        sizes = np.linspace(*one.limits, SIZES_TRIED)
+        at = Places(fit.places.z, {})
+        h = fit.tester.likeliest(changes(one, self.shots, at, sizes.tolist(), fit.system.noise), sizes)
+        for _ in range(SIZE_STEPS):
+            found = self._with_fault(hypothesis, fit, h)
+            h = float(np.clip(found.evidence.h[0], *one.limits))
+        return self._with_fault(hypothesis, fit, h)
+
+    def _with_fault(self, hypothesis: Hypothesis, fit: Fit, h: float) -> Fit:
+        (one,) = hypothesis.members
+        places = Places(fit.places.z, {one.label: h})
+        system = with_fault(fit.system, one, self.shots, places)
+        tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
+        return Fit(places, system, tester, tester.model(hypothesis, [h]))
 
     def _tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
@@ -337,7 +361,7 @@ def rank(problem: Problem, progress: Callable[[float], None] = lambda _: None, r
     other = problem.refit(models[SOMETHING_ELSE], none.places, steps=3)
     found = {NONE: Standing.refitted(none), SOMETHING_ELSE: Standing.refitted(other)}
     fits = [none, other, *_as_baseline(problem, models[NONE], none)]
-    found |= _standings(lambda one: _least_astray(one, fits), singles)
+    found |= _standings(lambda one: _least_astray(problem, one, fits), singles)
     progress(0.4)
     found |= _refit_best(problem, singles, found, refits)
     progress(0.6)
@@ -354,9 +378,13 @@ def _standings(judge: Callable[[Hypothesis], Standing], models: Sequence[Hypothe
     return dict(zip((one.label for one in models), each(judge, models), strict=True))
 
 
-def _least_astray(one: Hypothesis, fits: Sequence[Fit]) -> Standing:
+def _least_astray(problem: Problem, one: Hypothesis, fits: Sequence[Fit]) -> Standing:
     """A model about that fit from which its own parameters lie least far."""
-    tried = [Standing(fit.tester.model(one), fit) for fit in fits]
+    if one.members[0].bends and one.members[0].seen:
+        sized = [fit if fit.places.h else problem.sized(one, fit) for fit in fits]
+        tried = [Standing(fit.evidence, fit) for fit in sized]
+    else:
+        tried = [Standing(fit.tester.model(one), fit) for fit in fits]
     return min(tried, key=lambda standing: _astray(standing.evidence, standing.fit))
 
 
@@ -414,7 +442,7 @@ def _refit_at_best(problem: Problem, models: Mapping[str, Hypothesis], found: St
     }
     if NONE in again:
         rest = [one for one in models.values() if len(one.members) == 1 and not found[one.label].own]
-        again |= _standings(lambda one: _least_astray(one, [again[NONE].fit, found[one.label].fit]), rest)
+        again |= _standings(lambda one: _least_astray(problem, one, [again[NONE].fit, found[one.label].fit]), rest)
     return again
 
 
@@ -445,7 +473,8 @@ def _judge_pairs(singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis], fou
     quick = _quick_pairs(first.tester, pairs, int(first.evidence.weights.argmax()))
     order = np.argsort(-quick)
     near = [int(i) for i in order[:PAIRS_TRIED] if quick[i] > quick[order[0]] - CLOSE_PAIRS]
-    likelier = {pairs[i].label: _likeliest_member(pairs[i], found, base) for i in near}
+    otherwise = NONE if any(one.bends for one in first.evidence.hypothesis.members) else base
+    likelier = {pairs[i].label: _likeliest_member(pairs[i], found, otherwise) for i in near}
     about = list(dict.fromkeys(likelier.values()))
     gained = each(lambda label: found[label].evidence.log_evidence - _at_own_fit(found[label].fit), about)
     offsets = dict(zip(about, gained, strict=True))

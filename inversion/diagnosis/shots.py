@@ -5,7 +5,7 @@ A record is cut to the simulated time; neighbouring instants are averaged where 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +18,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
-from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, instrument_effects, signature
+from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, change, instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
 from birdstrike.inversion.observations import reader as observed
@@ -188,14 +188,22 @@ class Shot:
         """(q, n) of curves (q, grid)."""
         return np.asarray((self.sampler @ curves.T).T)
 
-    def instrument_signature(self, fault: InstrumentEffect, grid: Array) -> Array:
-        """(n,) change of the record by one plausible size of a fault, on the curves (grid,)."""
-        parts = self.setup.split(grid)
-        moved = [
-            signature(fault.effect.name, fault.size, self.setup.time, part) if c in fault.sensors else 0.0 * part
-            for c, part in parts.items()
-        ]
-        return self.sample(np.concatenate(moved)[None])[0]
+    def instrument_signature(self, fault: InstrumentEffect, grid: Array, h: float = 0.0) -> Array:
+        """(n,) derivative of the record, by plausible sizes of a fault, where it has h of them; curves (grid,)."""
+        return self._of_sensors(
+            fault, grid, lambda part: signature(fault.effect.name, fault.size, self.setup.time, part, h)
+        )
+
+    def instrument_change(self, fault: InstrumentEffect, grid: Array, h: float) -> Array:
+        """(n,) change of the record by a fault of h plausible sizes, on the curves (grid,)."""
+        return self._of_sensors(
+            fault, grid, lambda part: change(fault.effect.name, h * fault.size, self.setup.time, part)
+        )
+
+    def _of_sensors(self, fault: InstrumentEffect, grid: Array, of: Callable[[Array], Array]) -> Array:
+        """(n,) at the record's points: of a fault's sensors what `of` makes of their curves, 0 of the others."""
+        parts = [of(part) if c in fault.sensors else 0.0 * part for c, part in self.setup.split(grid).items()]
+        return self.sample(np.concatenate(parts)[None])[0]
 
     @property
     def nuisances(self) -> dict[str, float]:

@@ -10,7 +10,7 @@ effects.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -115,13 +115,14 @@ def build(
     signatures = {one.label: _signature(one, shots, grids, places) for one in found}
     means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
-    y = y - sum(h * signatures[label] for label, h in places.h.items())
+    y = y - sum(_change(one, shots, grids, places) for one in found if places.h.get(one.label))
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(chol)
     z = [places.z[shot.group] for shot in shots]
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
-    unnamed = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
+    library = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
+    unnamed = [_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)] if places.h else library
     J = _stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
@@ -132,8 +133,7 @@ def build(
             parts[f"error of {one.label} in other models"] = _trends(shots, signatures[one.label], options.share)
     parts["changed"] = _changed(shots, shapes, known, means)
     parts["lattice"] = lattice_columns([shot.lattice_moves for shot in shots])
-    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
-    at = {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
+    at = _places_of(parts)
     peaks = _peaks(shots, means)
     lengths = shots[0].setup.mesh.lengths
     local = weights if lengths is None else 1.0 / np.asarray(lengths)
@@ -146,9 +146,9 @@ def build(
     smooth: dict[str, Array] = {}
     for kind in known.nodes:
         rows = np.flatnonzero(np.concatenate([np.array(shot.kinds)[shot.record.channel] == kind for shot in shots]))
-        along = _along_library(shots, unnamed, kind, peaks)
-        library = _grown(shots, along, shapes) if kind in known.learnt else None
-        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, library))
+        along = _along_library(shots, library, kind, peaks)
+        grown = _grown(shots, along, shapes) if kind in known.learnt else None
+        shared = white.both(_discrepancy(shots, kind, places, shapes, peaks, change, options, grown))
         cut = np.ix_(rows, rows)
         physical = np.asarray(block_diag(*(part.T @ part for part in along)))
         fast = np.diag(np.concatenate([_size(shot, kind, peak) ** 2 for shot, peak in zip(shots, peaks, strict=True)]))
@@ -204,14 +204,59 @@ class Whitener:
         return self(self(matrix).T)
 
 
+def changes(one: Suspect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
+    """(n, sizes) whitened change of all records by each size of an instrument's fault; noise: `System.noise`."""
+    grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
+    found = [_change(one, shots, grids, replace(places, h={one.label: h})) for h in sizes]
+    return Whitener(noise)(np.array(found).T)
+
+
+def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Places) -> System:
+    """A system that stands where no effect is, moved to the size of an instrument's fault, of which alone it knows.
+
+    The parameters stay, and with them all that is costly.
+    """
+    z = [places.z[shot.group] for shot in shots]
+    grids = [shot.setup.grid(own[None])[0] for shot, own in zip(shots, z, strict=True)]
+    white, old = Whitener(system.noise), system.at
+    parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
+    parts["y"] = parts["y"] - white(_change(one, shots, grids, places)[:, None])
+    parts["unnamed"] = white(np.vstack([_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)]))
+    parts[one.label] = white(_signature(one, shots, grids, places)[:, None])
+    parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
+    return replace(system, columns=np.hstack(list(parts.values())), at=_places_of(parts))
+
+
+def _places_of(parts: Mapping[str, Array]) -> dict[str, slice]:
+    """Where each part stands among the columns."""
+    ends = np.cumsum([0, *(part.shape[1] for part in parts.values())])
+    return {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
+
+
+def _change(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
+    """(n,) change of all records where the places have the effect."""
+    h = places.h[one.label]
+    if one.fault is None:
+        return h * _signature(one, shots, grids, places)
+    parts = [
+        shot.instrument_change(one.fault, grid, h) if _acts(one, shot) else np.zeros(len(shot.record.values))
+        for shot, grid in zip(shots, grids, strict=True)
+    ]
+    return np.concatenate(parts)
+
+
+def _acts(one: Suspect, shot: Shot) -> bool:
+    return not shot.baseline and shot.name in one.shots
+
+
 def _signature(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
-    """(n,) change of all records for h = 1."""
+    """(n,) derivative of all records with respect to h at the places."""
     parts: list[Array] = []
     for shot, grid in zip(shots, grids, strict=True):
-        if shot.baseline or shot.name not in one.shots:
+        if not _acts(one, shot):
             parts.append(np.zeros(len(shot.record.values)))
         elif one.fault is not None:
-            parts.append(shot.instrument_signature(one.fault, grid))
+            parts.append(shot.instrument_signature(one.fault, grid, places.h.get(one.label, 0.0)))
         else:
             parts.append(shot.sample(shot.setup.responses[one.name].at(places.z[shot.group])[None])[0])
     return np.concatenate(parts)
@@ -228,10 +273,11 @@ def _stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups:
     return np.vstack(rows)
 
 
-def _unnamed(shot: Shot, z: Array, grid: Array) -> Array:
+def _unnamed(shot: Shot, z: Array, grid: Array, h: Mapping[str, float] | None = None) -> Array:
     """(n, q) small errors of model and instruments in a shot, of the solver's effects, then of every sensor.
 
-    Each of a plausible size, at parameters z (k,) with curves (grid,); baselines have them too.
+    Each of a plausible size, at parameters z (k,) with curves (grid,); baselines have them too. h: sizes of the effects
+    that a measured shot has, beside which its instruments err.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
@@ -239,7 +285,8 @@ def _unnamed(shot: Shot, z: Array, grid: Array) -> Array:
     """
     rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
     faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
-    rows += [shot.instrument_signature(one, grid) for one in faults]
+    sizes = {} if shot.baseline or h is None else h
+    rows += [shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults]
     return np.array(rows).reshape(len(rows), -1).T
 
 

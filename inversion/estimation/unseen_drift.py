@@ -61,10 +61,11 @@ def drift_columns(channel: Channel) -> Array:
     """(n, 2) SI: offset and drift of a channel, two columns for one standard deviation each of what is unknown in them.
 
     What the readings before the simulated record leave of both is normal: the wide prior and a straight line through
-    these readings. (n, 0) where a reading at rest was found and subtracted: it carries its own uncertainty.
+    these readings. (n, 0) where a drift was found in them and subtracted: it carries its own uncertainty. Of an offset
+    alone the readings may be too few to show the drift beside it.
     """
     record = channel.record
-    if record is None or record.zeroed:
+    if record is None or (record.zeroed and record.baseline is not None and record.baseline.drifts):
         return np.zeros((len(channel.times), 0))
     size = SHARE * channel.peak
     cut = [cut.times for cut in record.cuts if cut.reason == OUTSIDE]
@@ -95,6 +96,6 @@ def _sentence(channel: Channel, drift: Array) -> str:
         found += f" from {quantity(begin, channel.unit, 2)} at its start"
     return (
         f"{plain(channel.name)}: the residual is not noise unless the sensor drifts: {found} accounts for it and is "
-        "carried by the fit; no reading before contact shows whether the sensor does, or whether the model lacks "
-        "something: begin the next record some milliseconds before contact"
+        "carried by the fit; too few readings before contact, or none, show whether the sensor does, or whether the "
+        "model lacks something: begin the next record some milliseconds before contact"
     )

@@ -40,6 +40,11 @@ class Baseline:
     bend: float
     points: int
 
+    @property
+    def drifts(self) -> bool:
+        """Whether it has a drift, with the uncertainty of that."""
+        return self.kind != SHIFTED
+
     def at(self, times: Array) -> Array:
         """(n,) the reading at rest."""
         return self._terms(times) @ self.coefficients

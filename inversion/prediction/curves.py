@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.instrument import signature
+from birdstrike.inversion.diagnosis.instrument import change
 from birdstrike.inversion.estimation.mesh_correction import EXTRAPOLATED
 from birdstrike.inversion.prediction.campaign import Campaign
 from birdstrike.inversion.prediction.carry_over import ANEW, Carried, same_sensor
@@ -187,9 +187,7 @@ def _faulty(setting: Setting, sample: Sample, name: str, curves: Array) -> Array
         if name not in own.sensors:
             continue
         for i in np.flatnonzero(sizes):
-            if own.name == "sensor_bandwidth" and sizes[i] <= 0.0:
-                continue
-            found[i] += signature(own.name, float(sizes[i]), setting.campaign.time, curves[i])
+            found[i] += change(own.name, float(sizes[i]), setting.campaign.time, curves[i])
     return found
 
 

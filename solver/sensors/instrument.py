@@ -56,8 +56,13 @@ def recorded(instrument: Instrument | None, time: Array, signal: Array) -> Array
     if instrument is None:
         return signal
     passed = signal if instrument.bandwidth is None else low_pass(time, signal, instrument.bandwidth)
-    late = np.interp(time - instrument.time_offset, time, passed) if instrument.time_offset else passed
+    late = delayed(time, passed, instrument.time_offset) if instrument.time_offset else passed
     return instrument.gain * late + instrument.drift * time
+
+
+def delayed(time: Array, signal: Array, offset: float) -> Array:
+    """signal(t - offset) at the instants time [s]: before its beginning its first value, beyond its end its last."""
+    return np.interp(time - offset, time, signal)
 
 
 def low_pass(time: Array, signal: Array, bandwidth: float) -> Array:

@@ -43,7 +43,6 @@ def diagnosed(folder: Path, shot: Measured) -> Diagnosis:
         return diagnose(path, shot, folder / "out", options=DiagnosisOptions(workers=2, runs=8))
 
 
-@pytest.mark.xfail(strict=True, reason="with unknown model error a slow transducer is ranked before a late trigger")
 def test_a_late_record_of_another_solver_is_found_and_the_case_repaired(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, record(late=6e-5))
     assert found.effects[0].name == "time_offset"

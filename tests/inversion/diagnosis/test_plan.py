@@ -12,7 +12,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
-from birdstrike.inversion.diagnosis.instrument import instrument_effects, signature
+from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import Block, Known, make_plan, two_level
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
@@ -160,21 +160,44 @@ def test_air_in_a_coarse_bird_is_simulated_on_a_finer_one_and_all_effects_once()
         assert len(one.signs) >= len(one.known) + 3
 
 
-@pytest.mark.parametrize(
-    ("name", "own"),
-    [
-        ("sensor_gain", Instrument(gain=1.03)),
-        ("time_offset", Instrument.model_validate({"time_offset": "0.02 ms"})),
-        ("sensor_bandwidth", Instrument.model_validate({"bandwidth": f"{1.0 / (2.0 * np.pi * 3e-5)} Hz"})),
-        ("sensor_drift", Instrument.model_validate({"drift": "0.1 m/s"})),
-    ],
-)
-def test_a_signature_is_what_the_instrument_does(name: str, own: Instrument) -> None:
-    time = np.linspace(0.0, 3e-3, 601)
-    curve = 5e-3 * np.sin(900.0 * time) ** 2
-    size = {"sensor_gain": 0.03, "time_offset": 2e-5, "sensor_bandwidth": 3e-5, "sensor_drift": 0.1}[name]
-    change = recorded(own, time, curve) - curve
-    assert np.abs(signature(name, size, time, curve) - change)[5:-5].max() < 0.06 * np.abs(change).max()
+TIME = np.linspace(0.0, 3e-3, 601)
+CURVE = 5e-3 * np.sin(900.0 * TIME) ** 2
+FAULTS = {"sensor_gain": 0.03, "time_offset": 2e-5, "sensor_bandwidth": 3e-5, "sensor_drift": 0.1}
+
+
+def reading(name: str, magnitude: float) -> np.ndarray:
+    """What the solver's instrument makes of the curve."""
+    own = {
+        "sensor_gain": {"gain": 1.0 + magnitude},
+        "time_offset": {"time_offset": f"{magnitude} s"},
+        "sensor_bandwidth": {"bandwidth": f"{1.0 / (2.0 * np.pi * (magnitude or 1e-9))} Hz"},
+        "sensor_drift": {"drift": f"{magnitude} m/s"},
+    }[name]
+    return recorded(Instrument.model_validate(own), TIME, CURVE)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("h", [0.7, 3.0, 8.0])
+def test_a_fault_changes_a_curve_as_the_instrument_does(name: str, h: float) -> None:
+    expected = reading(name, h * FAULTS[name]) - CURVE
+    assert np.abs(change(name, h * FAULTS[name], TIME, CURVE) - expected).max() < 1e-6 * np.abs(CURVE).max()
+
+
+@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("h", [0.0, 1.0, 5.0])
+def test_a_signature_is_the_slope_of_what_the_instrument_does(name: str, h: float) -> None:
+    """Within the second difference over one plausible size, which no slope can show."""
+    low, middle, high = (reading(name, x * FAULTS[name]) for x in (max(h - 0.5, 0.0), h, max(h + 0.5, 1.0)))
+    slope, bent = high - low, np.abs(high - 2.0 * middle + low).max()
+    error = np.abs(signature(name, FAULTS[name], TIME, CURVE, h) - slope)[5:-5].max()
+    assert error < 0.02 * np.abs(slope).max() + (bent if h == 0.0 else 0.0)
+
+
+def test_a_record_that_is_early_goes_on_straight_beyond_the_simulation() -> None:
+    early = CURVE + change("time_offset", -1e-4, TIME, CURVE)
+    known = TIME[-1] - 1e-4 > TIME
+    assert early[known] == pytest.approx(np.interp(TIME[known] + 1e-4, TIME, CURVE))
+    assert np.diff(early[~known]) == pytest.approx(np.gradient(CURVE, TIME)[-1] * 5e-6, rel=1e-3)
 
 
 def test_each_sensor_may_have_a_fault_of_its_own() -> None:
