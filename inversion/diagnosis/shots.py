@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.data.histories import Array
-from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of
+from birdstrike.inversion.diagnosis.discrepancy import Shape, shape_of, started
 from birdstrike.inversion.diagnosis.instrument import InstrumentEffect, change, instrument_effects, signature
 from birdstrike.inversion.diagnosis.plan import COARSE_PARTICLES
 from birdstrike.inversion.diagnosis.setup import Setup
@@ -27,6 +27,7 @@ from birdstrike.inversion.observations.reader import ChannelRecord, Expected
 
 MOST_POINTS = 400  # of all channels together: beyond it, neighbours are averaged
 FEWEST_POINTS = 3
+PROCESS = 40  # directions a channel of a process of numerical error
 
 Indices = NDArray[np.intp]
 
@@ -234,6 +235,17 @@ class Shot:
     def lattice_moves(self) -> Array:
         """(r, n) SI, what another lattice moves at each point of `Setup.lattice_moves`; read once for all fits."""
         return self.sample(self.setup.lattice_moves)
+
+    @cached_property
+    def process_modes(self) -> tuple[Array, ...]:
+        """(n, q) of every channel: the largest directions of a process of numerical error of variance 1."""
+        found = []
+        for trace in self.record.traces:
+            t = trace.middle
+            values, vectors = np.linalg.eigh(started(t, t, self.onset, 0.5 * self.shapes[trace.name].length))
+            kept = np.argsort(-values)[:PROCESS]
+            found.append(vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+        return tuple(found)
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -23,7 +23,6 @@ from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
 from birdstrike.inversion.diagnosis.shots import Shot
 
-PROCESS = 40  # directions a channel of a process of numerical error
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
@@ -349,17 +348,12 @@ def _process(shot: Shot, size: Array) -> Array:
     The same number of directions a channel in every shot, the largest first, so that shots can share them.
     """
     blocks = []
-    for i, trace in enumerate(shot.record.traces):
-        of = shot.record.channel == i
-        t = trace.middle
-        length = 0.5 * shot.shapes[trace.name].length
-        width = max(len(t) // 10, 1)
+    for i, modes in enumerate(shot.process_modes):
+        of, count = shot.record.channel == i, len(modes)
+        width = max(count // 10, 1)
         kernel = np.ones(2 * width + 1)
-        power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(len(t)), kernel, "same")
-        covariance = started(t, t, shot.onset, length)
-        values, vectors = np.linalg.eigh(covariance)
-        kept = np.argsort(-values)[:PROCESS]
-        blocks.append(np.sqrt(power)[:, None] * vectors[:, kept] * np.sqrt(np.maximum(values[kept], 0.0)))
+        power = np.convolve(size[of] ** 2, kernel, "same") / np.convolve(np.ones(count), kernel, "same")
+        blocks.append(np.sqrt(power)[:, None] * modes)
     return np.asarray(block_diag(*blocks))
 
 
