@@ -152,26 +152,30 @@ def flight_to_panel(x: Array, direction: Array, plate: PlateOfCase, surface: flo
     return float(flight[on_panel].min()) if on_panel.any() else plane
 
 
-def build_bird(case: Case) -> BirdBody:
-    """Bird of the case, `standoff` of flight before its ideal surface touches the plate."""
+def build_bird(case: Case) -> tuple[BirdBody, float]:
+    """Bird of the case and when it is there [s]: `standoff` of flight before its ideal surface touches, at 0.
+
+    Before 0 where the outermost points reach the plate earlier than that (`in_flight`).
+    """
     return build_hexahedra(case) if case.bird.method == "hexahedra" else build_particles(case)
 
 
-def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array]:
+def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array, float]:
     """Positions (n, 3) [m] and velocities (n, 3) [m/s] of a bird's points (n, 3), given about its centre, axis along x.
 
-    The bird's ideal surface touches after the stand-off, so that the clock does not hang on where the outermost points
-    happen to lie. Each acts `skin` [m] ahead of itself. Where a lattice is cut at random, its points lie 0 to 2 skins
-    deep at even odds; those less than one deep are stopped early, and the first layer comes to rest skin/4 further out
-    than the mass that it stands for. The bird begins as much further back. None is let begin in the plate.
+    And when they are there [s]. The bird's ideal surface touches after the stand-off, so that the clock does not hang
+    on where the outermost points happen to lie. Each acts `skin` [m] ahead of itself. Where a lattice is cut at random,
+    its points lie 0 to 2 skins deep at even odds; those less than one deep are stopped early, and the first layer comes
+    to rest skin/4 further out than the mass that it stands for. The bird begins as much further back. None is let begin
+    in the plate: where one would, the bird begins before time 0, as far back as it takes.
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = direction_of(impact)
     surface, start = surface_in_flight(case), aimed_at(case)
     x = turned(points, impact) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
-    x += min(flight, flight_to_panel(x, direction, case.plate, half + skin)) * direction
-    return x, np.tile(impact.speed * direction, (len(x), 1))
+    free = min(flight, flight_to_panel(x, direction, case.plate, half + skin))
+    return x + free * direction, np.tile(impact.speed * direction, (len(x), 1)), (free - flight) / impact.speed
 
 
 def aimed_at(case: Case) -> Array:
@@ -185,31 +189,31 @@ def aimed_at(case: Case) -> Array:
     return start
 
 
-def build_hexahedra(case: Case) -> HexBird:
+def build_hexahedra(case: Case) -> tuple[HexBird, float]:
     """Lagrangian bird of the case, its hourglass control that of its material unless the case names one."""
     b, s = case.bird, case.solver
     mesh = bird_mesh(b.shape, b.diameter, b.length, b.volume, b.particles)
-    x, v = in_flight(case, mesh.nodes, 0.0)
+    x, v, begin = in_flight(case, mesh.nodes, 0.0)
     hourglass = s.hourglass or b.material.hourglass
     settings = HexSettings((s.shock_linear, s.shock_quadratic), hourglass, s.hourglass_coefficient, s.smallest_step)
     bird = HexBird(HexMesh(x, mesh.cells), v, b.material.build(b.actual_density), settings)
     bird.stiffen(case.normal_speed)
-    return bird
+    return bird, begin
 
 
-def build_particles(case: Case) -> Bird:
+def build_particles(case: Case) -> tuple[Bird, float]:
     """SPH bird of the case."""
     b = case.bird
     points, spacing = bird_lattice(b)
     share = b.volume / len(points)
-    x, v = in_flight(case, points, 0.5 * share ** (1.0 / 3.0))
+    x, v, begin = in_flight(case, points, 0.5 * share ** (1.0 / 3.0))
     material = b.material.build(b.actual_density)
     shock = (case.solver.shock_linear, case.solver.shock_quadratic)
     state = (x, v, b.actual_mass / len(points), case.solver.smoothing * spacing)
     gain = slope_gain(b.lattice, case.solver.smoothing) * spacing**3 / share
     bird = PARTICLES[b.material.body](*state, material, shock, gain=gain)
     bird.stiffen(case.normal_speed)
-    return bird
+    return bird, begin
 
 
 def bird_lattice(b: BirdOfCase) -> tuple[Array, float]:

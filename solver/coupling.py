@@ -27,8 +27,8 @@ class Steps:
     plate: float
     contact: float
 
-    def counts(self, end: float, courant: float, factor: float = 1.0, subcycled: bool = True) -> tuple[int, int]:
-        """Number of the bird's steps up to `end` [s], and of the plate's in each of them.
+    def counts(self, span: float, courant: float, factor: float = 1.0, subcycled: bool = True) -> tuple[int, int]:
+        """Number of the bird's steps in `span` [s], and of the plate's in each of them.
 
         The Courant number acts on the bird, a fixed safety on the linear parts; factor scales all. The bird's forces
         act as impulses, one a step of the bird: it is kept clear of half a period of the contact spring, pi/omega,
@@ -37,25 +37,28 @@ class Steps:
         linear = factor * PLATE_SAFETY * min(self.plate, self.contact)
         coarse = factor * min(courant * self.bird, PLATE_SAFETY * 0.5 * math.pi * self.contact)
         if not subcycled:
-            return math.ceil(end / min(coarse, linear)), 1
-        steps = math.ceil(end / coarse)
-        return steps, math.ceil(end / steps / linear)
+            return math.ceil(span / min(coarse, linear)), 1
+        steps = math.ceil(span / coarse)
+        return steps, math.ceil(span / steps / linear)
 
 
-def bird_and_step(case: Case) -> tuple[BirdBody, float]:
-    """The bird and its stable step [s]; raises CaseError where its law has no sound speed behind the impact's shock."""
+def bird_and_step(case: Case) -> tuple[BirdBody, float, float]:
+    """The bird, when it is there [s] (`build_bird`), and its stable step [s].
+
+    Raises CaseError where its law has no sound speed behind the impact's shock.
+    """
     try:
         with np.errstate(invalid="ignore"):
-            bird = build_bird(case)
+            bird, begin = build_bird(case)
             step = bird.step_at_impact(case.normal_speed)
     except ValueError:
-        bird, step = None, math.nan
+        bird, begin, step = None, 0.0, math.nan
     if bird is None or not 0.0 < step < math.inf:
         raise CaseError(
             f"bird.material.eos has no shock of {case.normal_speed:.4g} m/s, normal to the plate: its pressure must "
             "rise with density; check its constants, or lower impact.speed"
         )
-    return bird, step
+    return bird, begin, step
 
 
 class Coupling:
@@ -69,7 +72,7 @@ class Coupling:
 
     def __init__(self, case: Case, step_factor: float = 1.0) -> None:
         self.plate = build_plate(case)
-        self.bird, bird_step = bird_and_step(case)
+        self.bird, begin, bird_step = bird_and_step(case)
         self.contact = Contact(self.bird, self.plate, case.impact.friction)
         self.contact.refuse_overlap(self.bird, self.plate)
         normal_speed = case.normal_speed
@@ -78,17 +81,21 @@ class Coupling:
             self.plate.stable_step(),
             self.contact.stable_step(self.bird, self.plate),
         )
-        coarse, self.stride = self.limits.counts(case.time.end, case.solver.courant, step_factor, self.bird.subcycled)
-        self.steps = coarse * self.stride
-        self.dt = case.time.end / self.steps
+        self.start(case, begin, step_factor)
         self.balance = Balance(
             self.bird, (self.bird, self.plate, self.contact), 0.5 * case.bird.actual_mass * normal_speed**2
         )
         self.first_touch_off_plate = self._touches_beside(case)
         self.half_length = 0.5 * case.bird.length
-        self.step = 0
-        self.time = 0.0
         self.reaction, self.push, self.deepest = np.zeros(3), 0.0, 0.0
+
+    def start(self, case: Case, begin: float, step_factor: float = 1.0) -> None:
+        """Set the clock to `begin` [s] and divide what is left until the case's end into stable steps."""
+        span = case.time.end - begin
+        coarse, self.stride = self.limits.counts(span, case.solver.courant, step_factor, self.bird.subcycled)
+        self.steps = coarse * self.stride
+        self.dt = span / self.steps
+        self.step, self.begin, self.time = 0, begin, begin
 
     def _touches_beside(self, case: Case) -> bool:
         """Whether the first particle to reach the plate's plane is then beside the plate."""
@@ -132,7 +139,7 @@ class Coupling:
         self.bird.drift(self.dt)
         self.plate.kick_and_drift(kick, self.dt, self.contact.on_plate)
         self.step += 1
-        self.time = self.step * self.dt
+        self.time = self.begin + self.step * self.dt
 
     def audit(self) -> None:
         """`move`, and the energy balance of the whole step that was left, one of the bird's.

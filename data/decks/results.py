@@ -42,9 +42,9 @@ WHOLE = 0.98
 def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[Histories, tuple[str, ...]]:
     """Histories of the sensors that the files hold, SI, and what is missing; raises MeasuredError where none is there.
 
-    They stand on the coarsest clock of those that last longest; NaN where a sensor's own has ended. One of several
-    nodes is the sum with their weights. Forces are taken positive in the push, by the sign of their impulse: codes
-    differ here.
+    They stand on the case's clock, at the coarsest instants of those that last longest; NaN where a sensor's own has
+    ended. One of several nodes is the sum with their weights. Forces are taken positive in the push, by the sign of
+    their impulse: codes differ here.
     """
     curves: Curves = {}
     for file in files:
@@ -71,7 +71,7 @@ def read_deck_results(files: Sequence[str | Path], deck: DeckSensors) -> tuple[H
         unit = deck.sensors[name].unit
         channels[name] = np.interp(clock, times, values, left=np.nan, right=np.nan) / system.value(1.0, unit)
         units[name] = unit
-    return Histories(clock * second, channels, units), tuple(missing)
+    return Histories(deck.begin + clock * second, channels, units), tuple(missing)
 
 
 def _curves(path: Path, deck: DeckSensors) -> Curves:

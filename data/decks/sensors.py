@@ -31,17 +31,21 @@ class DeckSensor:
 
 @dataclass(frozen=True)
 class DeckSensors:
-    """code: "lsdyna" or "radioss"; units: name of the system, as `birdstrike export --units` has it."""
+    """code: "lsdyna" or "radioss"; units: name of the system, as `birdstrike export --units` has it.
+
+    begin: instant of the case's clock [s] at which the deck's own begins: below 0 where the bird's outermost points
+    reach the plate before the case's stand-off is flown.
+    """
 
     code: str
     units: str
     sensors: Mapping[str, DeckSensor]
+    begin: float = 0.0
 
     def save(self, path: Path) -> None:
         """Write it as JSON, whole or not at all."""
-        write_json(
-            path, {"code": self.code, "units": self.units, "sensors": {n: asdict(s) for n, s in self.sensors.items()}}
-        )
+        sensors = {name: asdict(sensor) for name, sensor in self.sensors.items()}
+        write_json(path, {"code": self.code, "units": self.units, "begin": self.begin, "sensors": sensors})
 
 
 def sensors_file(deck: Path) -> Path:
@@ -56,7 +60,7 @@ def read_deck_sensors(path: str | Path) -> DeckSensors:
     try:
         content: Any = json.loads(Path(path).read_text(encoding="utf-8"))
         sensors = {name: _sensor(one) for name, one in content["sensors"].items()}
-        return DeckSensors(content["code"], content["units"], sensors)
+        return DeckSensors(content["code"], content["units"], sensors, float(content.get("begin", 0.0)))
     except (ValueError, KeyError, TypeError) as error:
         raise UserError(f"{path} is not the sensors' file of a deck, or is damaged; export the deck again") from error
 

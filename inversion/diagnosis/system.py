@@ -21,7 +21,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, PARAMETER_LENGTH, Amplitudes, Shape, alike, started
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot
 
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
@@ -280,10 +280,11 @@ def _unnamed(shot: Shot, z: Array, grid: Array, h: Mapping[str, float] | None = 
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
-    They belong to rig and model, and all shots share them.
+    They belong to rig and model, and all shots share them. So does the clock of all sensors: what counts as contact.
     """
     rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
-    faults = [one for one in instrument_effects(shot.setup.plan.case, shot.setup.channels) if len(one.sensors) == 1]
+    known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
+    faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
     sizes = {} if shot.baseline or h is None else h
     rows += [shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults]
     return np.array(rows).reshape(len(rows), -1).T

@@ -65,6 +65,8 @@ def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     yield f"Bird: {mass}, {speed} at {quantity(model.case.impact.angle, 'rad', 6)} from the surface, towards -z."
     momentum = system.value(float(model.bird.masses.sum()) * model.case.impact.speed, "N") * system.value(1.0, "s")
     yield f"Check on the first output: momentum of the bird {momentum:.6g} {system.unit('N')} {system.base['time']}."
+    if model.begin < 0.0:
+        yield f"Time 0 is {quantity(model.begin, 's')} on the case's clock: the bird's outermost points touch early."
     yield "Sensors are positive in the push, along -z: turn displacements and forces along z round."
 
 
@@ -86,4 +88,4 @@ def outputs(model: StrikeModel, code: str, system: UnitSystem) -> DeckSensors:
             numbers, weights = [sensor.element + 1], [sensor.side * half[sensor.element]]
         x, y, z = (float(c) for c in sensor.direction)
         found[sensor.name] = DeckSensor(sensor.kind, sensor.unit, tuple(numbers), tuple(weights), (x, y, z))
-    return DeckSensors(code, system.name, found)
+    return DeckSensors(code, system.name, found, model.begin)

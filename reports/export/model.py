@@ -120,7 +120,8 @@ class StrikeModel:
     """Everything that a deck holds, SI, nodes and elements counted from 0.
 
     nodes (m, 3): of the target at rest; damping: factor alpha of mass-proportional damping forces [1/s];
-    contact_stiffness: of a point on the surface [N/m]; missing: sensors that no code records by itself, and why.
+    contact_stiffness: of a point on the surface [N/m]; missing: sensors that no code records by itself, and why; begin:
+    instant of the case's clock [s] at which the bird is there.
     """
 
     case: Case
@@ -135,11 +136,12 @@ class StrikeModel:
     friction: float
     sensors: tuple[SensorOutput, ...]
     missing: tuple[str, ...]
+    begin: float
 
     @property
     def end(self) -> float:
-        """[s]."""
-        return self.case.time.end
+        """Of the deck's own clock [s]."""
+        return self.case.time.end - self.begin
 
     @property
     def output_interval(self) -> float:
@@ -155,7 +157,7 @@ def strike_model(case: Case) -> StrikeModel:
             "plate.preload has no card in a whole deck: an initial stress wants the other code's own equilibrium; "
             'export the case without it (--set \'plate.preload=["0 MPa", "0 MPa"]\') and set it there'
         )
-    target, bird = build_plate(acted), build_bird(acted)
+    target, (bird, begin) = build_plate(acted), build_bird(acted)
     parts = tuple(_parts(acted, target))
     step = _shell_step(target, parts)
     sensors, missing = _sensors(acted, target, bird)
@@ -173,6 +175,7 @@ def strike_model(case: Case) -> StrikeModel:
         acted.impact.friction,
         sensors,
         missing,
+        begin,
     )
 
 

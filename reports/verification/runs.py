@@ -77,7 +77,8 @@ def vary(coupling: Coupling, case: Case, spec: RunSpec) -> None:
     points, _ = bird_lattice(case.bird)
     c, s = math.cos(spec.roll), math.sin(spec.roll)
     points = points @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
-    bird.x[: bird.n], _ = in_flight(case, points, coupling.contact.gap - 0.5 * case.plate.thickness)
+    bird.x[: bird.n], _, begin = in_flight(case, points, coupling.contact.gap - 0.5 * case.plate.thickness)
+    coupling.start(case, begin)
     coupling.balance.momentum, coupling.balance.angular = coupling.balance.bird_momenta(bird)
 
 

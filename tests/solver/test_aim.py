@@ -37,7 +37,7 @@ def frame(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_axis_flies_through_the_point_along_the_direction():
     case = aimed(point=["40 mm", "-30 mm", "5 mm"])
-    bird, unit = build_bird(case), np.array(DIRECTION) / np.linalg.norm(DIRECTION)
+    (bird, _), unit = build_bird(case), np.array(DIRECTION) / np.linalg.norm(DIRECTION)
     assert np.allclose(bird.v[: bird.n], case.impact.speed * unit, atol=1e-9)
     middle, axis = frame(bird.x[: bird.n])
     way = np.array([0.04, -0.03, 0.005]) - middle
@@ -49,7 +49,7 @@ def test_the_axis_flies_through_the_point_along_the_direction():
 @pytest.mark.parametrize(("turn", "toward"), [("yaw", "across"), ("pitch", "up")])
 def test_yaw_and_pitch_turn_the_axis_and_not_the_velocity(turn, toward):
     case = aimed(**{turn: "20 deg"})
-    bird, velocity = build_bird(case), direction_of(case.impact)
+    (bird, _), velocity = build_bird(case), direction_of(case.impact)
     axis = frame(bird.x[: bird.n])[1]
     axis = axis * np.sign(axis @ velocity)
     across = np.cross([0.0, 0.0, 1.0], velocity) / np.linalg.norm(velocity[:2])
@@ -80,7 +80,7 @@ def test_a_direction_beside_the_length_axis_changes_the_hash_and_offset_counts_f
     plain, turned = aimed(direction=[0.7, 0.0, -0.7]), aimed(direction=[0.7, 0.1, -0.7])
     assert case_hash(plain) != case_hash(turned)
     first, second = (
-        build_bird(aimed(**aim)).x for aim in ({"point": ["30 mm", "0 mm", "0 mm"]}, {"offset": ["30 mm", "0 mm"]})
+        build_bird(aimed(**aim))[0].x for aim in ({"point": ["30 mm", "0 mm", "0 mm"]}, {"offset": ["30 mm", "0 mm"]})
     )
     assert np.allclose(first, second, atol=1e-12)
 

@@ -241,11 +241,11 @@ def test_reference_strike_has_the_particles_asked_for():
 def test_openradioss_viscous_strike_is_followed():
     """Centre displacement to 1.2 ms within 2.5 % of its peak (RMS) at a third of the particles, coarser shells.
 
-    The reference starts 0.05 mm above first contact, 0.1 mm of flight. The full comparison, at the reference's own
-    resolution and with the inviscid bird, belongs to the verification page.
+    The reference starts 0.05 mm above first contact of its own lattice (`openradioss_viscous`). The full comparison, at
+    the reference's own resolution and with the inviscid bird, belongs to the verification page.
     """
     table = pd.read_csv(REFERENCE / "openradioss_reference_strike.csv", comment="#")
-    changes = SMALL | {"bird.particles": "1500", "bird.density": "938 kg/m^3", "impact.standoff": "0.1 mm"}
+    changes = SMALL | {"bird.particles": "1500", "bird.density": "938 kg/m^3", "impact.standoff": "4.5 mm"}
     changes |= {"bird.material.pressure_cutoff": "-0.37 MPa", "bird.material.viscosity": "641 Pa s"}
     run = simulate(load_case("reference_strike", changes))
     time = table["time_ms"].to_numpy() * 1e-3

@@ -58,7 +58,7 @@ def particles_of(text: str) -> np.ndarray:
 
 def truth(case: str, **settings: str) -> tuple[Case, Any, Any]:
     loaded = load_case(case, settings).resolved()
-    return loaded, build_plate(loaded), build_bird(loaded)
+    return loaded, build_plate(loaded), build_bird(loaded)[0]
 
 
 @pytest.mark.parametrize("units", UNITS)

@@ -60,7 +60,7 @@ def test_the_particles_have_the_shape_s_second_moments(shape, lattice, particles
 @pytest.mark.parametrize("lattice", ["fcc", "cubic"])
 def test_a_stretched_lattice_sees_compression_exactly(lattice):
     """Within the bird, the sum of V x grad W is -1 on average over the directions, as on the undistorted lattice."""
-    bird = build_particles(a_bird("hemispherical_cylinder", bird__lattice=lattice))
+    bird, _ = build_particles(a_bird("hemispherical_cylinder", bird__lattice=lattice))
     x, h = bird.x[: bird.n], bird.h
     middle = np.argmin(np.linalg.norm(x - x.mean(axis=0), axis=1))
     apart = np.linalg.norm(x - x[middle], axis=1)
@@ -108,7 +108,7 @@ def test_a_yawed_bird_aimed_by_its_first_touch_touches_the_centre(angle, yaw):
     case = a_bird(
         "hemispherical_cylinder", impact__angle=f"{angle} deg", impact__aim="first_touch", impact__yaw=f"{yaw} deg"
     )
-    bird, alpha, turn = build_particles(case), math.radians(angle), math.radians(yaw)
+    bird, alpha, turn = build_particles(case)[0], math.radians(angle), math.radians(yaw)
     velocity = np.array([math.cos(alpha), 0.0, -math.sin(alpha)])
     nose = math.cos(turn) * velocity + math.sin(turn) * np.array([0.0, 1.0, 0.0])
     lowest = bird.x[: bird.n].mean(axis=0) + 0.5 * (LENGTH - DIAMETER) * nose - [0.0, 0.0, 0.5 * DIAMETER]
@@ -132,6 +132,32 @@ def test_a_yawed_bird_meets_the_plate_when_the_case_says():
 def test_a_bird_without_stand_off_begins_outside_the_plate():
     run = Coupling(a_bird("hemispherical_cylinder", impact__standoff="0 mm"))
     assert run.bird.x[: run.bird.n, 2].min() == pytest.approx(run.contact.gap, abs=1e-9)
+
+
+@pytest.mark.parametrize("particles", ["300", "1500"])
+@pytest.mark.parametrize("lattice", ["fcc", "cubic"])
+def test_the_clock_counts_to_the_ideal_surface_however_small_the_stand_off(particles, lattice):
+    """A bird whose outermost points touch earlier begins before time 0, where it flies as from any other stand-off."""
+    flown = []
+    for standoff in (0.0, 0.1):
+        changes = {"bird__particles": particles, "bird__lattice": lattice, "impact__standoff": f"{standoff} m"}
+        case = a_bird("hemispherical_cylinder", **changes)
+        bird, begin = build_particles(case)
+        assert begin < 0.0 if standoff == 0.0 else begin == 0.0
+        flown.append(bird.x[: bird.n] + bird.v[: bird.n] * (standoff / case.impact.speed - begin))
+    np.testing.assert_allclose(*flown, atol=1e-12)
+
+
+def test_the_stand_off_shifts_the_clock_and_nothing_else():
+    """By the time of flight, for one so small that the bird begins before time 0; the rest is the other time step's."""
+    near, far = (
+        a_bird("hemispherical_cylinder", impact__standoff=standoff, time__end=end, bird__particles="1000")
+        for standoff, end in (("0 mm", "0.8 ms"), ("20 mm", "1.2 ms"))
+    )
+    run, later = (simulate(case, threads=1) for case in (near, far))
+    assert Coupling(near).begin < -1e-5
+    expected = later.at("displacement_centre", run.time + 20e-3 / near.impact.speed)
+    assert np.abs(run.channels["displacement_centre"] - expected).max() < 0.01 * expected.max()
 
 
 def test_lattices_agree():
