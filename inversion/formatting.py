@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,12 @@ def rounded(number: float, digits: int) -> str:
     if "e" not in text or not 1e-6 <= abs(number) < 1e7:
         return text
     return np.format_float_positional(float(text), trim="-")
+
+
+def runs_near_the_fits(refinement: Mapping[str, Any]) -> str:
+    """Runs that a diagnosis added near its fits, and what they did; of `strikes.refinement` of diagnosis.json."""
+    shares = " -> ".join(f"{100 * share:.0f} %" for share in refinement["added_variance"])
+    return f"runs near the fits: {refinement['added']} added; the emulator adds {shares} to an interval's variance"
 
 
 def changes(before: Mapping[str, float], after: Mapping[str, float] | None, units: Mapping[str, str]) -> str:

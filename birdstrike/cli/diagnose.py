@@ -24,6 +24,7 @@ from birdstrike.cli.frame import (
     names_of,
     overrides,
     progress_bar,
+    refinement_runs,
     say,
     warn,
 )
@@ -71,6 +72,9 @@ def command(
     heldout: Annotated[str | None, typer.Option(help="Another record of the same case, kept out of every fit.")] = None,
     channels: Channels = "",
     alpha: Annotated[float, typer.Option(help="Rate of false alarms.")] = 0.05,
+    refine: Annotated[
+        str, typer.Option(help="Runs that may be added near the fits; auto: up to 10 a case, while they pay.")
+    ] = "auto",
     seed: Annotated[int, typer.Option(min=0, help="Of the design and of the simulated p-values.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Simulations at a time; all cores by default.")] = None,
     retry_failed: RetryFailed = False,
@@ -89,7 +93,9 @@ def command(
     from birdstrike.reports.page.diagnosis import write_diagnosis_page
     from birdstrike.solver.case.case import load_case
 
-    options = DiagnosisOptions(alpha, seed, workers, display=shown, counter=campaign_bar, say=say)
+    options = DiagnosisOptions(
+        alpha, seed, workers, display=shown, counter=campaign_bar, say=say, refine=refinement_runs(refine)
+    )
     first = load_case(case, overrides(settings))
     cases = [first, *(load_case(one, overrides(settings)) for one in shot_case)]
     clean = [load_case(one, overrides(settings)) for one in baseline_case]
@@ -103,6 +109,7 @@ def command(
             counts=(len(measured), len(baseline)),
             alpha=alpha,
             seed=seed,
+            refine=refine,
             channels=named,
             baseline_bird=baseline_bird,
         )
@@ -164,7 +171,7 @@ def table(found: Diagnosis) -> Table:
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, the next measurement, files."""
-    from birdstrike.inversion.formatting import changes
+    from birdstrike.inversion.formatting import changes, runs_near_the_fits
 
     first, last = found.before.error, found.after.error if found.after else None
     units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
@@ -177,6 +184,8 @@ def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     if found.next_measurement:
         yield f"next measurement: {found.next_measurement['sentence']}"
     yield f"simulations: {found.strikes['paid']} run, {found.strikes['reused']} found stored"
+    if found.strikes.get("refinement"):
+        yield runs_near_the_fits(found.strikes["refinement"])
     files = ["diagnosis.json", "diagnosis.csv", page.name] + ([found.case_after] if found.case_after else [])
     yield f"Written to {out}: {', '.join(files)}. {_after(found, out)}"
 

@@ -285,3 +285,21 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     finally:
         if bar.live.is_started:
             bar.stop()
+
+
+MOST_RUNS = 1000
+"""Of `--refine`."""
+
+
+def refinement_runs(text: str) -> int | str:
+    """Runs that may be added; "auto" as it is. Raises UserError."""
+    from birdstrike.data.errors import UserError
+    from birdstrike.inversion.estimation.refinement import AUTO
+
+    if text != AUTO and not text.isdecimal():
+        raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
+    if text != AUTO and int(text) > MOST_RUNS:
+        raise UserError(
+            f"--refine = {text} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
+        )
+    return text if text == AUTO else int(text)

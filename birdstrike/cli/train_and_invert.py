@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from birdstrike.cli.frame import Channels, Json, RetryFailed, console, framed, names_of, progress_bar, say, warn
+from birdstrike.cli.frame import (
+    Channels,
+    Json,
+    RetryFailed,
+    console,
+    framed,
+    names_of,
+    progress_bar,
+    refinement_runs,
+    say,
+    warn,
+)
 from birdstrike.cli.next_steps import following
 
 if TYPE_CHECKING:
@@ -108,7 +119,7 @@ def command(
     from birdstrike.inversion.train_and_invert import Extras, train_and_invert
 
     extras = Extras(
-        _runs(refine),
+        refinement_runs(refine),
         _neurons(hidden),
         copies,
         discrepancy,
@@ -154,24 +165,6 @@ def _neurons(text: str) -> int | None:
     if not text.isdecimal() or not 1 <= int(text) <= 100:
         raise UserError(f'--hidden = {text} must be a number from 1 to 100, or "search"')
     return int(text)
-
-
-MOST_RUNS = 1000
-"""Of `--refine`."""
-
-
-def _runs(text: str) -> int | str:
-    """Runs that may be added; "auto" as it is. Raises UserError."""
-    from birdstrike.data.errors import UserError
-    from birdstrike.inversion.estimation.refinement import AUTO
-
-    if text != AUTO and not text.isdecimal():
-        raise UserError(f'--refine = {text} must be a number of runs, 0 or more, or "{AUTO}"')
-    if text != AUTO and int(text) > MOST_RUNS:
-        raise UserError(
-            f"--refine = {text} is more than {MOST_RUNS} runs near one answer; enlarge the campaign: run-doe --runs"
-        )
-    return text if text == AUTO else int(text)
 
 
 def lines(inversion: Inversion) -> Iterator[str]:

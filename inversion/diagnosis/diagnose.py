@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured, read_measured, refuse_twice
 from birdstrike.data.errors import MeasuredError, UserError
@@ -24,12 +25,15 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, 
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
+from birdstrike.inversion.diagnosis.solver_update import added_by_emulator, with_runs
+from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case
 
 CaseLike = str | Path | Case
 RecordLike = str | Path | Measured
 COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
+REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
 
 
@@ -87,6 +91,7 @@ def diagnose(
     """
     choice, folder = options or DiagnosisOptions(), Path(out)
     choice = replace(choice, retry=retry_before(True)) if retry_failed else choice
+    refuse_budget(choice.refine)
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
     shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
@@ -109,12 +114,17 @@ def diagnose(
     ):
         setups = all_setups(shots, clean, simulations, choice)
         shots, lost = predicted_shots(shots, setups)
-        read_shots = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
-        records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
-        used = tuple(dict.fromkeys(channel for shot in read_shots for channel in shot.channels))
-        baselines = read_baselines(records, used)
-        held = None if other is None else read_shot("held out", read_shots[0].setup, other, "shots")
-        found = Pipeline(read_shots, baselines, choice, simulations, (*lost, *warnings)).diagnosis(held)
+
+        def prepared(setups: Mapping[str, Setup]) -> Pipeline:
+            own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
+            records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+            used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
+            return Pipeline(own, read_baselines(records, used), choice, simulations, (*lost, *warnings))
+
+        with choice.display("Runs near the fits") as progress:
+            pipeline = refined(setups, prepared, simulations, choice, progress)
+        held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
+        found = pipeline.diagnosis(held)
     copy_case(shots[0].case, folder)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
@@ -244,6 +254,45 @@ def all_setups(
         with choice.display(f"Emulator of {case.name}") as progress:
             found[key] = make_setup(plans[key], channels, runs[key], moved, progress)
     return found
+
+
+def refined(
+    setups: Mapping[str, Setup],
+    prepared: Callable[[Mapping[str, Setup]], Pipeline],
+    simulations: Simulations,
+    choice: DiagnosisOptions,
+    progress: Callable[[float], None],
+) -> Pipeline:
+    """The diagnosis with runs added to the campaigns near the fits, at most `choice.refine` of each case.
+
+    Until the emulator adds less than a fifth to the variance of every parameter's interval; what it leaves then is the
+    runs' own scatter and the mesh. `refine` 0 adds none and only says what the emulator adds.
+    """
+    budget = AUTO_RUNS if isinstance(choice.refine, str) else choice.refine
+    added, shares, reason = 0, list[float](), ""
+    while not reason:
+        with threadpool_limits(limits=1, user_api="blas"):
+            pipeline = prepared(setups)
+            fit, share = added_by_emulator(pipeline.problem)
+        shares.append(share)
+        progress(1.0 if share < PAYS else added / max(budget, 1))
+        if share < PAYS:
+            reason = f"the emulator adds {100 * share:.0f} % to an interval's variance"
+        elif added >= budget:
+            still = f"the emulator still adds {100 * share:.0f} % to an interval's variance"
+            reason = f"all {budget} runs were used, and {still}" if budget else still
+        else:
+            count = min(REFINED_AT_ONCE, budget - added)
+            again = {
+                key: with_runs(setup, pipeline.problem, fit, count, choice.seed, simulations)
+                for key, setup in setups.items()
+            }
+            grown = sum(len(again[key].plan.finished(again[key].runs)) for key in setups)
+            if grown == sum(len(setup.plan.finished(setup.runs)) for setup in setups.values()):
+                reason = "no run near the fits finished"
+            setups, added = again, added + count
+    figures = {"added": added, "added_variance": shares, "reason": reason}
+    return replace(pipeline, refinement=figures)
 
 
 def predicted_shots(

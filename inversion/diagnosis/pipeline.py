@@ -5,7 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,7 @@ from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, l
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
+from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
@@ -83,7 +85,8 @@ def uncounted() -> AbstractContextManager[Callable[[RunCounts], None]]:
 class DiagnosisOptions:
     """How to diagnose.
 
-    alpha: rate of false alarms; runs: of the coarse campaign; retry: see Runner; check: whether the solver is run at
+    alpha: rate of false alarms; runs: of the coarse campaign; refine: runs of it that may be added near the fits, or
+    "auto"; retry: see Runner; check: whether the solver is run at
     the fits before and after; baseline_bird: what is known of the bird of a baseline beside the shot's, one of
     `evidence.BIRDS`, or `auto`, with which the records decide; magnitude_scale, remainder_scale, parameter_length: the
     priors, for a sensitivity study.
@@ -102,23 +105,27 @@ class DiagnosisOptions:
     remainder_scale: float = 1.0
     parameter_length: float = 1.0
     baseline_bird: str = AUTO
+    refine: int | str = REFINE_AUTO
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input."""
+    """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input.
+
+    refinement: runs added near the fits, as `strikes.refinement` of diagnosis.json has them.
+    """
 
     shots: tuple[Shot, ...]
     baselines: Baselines
     options: DiagnosisOptions
     simulations: Simulations
     warnings: tuple[str, ...] = ()
+    refinement: Mapping[str, Any] = field(default_factory=dict)
 
     def diagnosis(self, heldout: Shot | None = None) -> Diagnosis:
         """The whole procedure; heldout: a record that nothing is fitted to."""
         with threadpool_limits(limits=1, user_api="blas"), self.options.display("Comparison of the models") as progress:
-            problem = self.problem()
-            ranking = rank(problem, progress)
+            ranking = rank(self.problem, progress)
             for _ in range(UPDATES):
                 again = update(ranking, self.simulations)
                 if again is ranking.problem:
@@ -128,6 +135,7 @@ class Pipeline:
             measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
             return replace(self, shots=measured)._assembled(ranking, p, heldout)
 
+    @cached_property
     def problem(self) -> Problem:
         """The shots with their discrepancy.
 
@@ -219,7 +227,10 @@ class Pipeline:
             shots=tuple(self._shot_figures(ranking, one, chosen, runs) for one in self.shots),
             held_out=_side_by_side(held, chosen),
             case_after=None,
-            strikes=simulation_counts(ranking, self.simulations, shot, runs, chosen),
+            strikes={
+                **simulation_counts(ranking, self.simulations, shot, runs, chosen),
+                "refinement": dict(self.refinement),
+            },
             warnings=self._warnings(ranking, chosen, figures, failed, close),
             refused=shot.setup.refused,
             left_out={name: share for one in self.shots for name, share in one.setup.left_out.items()},

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -124,6 +124,10 @@ class Plan:
     def campaign(self) -> dict[str, Case]:
         """The coarse campaign."""
         return {f"coarse {i}": self.at(self.coarse, i) for i in range(len(self.unit))}
+
+    def with_points(self, unit: Array) -> Plan:
+        """The plan with more points (n, k) of the campaign; nothing else stands on them."""
+        return replace(self, unit=np.vstack([self.unit, unit]))
 
     def finished(self, labels: Container[str]) -> list[int]:
         """Points of the campaign whose coarse simulation is among the labels."""

@@ -129,7 +129,7 @@ class Problem:
         together. Beside a baseline the parameters of two birds have no such end on steps of this size.
         """
         bare = self if hypothesis.label == SOMETHING_ELSE else replace(self, found=hypothesis.members)
-        fit, whole, last = bare._tested(hypothesis, start or self.start), 1.0, np.inf
+        fit, whole, last = bare.tested(hypothesis, start or self.start), 1.0, np.inf
         ends, lone = list[Fit](), not any(shot.baseline for shot in self.shots)
         for _ in range(steps):
             following = self._moved(fit, hypothesis, whole)
@@ -140,11 +140,11 @@ class Problem:
                 moved *= 0.5
             if lone and moved < SWING:
                 ends.append(fit)
-            fit, last = bare._tested(hypothesis, following), moved
+            fit, last = bare.tested(hypothesis, following), moved
             if moved < CLOSE:
                 break
         best = max([*ends, fit], key=lambda one: one.joint) if ends else fit
-        return best if bare is self else self._tested(hypothesis, best.places)
+        return best if bare is self else self.tested(hypothesis, best.places)
 
     def sized(self, hypothesis: Hypothesis, fit: Fit) -> Fit:
         """A fault that bends, as large as it is likeliest, about the parameters of a fit without it.
@@ -168,7 +168,8 @@ class Problem:
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         return Fit(places, system, tester, tester.model(hypothesis, [h]))
 
-    def _tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
+    def tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
+        """A model as it stands at places."""
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         sizes = [places.h[one.label] for one in hypothesis.members] if places.h else None

@@ -1,5 +1,7 @@
-"""Signatures brought up to date by the solver: the effects that matter, run at the place and the size where they
-matter.
+"""Emulator and signatures brought up to date by the solver, where the records lie.
+
+The emulator by runs of the campaign near the fits, as long as its error counts in an interval. Signatures: the effects
+that matter, run at the place and the size where they matter.
 
 A response is learnt in the middle of the ranges at stated sizes; a clamp that has gone altogether bends the plate in
 another shape. So the likeliest effects are simulated at their own fits; one that reaches the largest magnitude that was
@@ -11,15 +13,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
-from birdstrike.inversion.diagnosis.hypotheses import NONE, suspects
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, suspects
 from birdstrike.inversion.diagnosis.plan import Block, level
-from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, within
+from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
-from birdstrike.inversion.diagnosis.setup import Setup, stack
+from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
 from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.solver.case.case import Case
 
 MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
@@ -31,6 +35,8 @@ APART = 0.005  # of the ranges
 PLACE = 0.1  # of the ranges: fits nearer than that share the simulations without their effects
 SURE = 0.5  # probability of none beyond which there is nothing to bring up to date
 WITHIN = 12.0  # nats of the best single, at least
+CANDIDATES = 400  # places near a fit among which the next run of the campaign is chosen
+REACH = 2.0  # standard deviations of a fit
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 
@@ -52,6 +58,49 @@ class Wanted:
     def place(self) -> str:
         """The parameters in words."""
         return " ".join(f"{one:g}" for one in self.z)
+
+
+def added_by_emulator(problem: Problem) -> tuple[Fit, float]:
+    """The fit without any effect, and the largest relative increase of a parameter's variance by the emulator's error.
+
+    Of all shots' parameters and the baselines'; linearised at the fit, prior included.
+    """
+    bare = replace(problem, found=())
+    fit = bare.refit(NOTHING, problem.start)
+    exact = replace(bare, options=replace(problem.options, emulator=False)).tested(NOTHING, fit.places)
+    ratio = np.diag(fit.evidence.z_cov) / np.diag(exact.evidence.z_cov)
+    return fit, float(max(ratio.max() - 1.0, 0.0))
+
+
+def with_runs(setup: Setup, problem: Problem, fit: Fit, count: int, seed: int, simulations: Simulations) -> Setup:
+    """The setup with `count` runs more of its campaign near the fits of its shots; as it was where none finished."""
+    groups = list(dict.fromkeys(shot.group for shot in problem.shots if shot.setup is setup))
+    begin, rng = len(setup.plan.unit), np.random.default_rng([seed, len(setup.plan.unit)])
+    points = setup.plan.unit
+    for i in range(count):
+        points = np.vstack([points, _nearby(setup, fit, groups[i % len(groups)], points, rng)])
+    plan = setup.plan.with_points(points[begin:])
+    runs = simulations.run({label: case for label, case in plan.campaign().items() if label not in setup.runs})
+    if not runs:
+        return setup
+    return make_setup(plan, setup.measured, {**setup.runs, **runs}, setup.unpredictable)
+
+
+def _nearby(setup: Setup, fit: Fit, group: str, points: Array, rng: np.random.Generator) -> Array:
+    """(k,) of places within two standard deviations of a group's fit, that which lies farthest from all points (n, k).
+
+    Distances in standard deviations: there a few runs fill the small region of an answer (maximin design: Johnson,
+    Moore & Ylvisaker, J. Stat. Plan. Inference 26 (1990) 131).
+    """
+    k = len(setup.lows)
+    mean, _ = fit.interval(group, k)
+    at = fit.system.groups.index(group) * k
+    factor = PRIOR_SD * np.linalg.cholesky(fit.evidence.z_cov[at : at + k, at : at + k] + 1e-12 * np.eye(k))
+    u = rng.standard_normal((CANDIDATES, k))
+    u *= REACH * (rng.random((CANDIDATES, 1)) ** (1.0 / k) / np.linalg.norm(u, axis=1, keepdims=True))
+    tried = np.round(np.clip(mean + u @ factor.T, setup.lows, setup.highs), DIGITS)
+    apart = cdist(*(np.linalg.solve(factor, one.T).T for one in (tried, points))).min(axis=1)
+    return tried[int(apart.argmax())]
 
 
 def update(ranking: Ranking, simulations: Simulations) -> Problem:

@@ -94,10 +94,11 @@ class System:
 
 @dataclass(frozen=True)
 class Options:
-    """Choices of the system that a sensitivity study changes."""
+    """Choices of the system that a sensitivity study changes. emulator: whether the emulator's error is in it."""
 
     parameter_length: float = PARAMETER_LENGTH
     share: float = SHARE
+    emulator: bool = True
 
 
 def build(
@@ -138,7 +139,7 @@ def build(
     local = weights if lengths is None else 1.0 / np.asarray(lengths)
     change = np.maximum(local, weights)
     near = np.array([[alike(a, b, local) for b in z] for a in z])
-    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))))
+    directions = _numerical(shots, places, np.linalg.cholesky(near + 1e-9 * np.eye(len(z))), options.emulator)
     numerical = white(directions)
     variances = _by_shot(shots, (directions**2).sum(axis=1))
     blocks: list[Block] = []
@@ -316,14 +317,14 @@ def lattice_columns(moves: Sequence[Array]) -> Array:
     return np.hstack([np.concatenate(means)[:, None], np.asarray(block_diag(*(own.T for own in rest)))])
 
 
-def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
-    """(n, q) directions, one standard deviation each, of emulator and mesh correction.
+def _numerical(shots: Sequence[Shot], places: Places, share: Array, emulator: bool) -> Array:
+    """(n, q) directions, one standard deviation each, of emulator, where it is asked for, and mesh correction.
 
     Half of the mesh correction's variance is given to a process of their size
     that is independent of directions (they are fewer than the directions). Shots share them as far as their
     parameters are alike; the extrapolation to finer meshes they share wholly.
     """
-    factors = [_own_factors(shot, places.z[shot.group]) for shot in shots]
+    factors = [_own_factors(shot, places.z[shot.group], emulator) for shot in shots]
     width = max(one.shape[1] for one in factors)
     factors = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in factors]
     columns = []
@@ -335,9 +336,11 @@ def _numerical(shots: Sequence[Shot], places: Places, share: Array) -> Array:
     return np.hstack([*columns, finer[:, None]])
 
 
-def _own_factors(shot: Shot, z: Array) -> Array:
+def _own_factors(shot: Shot, z: Array, with_emulator: bool) -> Array:
     """(n, q) of one shot."""
-    emulator = shot.sample(shot.setup.emulator_factor(z).T).T
+    emulator = (
+        shot.sample(shot.setup.emulator_factor(z).T).T if with_emulator else np.zeros((len(shot.record.values), 0))
+    )
     drawn = shot.sample(shot.setup.mesh.factor(z)).T
     process = _process(shot, np.sqrt((drawn**2).sum(axis=1)))
     return np.hstack([emulator, np.sqrt(0.5) * drawn, np.sqrt(0.5) * process])

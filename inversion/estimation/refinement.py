@@ -45,10 +45,8 @@ def refine(
     with at most 10 runs; the runs' own scatter, which no further run takes away, counts as the record's. A run that
     fails ends it too: its reason is kept; and none is added where no fit explains the record.
     """
+    refuse_budget(runs)
     auto, budget = runs == AUTO, AUTO_RUNS if isinstance(runs, str) else runs
-    if (isinstance(runs, str) and not auto) or budget < 0:
-        what = f'"{runs}"' if isinstance(runs, str) else f"{runs} is below 0"
-        raise UserError(f'refine = {what}; give the number of runs that may be added, 0 or more, or "{AUTO}"')
     added, errors, shares = list[dict[str, float]](), list[float](), list[float]()
     choice = replace(options, method="emulator", analyse=False, sampling=None)
     while True:
@@ -74,6 +72,14 @@ def refine(
         )
         reason = f"all {budget} runs were used{still if auto else ''}"
     return dataset, RefinementFigures(tuple(added), tuple(errors), reason, tuple(shares))
+
+
+def refuse_budget(runs: int | str) -> None:
+    """Raise UserError for what is neither a number of runs nor `auto`."""
+    if runs == AUTO or (isinstance(runs, int) and runs >= 0):
+        return
+    what = f'"{runs}"' if isinstance(runs, str) else f"{runs} is below 0"
+    raise UserError(f'refine = {what}; give the number of runs that may be added, 0 or more, or "{AUTO}"')
 
 
 def _enough(located: Located, error: float, share: float, auto: bool) -> str:

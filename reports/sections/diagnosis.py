@@ -14,7 +14,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
 from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
-from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.formatting import plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, in_words, probability_figure, residual_figure
@@ -202,7 +202,8 @@ def basis_section(results: DiagnosisResults) -> Section:
     if content["baseline"]:
         blocks.append(Paragraph(_baseline(content["baseline"], units)))
     runs = content["strikes"]
-    blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored."))
+    near = f" {runs_near_the_fits(runs['refinement']).capitalize()}." if runs.get("refinement") else ""
+    blocks.append(Paragraph(f"Simulations: {runs['paid']} run, {runs['reused']} found stored.{near}"))
     if content.get("left_out"):
         moved = ", ".join(f"{in_words(name)} ({100 * share:.0f} %)" for name, share in content["left_out"].items())
         blocks.append(

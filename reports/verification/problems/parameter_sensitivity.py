@@ -111,9 +111,9 @@ def _row(variant: str, name: str, run: Varied, figure: str) -> Row:
     """Displacement misfit of one run, with what else it did in the note."""
     m = run.misfit
     note = (
-        f"moves our curve by {run.moved:.2f} % (first contact at {1e3 * run.height:.2f} mm); peak {1e3 * m.peak:.3f} mm; "
-        f"J {m.final:.2f} N s, RMS {m.J_rms:.2f} %, largest {m.J_max:.2f} %; shock viscosity as shear "
-        f"{run.viscosity:.0f} Pa s"
+        f"moves our curve by {run.moved:.2f} % (first contact at {1e3 * run.height:.2f} mm); peak "
+        f"{1e3 * m.peak:.3f} mm; J {m.final:.2f} N s, RMS {m.J_rms:.2f} %, largest {m.J_max:.2f} %; shock viscosity as "
+        f"shear {run.viscosity:.0f} Pa s"
     )
     return shown(f"{variant}, {name}: displacement RMS of peak", m.w_rms, "%", SOURCE, note, figure)
 

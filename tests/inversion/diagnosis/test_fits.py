@@ -54,13 +54,13 @@ def test_without_a_baseline_a_fit_ends_at_the_likeliest_place_that_it_goes_round
     problem = laboratory.answered[0][0].problem
     lone = replace(problem, shots=tuple(shot for shot in problem.shots if not shot.baseline), found=())
     visited: list[Fit] = []
-    tested = Problem._tested
+    tested = Problem.tested
 
     def seen(*arguments: Any) -> Fit:
         visited.append(tested(*arguments))
         return visited[-1]
 
-    monkeypatch.setattr(Problem, "_tested", seen)
+    monkeypatch.setattr(Problem, "tested", seen)
     (group,) = {shot.group for shot in lone.shots}
     end = lone.refit(NOTHING, Places({group: np.full(len(lone.shots[0].setup.lows), 0.8)}, {}))
     z = np.array([fit.places.z[group] for fit in visited[:-1]])  # the last one is the end again

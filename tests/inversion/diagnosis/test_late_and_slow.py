@@ -1,4 +1,4 @@
-"""Late and slow are alike to first order: on a formula in the solver's place each is named, with its size."""
+"""A formula in the solver's place: late and slow, alike to first order, are told apart; runs near the fits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
+from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array, Histories
+from birdstrike.inversion.diagnosis.answer import Diagnosis
 from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
+from birdstrike.inversion.estimation.refinement import PAYS
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.instrument import Instrument, recorded
 from tests.inversion.diagnosis.rig import few_simulations, tiny
@@ -38,8 +42,13 @@ def strike(
     threads: int | None = None,  # noqa: ARG001
     progress: Callable[[float], None] | None = None,  # noqa: ARG001
 ) -> Histories:
-    """What a simulation would give; every other sensor reads a mixture of the two."""
-    own = deflections(case.bird.material.viscosity, case.impact.speed, case.plate.thickness)
+    """What a simulation would give, each with a little of its own; every other sensor reads a mixture of the two."""
+    viscosity, particles = case.bird.material.viscosity, case.bird.particles
+    rng = np.random.default_rng([int(1e3 * viscosity), particles, int(1e9 * case.plate.thickness)])
+    own = deflections(viscosity, case.impact.speed, case.plate.thickness)
+    for name, curve in own.items():
+        wave = np.sin(2.0 * np.pi * rng.integers(2, 8) * TIME / TIME[-1] + rng.uniform(0.0, 6.0))
+        own[name] = curve * (1.0 + 0.003 * rng.standard_normal() + 0.003 * wave)
     rest = {name: 0.3 * own[CENTRE] + 0.4 * own[SIDE] for name in case.sensors if name not in own}
     channels = own | rest
     units = {name: UNITS[case.sensors[name].kind] for name in channels}
@@ -62,6 +71,14 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("late_and_slow") / "first"
 
 
+def diagnosed(simulated: Path, out: Path, measured: Measured, options: DiagnosisOptions | None = None) -> Diagnosis:
+    """With the first call's simulations at hand."""
+    place, further = (out, simulated) if simulated.exists() else (simulated, None)
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        return diagnose(tiny(), measured, place, doe=further, options=options)
+
+
 @pytest.mark.parametrize(
     ("effect", "size", "own"),
     [
@@ -73,11 +90,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_late_and_slow_are_told_apart(
     simulated: Path, tmp_path: Path, effect: str, size: float, own: dict[str, str]
 ) -> None:
-    measured = shot({CENTRE: Instrument.model_validate(own)})
-    out, further = (tmp_path, simulated) if simulated.exists() else (simulated, None)
-    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
-        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
-        found = diagnose(tiny(), measured, out, doe=further)
+    found = diagnosed(simulated, tmp_path, shot({CENTRE: Instrument.model_validate(own)}))
     first = max(found.effects, key=lambda one: one.probability)
     assert first.name == f"{effect}.{CENTRE}"
     assert first.probability > 0.95
@@ -85,3 +98,21 @@ def test_late_and_slow_are_told_apart(
     low, high = first.interval_95
     assert low < size < high
     assert high - low < 1e-5
+
+
+def test_runs_near_the_fits_are_added_while_the_emulator_counts(simulated: Path, tmp_path: Path) -> None:
+    """Until it adds less than a fifth to an interval's variance; none where the user asks for none."""
+    clean = shot({})
+    none = diagnosed(simulated, tmp_path / "none", clean, DiagnosisOptions(refine=0)).strikes["refinement"]
+    added = diagnosed(simulated, tmp_path / "auto", clean).strikes["refinement"]
+    assert none["added"] == 0
+    assert none["added_variance"][0] > PAYS, "the emulator does not matter: nothing is tested"
+    assert added["added_variance"][0] == pytest.approx(none["added_variance"][0], rel=1e-6)
+    assert 0 < added["added"] <= 10
+    assert added["added_variance"][-1] < PAYS
+
+
+@pytest.mark.parametrize("refine", ["some", -1])
+def test_a_budget_that_is_none_is_refused(tmp_path: Path, refine: int | str) -> None:
+    with pytest.raises(UserError, match="give the number of runs that may be added"):
+        diagnose(tiny(), shot({}), tmp_path, options=DiagnosisOptions(refine=refine))
