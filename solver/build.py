@@ -167,14 +167,16 @@ def in_flight(case: Case, points: Array, skin: float) -> tuple[Array, Array, flo
     on where the outermost points happen to lie. Each acts `skin` [m] ahead of itself. Where a lattice is cut at random,
     its points lie 0 to 2 skins deep at even odds; those less than one deep are stopped early, and the first layer comes
     to rest skin/4 further out than the mass that it stands for. The bird begins as much further back. None is let begin
-    in the plate: where one would, the bird begins before time 0, as far back as it takes.
+    in the plate, nor in a thicker part of its target: where one would, the bird begins before time 0, as far back as it
+    takes.
     """
     impact, half = case.impact, 0.5 * case.plate.thickness
     direction = direction_of(impact)
     surface, start = surface_in_flight(case), aimed_at(case)
     x = turned(points, impact) + start
     flight = flight_to_panel(surface + start, direction, case.plate, half + 0.25 * skin) - impact.standoff
-    free = min(flight, flight_to_panel(x, direction, case.plate, half + skin))
+    thickest = half if case.target is None else 0.5 * max(part.thickness for part in case.target.parts.values())
+    free = min(flight, flight_to_panel(x, direction, case.plate, thickest + skin))
     return x + free * direction, np.tile(impact.speed * direction, (len(x), 1)), (free - flight) / impact.speed
 
 

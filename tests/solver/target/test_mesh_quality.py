@@ -16,6 +16,7 @@ from birdstrike.cli.check import check
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.reports.figures.target import MARK
 from birdstrike.solver.case.case import load_case
+from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.setup_warnings import aimed_off, doubtful_shells, free_target
 from birdstrike.solver.simulate import simulate
 from tests.solver.target.test_mesh_file import MESH, table_with
@@ -119,6 +120,26 @@ def test_a_bird_that_starts_inside_the_target_is_told_with_the_part(tmp_path):
     path = panel(tmp_path, MESH.nodes + np.array([0.0, 0.0, 0.03]))
     with pytest.raises(UserError, match=r"the bird starts inside the target's part skin: .* raise impact\.standoff"):
         simulate(load_case(table_with(path), {"bird.particles": "200"}))
+
+
+def test_a_bird_begins_outside_a_thicker_part_beside_the_one_that_it_strikes(tmp_path):
+    """The stand-off counts to the struck part, a stand-off of nothing too."""
+    skin = MESH.quads[SKIN]
+    thin = np.abs(MESH.nodes[skin, 0].mean(axis=1)) < 0.03
+    zones = [
+        ("S4R", "thin", 1001, skin[thin]),
+        ("S4R", "thick", 3001, skin[~thin]),
+        ("S4R", "rib", 9001, MESH.quads[~SKIN]),
+    ]
+    path = abaqus_file(tmp_path / "zones.inp", MESH.nodes, zones, {"edges": MESH.sets["edges"]})
+    parts = {
+        name: {"thickness": t, "material": "aluminium"}
+        for name, t in (("thin", "2 mm"), ("thick", "6 mm"), ("rib", "2 mm"))
+    }
+    case = load_case(table_with(path, parts=parts, struck="thin"), {"bird.particles": "200", "impact.standoff": "0 mm"})
+    run = Coupling(case)
+    assert run.begin < 0.0
+    assert run.bird.x[: run.bird.n, 2].min() == pytest.approx(3e-3 + run.bird.skin, abs=1e-9)
 
 
 def test_a_struck_part_away_from_the_aim_is_told_with_the_origin_that_meets_it(tmp_path):
