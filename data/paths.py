@@ -14,6 +14,14 @@ REFERENCE = DATA / "reference"
 TEMPLATES = DATA / "templates"
 
 
+def is_file(path: Path) -> bool:
+    """Whether a file is there; of a name that no file system holds, such as one that is too long, it is not."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def resolve_case(name: str | Path, beside: Path | None = None) -> Path:
     """A case file by path (relative to `beside` first, where given) or by a shipped case's bare name."""
     return _resolve(name, CASES, ".toml", "case", beside)
@@ -30,7 +38,7 @@ def _resolve(name: str | Path, folder: Path, suffix: str, what: str, beside: Pat
     if given.parent == Path():
         candidates.append(folder / (given.name.removesuffix(suffix) + suffix))
     for candidate in candidates:
-        if candidate.is_file():
+        if is_file(candidate):
             return candidate.resolve()
     shipped = sorted(path.stem for path in folder.glob(f"*{suffix}"))
     close = difflib.get_close_matches(given.stem, shipped, n=1)

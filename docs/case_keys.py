@@ -127,7 +127,8 @@ BIRD = {
     "bird.length": "Overall length from nose to tail, hemispheres included; a sphere's is its diameter.",
     "bird.mass": "Mass; with diameter and length it gives the density, so that density must be left out.",
     "bird.density": "Reference density of the material; a porous law gives it where none stands.",
-    "bird.slenderness": "Length over diameter; with mass and density it gives the size.",
+    "bird.slenderness": "Length over diameter; with mass and density it gives the size, which "
+    "a sphere's mass and density give alone.",
     "bird.statistics": "Density and diameter of real birds of this mass.",
     "bird.method": "Particles (SPH), or Lagrangian one-point hexahedra.",
     "bird.particles": "Number of particles or elements wanted; the nearest that fits is taken.",
@@ -187,7 +188,8 @@ STRIKE = {
     "impact.standoff": "Way flown before the bird's ideal surface touches: it sets t = 0.",
     "impact.offset": "From the plate's centre to the point of aim, along length and width.",
     "impact.point": "In space, through which the bird's axis flies; `offset` then counts from it.",
-    "impact.direction": "Of the velocity, a vector of any length with a negative third component; gives `angle`.",
+    "impact.direction": "Of the velocity, a vector of any length with a negative third component; gives `angle`, in "
+    "place of an inherited one.",
     "impact.pitch": "Of the bird's axis out of its velocity, nose up from the surface; not of a sphere.",
     "impact.yaw": "Of the bird's axis out of its velocity, towards the plate's width; not of a sphere.",
     "impact.friction": "Coulomb coefficient between bird and plate.",
@@ -255,7 +257,7 @@ EXTERNAL = {
     "external.sensors.<name>.file": "Its name in the run's folder.",
     "external.sensors.<name>.unit": "Of its values there.",
     "external.sensors.<name>.time_unit": "Of its times there.",
-    "external.sensors.<name>.factor": "On its values, such as -1 for the sign.",
+    "external.sensors.<name>.factor": "On its values, such as -1 for the sign; not 0.",
     "external.sensors.<name>.column": "Its column: a name of a CSV's header, or a number, the time's being 1.",
     "external.sensors.<name>.time": "Name of the time's column; absent: the first.",
     "external.sensors.<name>.node": "Number of the node.",

@@ -18,9 +18,18 @@ NEAR = 0.75
 """Similarity (difflib's ratio) from which on an unknown word is taken for a misspelt one; gelatine is no elastic."""
 
 
+WIDE = 200
+"""Characters of a value that a line shows whole."""
+
+
 def complaint(message: str) -> PydanticCustomError:
     """An error whose text is `message` as it stands (pydantic would read braces in a template)."""
     return PydanticCustomError("case", "{message}", {"message": message})
+
+
+def shortened(text: str) -> str:
+    """A value as a line has room for it."""
+    return text if len(text) <= WIDE else f"{text[: WIDE // 2]} ... ({len(text)} characters)"
 
 
 class Section(BaseModel):

@@ -91,13 +91,17 @@ def bird_beside_plate(case: Case) -> list[str]:
     share = share_beside_plate(case)
     if share < BESIDE:
         return []
-    diameter, plate, offset = 1e3 * case.bird.diameter, case.plate, case.impact.offset
-    aside = f", impact.offset = {1e3 * offset[0]:.4g} and {1e3 * offset[1]:.4g} mm" if any(offset) else ""
+    diameter, plate, aims = 1e3 * case.bird.diameter, case.plate, {"impact.offset": case.impact.offset}
+    if case.impact.point is not None:
+        aims = {"impact.point": case.impact.point} | aims
+    aside = "".join(
+        f", {key} = {' and '.join(f'{1e3 * c:.4g}' for c in aim[:2])} mm" for key, aim in aims.items() if any(aim)
+    )
     return [
         f"{share:.0%} of the bird's cross-section fly past the plate's edges (bird.diameter = {diameter:.4g} mm, plate "
         f"of {1e3 * plate.length:.4g} x {1e3 * plate.width:.4g} mm{aside}): that part loads nothing, and the rest "
-        "loads the frame, which the model takes as ideal; enlarge the plate or correct impact.offset, unless that is "
-        "meant"
+        f"loads the frame, which the model takes as ideal; enlarge the plate or correct {next(iter(aims))}, unless "
+        "that is meant"
     ]
 
 

@@ -25,7 +25,7 @@ def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
     deck = filled(case, before)
     return tuple(
         name
-        for key in _differing(_kept(case), _kept(changed))
+        for key in _changed_keys(case, changed)
         if _text(case, _with(before, after, key)) == deck
         for name in _spelt(after, key)
     )
@@ -70,12 +70,23 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _with(before: Mapping[str, Any], after: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """The values before with those after under one key; another density is also another mass of the same bird."""
+    """The values before with those after under one key.
+
+    Another density is also another mass of the same bird, another angle also the slope of a direction.
+    """
+    if key == "impact.angle":
+        before = _replaced(before, ["impact", "direction"], after["impact"]["direction"])
     changed = _replaced(before, key.split("."), at(after, key))
     if key != "bird.density":
         return changed
     mass = before["bird"]["mass"] * after["bird"]["density"] / before["bird"]["density"]
     return _replaced(changed, ["bird", "mass"], mass)
+
+
+def _changed_keys(one: Case, other: Case) -> Iterator[str]:
+    """Dotted keys in which two cases differ; directions on one way over the plate differ by their angle."""
+    turned = not math.isclose(one.impact.heading, other.impact.heading, abs_tol=1e-9)
+    yield from (key for key in _differing(_kept(one), _kept(other)) if turned or key != "impact.direction")
 
 
 def _replaced(table: Mapping[str, Any], parts: Sequence[str], value: Any) -> dict[str, Any]:

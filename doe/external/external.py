@@ -28,6 +28,10 @@ from birdstrike.solver.sensors.instrument import recorded
 LOG = "solver.log"
 TAIL = 300
 """Characters of the log's end that stand in a failure's reason."""
+ROUNDING = 0.01
+"""Of the output interval, by which a written time may differ from the meant one."""
+LONGEST_GAP = 5
+"""Output intervals between two instants of a file, beyond which the curve between them is not known."""
 MACHINE_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.ENOMEM)
 """What the system tells a program when the disk or the memory is full: that is no failure of the run."""
 
@@ -150,12 +154,30 @@ def _read(folder: Path, case: Case, external: External) -> tuple[Array, dict[str
     channels = {}
     for name, sensor in case.sensors.items():
         time_read, values = read_sensor(folder, external.sensors[name])
-        slack = max(interval, float(time_read[-1] - time_read[-2]))
-        if time_read[-1] < end - slack:
-            file = external.sensors[name].file
-            raise RunFailed(f"{file} ends at {1e3 * time_read[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms")
+        _refuse_unknown_stretch(external.sensors[name].file, time_read, interval, end)
         channels[name] = sensor.sampled(clock, time_read, recorded(case.instrument.get(name), time_read, values))
     return clock, channels
+
+
+def _refuse_unknown_stretch(file: str, time: Array, interval: float, end: float) -> None:
+    """Raise RunFailed where a curve begins late, ends early or has a gap: there the clock would have no reading."""
+    slack, told = (1.0 + ROUNDING) * interval, f"time.output_interval = {1e6 * interval:.4g} us"
+    if time[0] > slack:
+        raise RunFailed(
+            f"{file} begins at {1e3 * time[0]:.4g} ms, more than {told} after 0: let the solver write from its start, "
+            "its time 0 being the case's"
+        )
+    if time[-1] < end - slack:
+        raise RunFailed(
+            f"{file} ends at {1e3 * time[-1]:.4g} ms, before time.end = {1e3 * end:.4g} ms by more than {told}"
+        )
+    longest = int(np.argmax(np.diff(time)))
+    if time[longest + 1] - time[longest] > LONGEST_GAP * slack:
+        raise RunFailed(
+            f"{file} has no reading between {1e3 * time[longest]:.4g} and {1e3 * time[longest + 1]:.4g} ms, more than "
+            f"{LONGEST_GAP} times {told}: let the solver write more often, correct time_unit, or raise "
+            "time.output_interval"
+        )
 
 
 def _histories(case: Case, external: External, clock: Array, channels: dict[str, Array], wall: float) -> Histories:

@@ -19,12 +19,17 @@ from birdstrike.solver.case.external import ColumnsReading, CsvReading, NodoutRe
 
 Curve = tuple[Array, Array]
 
-_NUMBER = re.compile(r"[+-]?\d*\.\d*(?:[EeDd][+-]?\d+|[+-]\d{2,3})?|[+-]?\d+")
+_NUMBER = re.compile(r"[+-]?(?=\.?\d)\d*\.\d*(?:[EeDd][+-]?\d+|[+-]\d{2,3})?|[+-]?\d+(?:[EeDd][+-]?\d+)?")
+_LOST = re.compile(r"[+-]?(?:nan.*|inf|infinity|\*+|1\.#\w+)", re.IGNORECASE)
+"""What solvers write in place of a number that is none, or that its field is too narrow for."""
 _COMMENT = ("#", "$", "*", "%", "!")
 
 
 def read_sensor(folder: Path, reading: Reading) -> Curve:
-    """Times [s], increasing, and values in SI of one sensor, (n,) each; raises RunFailed naming the file."""
+    """Times [s], increasing, and finite values in SI of one sensor, (n,) each; raises RunFailed naming the file.
+
+    Of instants that stand there twice the first counts; times that fall are refused.
+    """
     path = folder / reading.file
     if not path.is_file():
         raise RunFailed(f"the solver has written no {reading.file}")
@@ -34,10 +39,31 @@ def read_sensor(folder: Path, reading: Reading) -> Curve:
         raise RunFailed("; ".join(error.errors).replace(str(path), reading.file)) from error
     except (ValueError, KeyError, IndexError, UnicodeDecodeError, pd.errors.ParserError) as error:
         raise RunFailed(f"{reading.file} cannot be read: {error}") from error
-    time, first = np.unique(time * float(factor(reading.time_unit)), return_index=True)
+    time, values = time * float(factor(reading.time_unit)), values * (reading.factor * float(factor(reading.unit)))
+    _refuse_no_history(reading.file, time, values)
+    time, first = np.unique(time, return_index=True)
     if len(time) < 2:
         raise RunFailed(f"{reading.file} holds {len(time)} instants; a history needs at least 2")
-    return time, values[first] * (reading.factor * float(factor(reading.unit)))
+    return time, values[first]
+
+
+def _refuse_no_history(file: str, time: Array, values: Array) -> None:
+    """Raise RunFailed where numbers are not finite, or times fall."""
+    finite = np.isfinite(time) & np.isfinite(values)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise RunFailed(
+            f"{file}: {np.count_nonzero(~finite)} of {len(time)} rows hold no finite number, the first being row "
+            f"{row + 1} of the data (time {time[row]:g} s, value {values[row]:g} in SI): the solver has diverged, or "
+            "its file has empty cells"
+        )
+    falls = np.flatnonzero(np.diff(time) < 0.0)
+    if len(falls):
+        before, after = time[falls[0]], time[falls[0] + 1]
+        raise RunFailed(
+            f"{file}: the time falls from {1e3 * before:.6g} to {1e3 * after:.6g} ms after row {falls[0] + 1} of the "
+            "data: two curves in one file, or a restart? Write one curve a file, its times rising"
+        )
 
 
 def _read_csv(path: Path, reading: Reading) -> Curve:
@@ -52,13 +78,15 @@ def _read_csv(path: Path, reading: Reading) -> Curve:
 
 
 def _read_columns(path: Path, reading: Reading) -> Curve:
-    """Rows that are not numbers throughout (titles, comments) are left out, as between curves of an exported file."""
+    """Rows that are not numbers throughout (titles, comments) are left out; one that has lost a number is an error."""
     assert isinstance(reading, ColumnsReading)
     rows = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+    for i, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         cells = [] if line.lstrip().startswith(_COMMENT) else line.replace(",", " ").split()
         if cells and all(_NUMBER.fullmatch(cell) for cell in cells):
             rows.append([float(number_text(cell)) for cell in cells])
+        elif any(map(_NUMBER.fullmatch, cells)) and all(_NUMBER.fullmatch(c) or _LOST.fullmatch(c) for c in cells):
+            raise ValueError(f"line {i} holds {next(c for c in cells if _LOST.fullmatch(c))} in place of a number")
     if any(len(row) < reading.column for row in rows):
         raise ValueError(f"a row has fewer than {reading.column} columns")
     table = np.array([[row[0], row[reading.column - 1]] for row in rows]).reshape(-1, 2)

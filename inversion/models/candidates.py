@@ -16,11 +16,10 @@ from birdstrike.solver.bird.eos.interface import Sought
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.interface import BirdMaterial, Material
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.bird.model_names import known_models, material_and_law, usual_law
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw, at
 
-FLUID = "null"
-"""Material of a name that is a law's alone."""
 PREFIX = "bird.material."
 
 
@@ -48,7 +47,7 @@ class Candidate:
     @property
     def eos_kind(self) -> str:
         """Its equation of state, the usual one where the name says none; "" of a model without."""
-        return self.law or at(dict(self.material.literature), "eos.kind") or ""
+        return self.law or usual_law(self.model)
 
     @property
     def source(self) -> str:
@@ -59,7 +58,7 @@ class Candidate:
     @property
     def ranges(self) -> Raw:
         """Dotted case key -> range, as a case writes it, of what is sought where the case names nothing."""
-        usual = candidate(self.model).eos_kind
+        usual = usual_law(self.model)
         own = {k: v for k, v in self.material.sought.items() if not k.startswith("eos.") or self.law in ("", usual)}
         if self.law:
             own |= {f"eos.{key}": sought for key, sought in EQUATIONS_OF_STATE[self.law].sought.items()}
@@ -82,7 +81,7 @@ def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
     if twice:
         errors.append(f"--models names {' and '.join(twice)}, which are one model: name it once")
     if not names:
-        errors.append(f"--models is empty: name one or more of {_known()}")
+        errors.append(f"--models is empty: name one or more of {known_models()}")
     if errors:
         raise UserError(errors)
     return tuple(found)
@@ -90,19 +89,11 @@ def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
 
 def candidate(name: str) -> Candidate:
     """The model of a name; raises UserError."""
-    model, _, law = name.partition("+")
-    if not law and model in EQUATIONS_OF_STATE and model not in BIRD_MATERIALS:
-        model, law = FLUID, model
-    if model not in BIRD_MATERIALS or name.endswith("+") or (law and law not in EQUATIONS_OF_STATE):
-        raise UserError(f'--models: "{name}" is no bird model; name {_known()}')
-    if law and "eos" not in BIRD_MATERIALS[model].model_fields:
-        raise UserError(f'--models: "{name}": {model} has no equation of state of its own; name {model} alone')
+    try:
+        model, law = material_and_law(name)
+    except ValueError as error:
+        raise UserError(f'--models: "{name}" {error}') from error
     return Candidate(name, model, law)
-
-
-def _known() -> str:
-    laws = ", ".join(EQUATIONS_OF_STATE)
-    return f"{', '.join(BIRD_MATERIALS)}, or MODEL+LAW with one of {laws} (LAW alone means {FLUID}+LAW)"
 
 
 def calibrated_case(chosen: Candidate, base: Case) -> Case:

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
 from birdstrike.doe.campaign.folder import CampaignFolder
 from birdstrike.inversion.results.inversion import Inversion
@@ -19,6 +20,8 @@ from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.reports.results.parts import find_parts
 from birdstrike.solver.case.case import Case, load_case
 
+MAKERS = ("train-and-invert", "close-the-loop", "start")
+"""Commands whose folders hold an inversion, of which evidence can be made."""
 CAMPAIGN_FILES = ("case.toml", "case.json", "design.csv", "curves.csv", "summary.json")
 
 
@@ -49,9 +52,14 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     measured: the records' files, in the order in which they were inverted, where they have moved; doe: the campaign's
     folder, where it lies elsewhere.
     """
-    parts = find_parts(folder, doe)
+    parts = find_parts(folder, doe, makers=MAKERS)
     if parts.inversion is None:
-        raise UserError(f"{folder} holds no inversion; make it with train-and-invert or close-the-loop")
+        maker = maker_of(folder)
+        made = f" (birdstrike {maker} made it)" if maker is not None else ""
+        raise UserError(
+            f"{folder} holds no inversion{made}; evidence is of an inversion: give a folder that "
+            f"{' or '.join(MAKERS)} made; a diagnosis goes into it from the folder diagnosis in there"
+        )
     try:
         answer = Inversion.load(parts.inversion / "inversion.json")
     except ValidationError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ CAMPAIGN_FILES = ("case.toml", "design.csv", "curves.csv", "summary.json")
 INVERSION_FILES = ("inversion.json", "verification.csv")
 DIAGNOSIS_FILES = ("diagnosis.json", "diagnosis.csv")
 SHOWN = ("run-doe", "train-and-invert", "diagnose", "close-the-loop", "start")
-"""Commands whose folders a report or a zip of evidence can be made of."""
+"""Commands whose folders a report can be made of."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,13 @@ class Parts:
     missing: tuple[str, ...] = ()
 
 
-def find_parts(folder: Path, doe: Path | None = None, diagnosis: Path | None = None) -> Parts:
+def find_parts(
+    folder: Path, doe: Path | None = None, diagnosis: Path | None = None, makers: Sequence[str] = SHOWN
+) -> Parts:
     """Parts in a loop's folder, or of a campaign's, an inversion's or a diagnosis' own folder; raises UserError.
 
     doe, diagnosis: where those lie, if elsewhere. The campaign of an inversion's own folder is looked for beside it: it
-    is the only one with the same case hash.
+    is the only one with the same case hash. makers: commands whose folders the errors ask for.
     """
     if folder.is_file():
         raise UserError(f"{folder} is a file; give the folder that close-the-loop, run-doe or train-and-invert made")
@@ -49,7 +51,7 @@ def find_parts(folder: Path, doe: Path | None = None, diagnosis: Path | None = N
         pages = ", ".join(map(str, sorted(folder.glob("*.html"))))
         own = f"its own page is {pages}" if pages else "it has no page"
         raise UserError(
-            f"{folder} was made by birdstrike {maker}, and {own}; give a folder that {', '.join(SHOWN)} made"
+            f"{folder} was made by birdstrike {maker}, and {own}; give a folder that {' or '.join(makers)} made"
         )
     for given, files, what in ((doe, CAMPAIGN_FILES, "finished campaign"), (diagnosis, DIAGNOSIS_FILES, "diagnosis")):
         if given is not None and (lacking := _lacking(given, files)):

@@ -29,12 +29,12 @@ from birdstrike.solver.case.load import (
     with_table,
 )
 from birdstrike.solver.case.messages import error_lines
-from birdstrike.solver.case.overlay import Raw, overlay
+from birdstrike.solver.case.overlay import Raw, at, overlay
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.rules import broken_rules, broken_sensor_rules
 from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
-from birdstrike.solver.case.target import Target, with_envelope
+from birdstrike.solver.case.target import Target, parts_of_mesh, with_envelope
 from birdstrike.solver.effects.effect import SECTIONS
 from birdstrike.solver.effects.registry import EFFECTS, effects
 from birdstrike.solver.fields import Section
@@ -225,8 +225,7 @@ def case_from_table(table: Raw, name: str = "case") -> Case:
         case = Case.model_validate(with_envelope(table))
     except ValidationError as error:
         errors = error_lines(Case, error.errors(), errors, table)
-    if case is not None:
-        errors += list(_unknown_names(case))
+    errors += list(_unknown_names_beside_errors(table) if case is None else _unknown_names(case))
     if case is None or errors:
         raise CaseError(errors, f"case {name}: {len(errors)} error{'s' if len(errors) > 1 else ''}")
     if case.effects:
@@ -240,6 +239,21 @@ def _unknown_names(case: Case) -> Iterator[str]:
     target = case.target
     names = None if target is None else TargetNames(tuple(target.parts), tuple(target.supports))
     for name, sensor in case.sensors.items():
+        yield from sensor.unknown_names(name, names)
+
+
+def _unknown_names_beside_errors(table: Raw) -> Iterator[str]:
+    """The same of a case with other errors, as far as its sensors and the mesh of its target can be read."""
+    target, sensors = table.get("target"), table.get("sensors")
+    parts, supports = parts_of_mesh(target), at(target, "supports")
+    if not isinstance(sensors, dict) or (target is not None and parts is None):
+        return
+    names = None if target is None else TargetNames(parts or (), tuple(supports if isinstance(supports, dict) else ()))
+    for name, fields in sensors.items():
+        try:
+            sensor = SENSORS.validate(fields)
+        except ValueError:  # an error of the sensor's own
+            continue
         yield from sensor.unknown_names(name, names)
 
 

@@ -124,6 +124,8 @@ def magnitude(name: str, value: Any) -> float:
             f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}"
         )
     unit = known[name].unit
+    if isinstance(value, Mapping):
+        raise complaint(_no_table(name, value))
     if not unit:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise complaint("is dimensionless: write a bare number")
@@ -131,6 +133,24 @@ def magnitude(name: str, value: Any) -> float:
     if not isinstance(value, str):
         raise complaint(f'has no unit; write text such as "1 {SHOWN.get(unit, unit)}"')
     return _in_unit(known[name], value)
+
+
+OF_ONE_SENSOR = {
+    "time_offset": ("time_offset", '"0.02 ms"'),
+    "sensor_gain": ("gain", "1.03"),
+    "sensor_bandwidth": ("bandwidth", '"5 kHz"'),
+    "sensor_drift": ("drift", '"0.1 m/s"'),
+}
+"""Effects that act on all sensors or transducers alike -> key and example of one sensor's `instrument`."""
+
+
+def _no_table(name: str, value: Mapping[str, Any]) -> str:
+    """What to write where a table stands in place of an effect's magnitude."""
+    if name not in OF_ONE_SENSOR:
+        return "must be one magnitude, not a table"
+    key, example = OF_ONE_SENSOR[name]
+    places = ", ".join(f"instrument.{sensor}.{key}" for sensor in value) or f"instrument.<sensor>.{key}"
+    return f"must be one magnitude, for all sensors alike; of one sensor alone write {places} (such as {example})"
 
 
 def _in_unit(effect: Effect, text: str) -> float:

@@ -13,10 +13,11 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError, core_schema
 
 from birdstrike.data.errors import CaseError
+from birdstrike.data.paths import is_file
 from birdstrike.data.units import ACCEPTED, UnitError, si_unit
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.case.sections import at
-from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint
+from birdstrike.solver.fields import Between, Count, OneOf, Section, checked, complaint, shortened
 from birdstrike.solver.registry import Kinds
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
 
@@ -35,6 +36,25 @@ class Text:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return checked(self.validate)
+
+
+LONGEST_NAME = 255
+"""Bytes of a file's name on any common file system."""
+
+
+@dataclass(frozen=True)
+class FileText(Text):
+    """The name of a file, such that there can be one."""
+
+    def validate(self, value: Any) -> str:
+        """The text itself; raises PydanticCustomError."""
+        text = super().validate(value)
+        if "\0" in text:
+            raise complaint("holds a NUL character, which no file's name does; leave it out")
+        longest = max(len(part.encode()) for part in Path(text).parts or ("",))
+        if longest > LONGEST_NAME:
+            raise complaint(f"is longer than any file's name: {longest} bytes, at most {LONGEST_NAME}; shorten it")
+        return text
 
 
 @dataclass(frozen=True)
@@ -62,10 +82,17 @@ class Reading(Section):
     """Where one sensor stands in the solver's output: file, the units in it, and a factor such as -1 for the sign."""
 
     format: Annotated[str, OneOf(("csv", "columns", "nodout"))]
-    file: Annotated[str, Text('"sensors.csv"')]
+    file: Annotated[str, FileText('"sensors.csv"')]
     unit: Annotated[str, UnitText()] = ""
     time_unit: Annotated[str, UnitText("s")] = "s"
     factor: Annotated[float, Between(-1e12, 1e12)] = 1.0
+
+    @field_validator("factor", mode="after")
+    @classmethod
+    def _factor_leaves_something(cls, value: float) -> float:
+        if value == 0.0:
+            raise complaint("would make every reading 0; write 1, or -1 to change the sign")
+        return value
 
 
 class CsvReading(Reading):
@@ -107,14 +134,14 @@ class External(Section):
     """
 
     command: tuple[Annotated[str, Text('"lsdyna"')], ...]
-    template: Annotated[str, Text('"strike.k.j2"')]
+    template: Annotated[str, FileText('"strike.k.j2"')]
     version: Annotated[str, Text('"LS-DYNA R14.1 double"')]
     sensors: dict[str, Annotated[Reading, FORMATS]]
-    files: tuple[Annotated[str, Text('"mesh.k"')], ...] = ()
+    files: tuple[Annotated[str, FileText('"mesh.k"')], ...] = ()
     success: Annotated[str, Text('"N o r m a l    t e r m i n a t i o n"')] | None = None
     time_limit: Annotated[float, Between("0.1 s", "1e7 s")] = Field(default=86400.0)
     keep: Annotated[str, OneOf(("failed", "all", "none"))] = "failed"
-    scratch: Annotated[str, Text('"/scratch"')] | None = None
+    scratch: Annotated[str, FileText('"/scratch"')] | None = None
 
     @field_validator("command", mode="after")
     @classmethod
@@ -148,7 +175,7 @@ def _digest(path: Path, _changed_ns: int) -> str:
 def with_deck(raw: Raw, folder: Path) -> Raw:
     """The case's table with the paths of `external` made absolute; raises CaseError for a file that is not there.
 
-    folder: that of the file in which the case stands; a path is relative to it.
+    folder: that of the file in which the case stands; a path is relative to it. What is no text is left to the fields.
     """
     external = raw.get("external")
     if not isinstance(external, dict):
@@ -157,17 +184,21 @@ def with_deck(raw: Raw, folder: Path) -> Raw:
     if isinstance(external.get("template"), str):
         given["template"] = str(_found(folder, external["template"], "template"))
     if isinstance(external.get("files"), list):
-        given["files"] = [str(_found(folder, name, "files")) for name in external["files"]]
-    names = [Path(name).name for name in [given.get("template", ""), *given.get("files", ())]]
+        given["files"] = [
+            str(_found(folder, name, "files")) if isinstance(name, str) else name for name in external["files"]
+        ]
+    files = given["files"] if isinstance(given.get("files"), list) else []
+    names = [Path(name).name for name in (given.get("template"), *files) if isinstance(name, str)]
     if len(set(names)) < len(names):
         raise CaseError("external.template and external.files hold one name twice; they share a folder when they run")
     return raw | {"external": given}
 
 
-def _found(folder: Path, name: Any, key: str) -> Path:
-    path = folder / Path(str(name)).expanduser()
-    if not path.is_file():
-        raise CaseError(f"external.{key} = {name} is no file in {path.parent}; a path is relative to the case's file")
+def _found(folder: Path, name: str, key: str) -> Path:
+    path = folder / Path(name).expanduser()
+    if not is_file(path):
+        given, where = shortened(f"external.{key} = {name}"), shortened(str(path.parent))
+        raise CaseError(f"{given} is no file in {where}; a path is relative to the case's file")
     return path.resolve()
 
 

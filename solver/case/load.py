@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
-from birdstrike.data.paths import resolve_case
+from birdstrike.data.paths import is_file, resolve_case
 from birdstrike.data.tables.csv_table import read_table
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.external import with_deck
@@ -173,7 +173,7 @@ def with_mesh_path(raw: Raw, folder: Path) -> Raw:
 def _whole_path(name: Any, folder: Path) -> Any:
     """A path from the case's folder; what is no text, or no file there, is left to other checks."""
     path = folder / Path(name).expanduser() if isinstance(name, str) else None
-    return str(path.resolve()) if path is not None and path.is_file() else name
+    return str(path.resolve()) if path is not None and is_file(path) else name
 
 
 COLUMNS = 'its columns are "rho [kg/m^3],p [MPa]" or "mu,p [MPa]"'
@@ -199,7 +199,7 @@ def read_points(folder: Path, name: Any) -> dict[str, list[str] | list[float]]:
     """Columns of the CSV as the case's own lists of texts and numbers."""
     if not isinstance(name, str):
         raise CaseError(f"bird.material.eos.file = {name} must be the name of a CSV file; {COLUMNS}")
-    if not (folder / Path(name).expanduser()).is_file():
+    if not is_file(folder / Path(name).expanduser()):
         raise CaseError(
             f'bird.material.eos.file = {name}: no such file in "{folder}"; a path is relative to the folder of the '
             "case file that names it, with --set to the one you are in"

@@ -10,14 +10,13 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from birdstrike.solver.case.overlay import FROM_MASS, SIZES, at
+from birdstrike.solver.case.overlay import SIZES, size_follows_from_mass
 from birdstrike.solver.case.sections import metadata_of, sections_of
-from birdstrike.solver.fields import Between, OneOf
+from birdstrike.solver.case.target import unknown_part
+from birdstrike.solver.fields import Between, OneOf, shortened
 from birdstrike.solver.registry import Kinds
 
 LONG = 4  # of a list: beyond it the message must say which entry it means
-WIDE = 200
-"""Characters of a value that a line shows whole."""
 Place = tuple[str | int, ...]
 
 OWN_MESH = 'a mesh of your own goes into the deck of another solver (solver = "external")'
@@ -36,8 +35,7 @@ def error_lines(
 
     A bird's size that would follow from its mass is not called missing: another line says why it does not follow.
     """
-    by_mass = any(at(table, f"bird.{key}") not in (None, False) for key in FROM_MASS)
-    follows = {("bird", key) for key in SIZES} if by_mass else set()
+    follows = {("bird", key) for key in SIZES} if size_follows_from_mass(table.get("bird")) else set()
     due = [error for error in errors if error["type"] != "missing" or error["loc"] not in follows]
     lines = (error_line(case, error, table) for error in (due if due or broken else errors))
     return [*dict.fromkeys(lines), *broken]
@@ -47,6 +45,8 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     """One of pydantic's errors about a `case` read from `table`: field, value, what is wrong, remedy."""
     kind, loc, message, value = error["type"], error["loc"], error["msg"], error["input"]
     key = ".".join(f'"{part}"' if "." in str(part) else str(part) for part in loc)
+    if why := _of_no_part(loc, table):
+        return why
     known, kinds = _place(case, loc[:-1], table)
     if kind == "extra_forbidden" and kinds is not None and (why := kinds.foreign(str(loc[-1]))):
         return f"{key} = {value}: {why}"
@@ -70,9 +70,10 @@ def error_line(case: type[BaseModel], error: ErrorDetails, table: Mapping[str, A
     return f"{key} = {shortened(str(value))} {message}" if shown else f"{key} {message}"
 
 
-def shortened(text: str) -> str:
-    """A value as a line has room for it."""
-    return text if len(text) <= WIDE else f"{text[: WIDE // 2]} ... ({len(text)} characters)"
+def _of_no_part(loc: Place, table: Mapping[str, Any]) -> str:
+    """Of an error within a table under `target.parts`: that the mesh has no such part, where that is so."""
+    within, name = loc[:2], next(iter(loc[2:-1]), None)
+    return unknown_part(table.get("target"), str(name)) if within == ("target", "parts") and name is not None else ""
 
 
 def _did_you_mean(known: list[str], key: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -25,6 +26,10 @@ IDLE_FOR_SPHERE = ("impact.yaw", "impact.pitch")
 METHOD = "sph"  # where none stands
 INSTANT = Between("0 ms", "100 ms")
 """Range and unit of the times of a case."""
+ANGLE = Between("1 deg", "90 deg")
+"""Of the velocity, from the plate's surface."""
+SAME_SLOPE = 1e-9
+"""Difference of two slopes that is rounding [rad]."""
 CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "bird.shape", "plate.rigid")
 """Keys whose value makes others void: of several overrides these come first."""
 
@@ -33,6 +38,14 @@ def law_gives_density(bird: Any) -> bool:
     """Whether the bird's equation of state, as its table names it, is one that fixes the density."""
     law = EQUATIONS_OF_STATE.chosen(at(bird, "material.eos"))
     return law is not None and law.gives_density
+
+
+def size_follows_from_mass(bird: Any) -> bool:
+    """Whether a bird's table leaves its size to its mass: by slenderness, statistics, or a sphere's density."""
+    if any(at(bird, key) not in (None, False) for key in FROM_MASS):
+        return True
+    stated = [at(bird, key) is not None for key in ("mass", "density")]
+    return all(stated) and at(bird, "shape") == "sphere" and not any(at(bird, key) is not None for key in SIZES)
 
 
 def at(raw: Any, key: str) -> Any:
@@ -46,6 +59,7 @@ def at(raw: Any, key: str) -> Any:
 def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
     """`base` with `over` laid on it, table by table; neither is changed."""
     base = base if place else _without_idle(base, over)
+    over = _with_slope(base, over) if place == ("impact",) else over
     merged = {key: value for key, value in base.items() if key not in _replaced(base, over, place)}
     if not place:
         merged = _without_void_parameters(merged, over)
@@ -60,6 +74,8 @@ def _replaced(base: Raw, over: Mapping[str, Any], place: tuple[str, ...]) -> set
     """Keys of the base that `over` makes void."""
     if place == ("bird",):
         return _replaced_size(base, over)
+    if place == ("impact",):
+        return {"angle"} if over.get("direction") is not None else set()
     return set(base) if _chooses_anew(base, over, place) else set()
 
 
@@ -71,16 +87,42 @@ def _chooses_anew(base: Any, over: Any, place: tuple[str, ...]) -> bool:
 def _replaced_size(base: Raw, over: Mapping[str, Any]) -> set[str]:
     """Of a bird: mass and density replace each other unless the size follows from both; so do the two ways of size."""
     void: set[str] = set()
-    if any(key in over for key in FROM_MASS):
+    if any(key in over for key in FROM_MASS) or size_follows_from_mass({"shape": base.get("shape"), **over}):
         void |= set(SIZES)
     elif any(key in over for key in SIZES):
         void |= set(FROM_MASS)
     if over.get("statistics") or (law_gives_density(over) and not law_gives_density(base)):
         void.add("density")
-    by_mass = any(key in over or (key in base and key not in void) for key in FROM_MASS)
+    kept = {key: value for key, value in base.items() if key not in void}
+    by_mass = any(key in {**kept, **over} for key in FROM_MASS) or size_follows_from_mass({**kept, **over})
     if not by_mass and ("mass" in over or "density" in over):
         void |= {"mass", "density"}
     return void
+
+
+def is_direction(value: Any) -> bool:
+    """Whether a value is a direction of the velocity: three finite numbers, the third negative."""
+    numbers = isinstance(value, list | tuple) and len(value) == 3 and all(type(c) in (int, float) for c in value)
+    return numbers and all(math.isfinite(c) for c in value) and value[2] < 0.0
+
+
+def slope_of(direction: Any) -> float:
+    """Angle of a direction from the plate's surface [rad]."""
+    return math.atan2(-direction[2], math.hypot(direction[0], direction[1]))
+
+
+def _with_slope(base: Raw, over: Mapping[str, Any]) -> Mapping[str, Any]:
+    """An impact's table whose angle is the new slope of an inherited direction, the way over the plate kept."""
+    direction, angle = base.get("direction"), ANGLE.valid(over.get("angle"))
+    if angle is None or "direction" in over or not is_direction(direction):
+        return over
+    assert direction is not None
+    if abs(slope_of(direction) - angle) <= SAME_SLOPE:
+        return over
+    x, y, _ = map(float, direction)
+    along = math.hypot(x, y)
+    x, y = (x / along, y / along) if along > 0.0 else (1.0, 0.0)
+    return {**over, "direction": [math.cos(angle) * x, math.cos(angle) * y, -math.sin(angle)]}
 
 
 def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:

@@ -20,7 +20,10 @@ from birdstrike.solver.case.overlay import (
     SIZES,
     Raw,
     at,
+    is_direction,
     law_gives_density,
+    size_follows_from_mass,
+    slope_of,
 )
 from birdstrike.solver.case.plate import STRESS
 from birdstrike.solver.case.sections import quantity_at, quantity_in, said, si
@@ -32,6 +35,8 @@ from birdstrike.solver.target.generators.registry import GENERATORS
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 
 SNAPSHOT = Between("0 ms", "100 ms")
+SLOPES_AGREE = math.radians(0.1)
+"""Between an angle and a direction that are both given: what a user's rounding makes of one slope."""
 BIRD_OF = {"sph": "particles", "hexahedra": "hexahedra"}
 
 
@@ -91,7 +96,7 @@ def _density(raw: Raw) -> Iterator[str]:
         if density is None and not known:
             yield 'bird.slenderness needs bird.density beside the mass, such as density = "938 kg/m^3"'
         return
-    if mass is not None and density is not None:
+    if mass is not None and density is not None and not size_follows_from_mass(raw["bird"]):
         yield f"bird.mass = {mass} and bird.density = {density} are both given; keep one, the shape gives the other"
     if mass is None and density is None and not known:
         yield 'bird.mass or bird.density is missing; give one, such as density = "938 kg/m^3"'
@@ -105,14 +110,18 @@ def _implied_density(raw: Raw) -> Iterator[str]:
         at(raw, "bird.shape"),
         *(si(raw, f"bird.{k}") for k in ("mass", "diameter", "length")),
     )
+    if shape == "sphere":
+        length = diameter
     if shape not in SHAPES or mass is None or diameter is None or length is None:
         return
+    if shape == "hemispherical_cylinder" and length < diameter:
+        return  # there is no such shape
     size, (low, high) = volume(shape, diameter, length), DENSITY.bounds
-    if size > 0.0 and length >= diameter and not low <= mass / size <= high:
+    if not low <= mass / size <= high:
         yield (
             f"bird.mass = {at(raw, 'bird.mass')} in a volume of {1e3 * size:.4g} l makes a density of "
-            f"{mass / size:.4g} kg/m^3, beyond {DENSITY.low} .. {DENSITY.high}; correct bird.mass, bird.diameter or "
-            "bird.length"
+            f"{mass / size:.4g} kg/m^3, beyond {DENSITY.low} .. {DENSITY.high}; correct "
+            + ("bird.mass or bird.diameter" if shape == "sphere" else "bird.mass, bird.diameter or bird.length")
         )
 
 
@@ -148,7 +157,7 @@ def _sought(raw: Raw) -> Iterator[str]:
 
 def broken_rules(raw: Raw) -> Iterator[str]:
     """One line for every broken rule of a case as read from its file."""
-    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _target, _times):
+    for rule in (bird_rules, idle_rules, _plate_hardening, _panel, _preload, _target, _two_slopes, _times):
         yield from rule(raw)
 
 
@@ -193,6 +202,19 @@ def _target(raw: Raw) -> Iterator[str]:
     for name, table in materials.items() if isinstance(materials, dict) else ():
         if (law := TARGET_LAWS.chosen(table)) is not None:
             yield from law.broken_rules(table, f"target.materials.{name}")
+
+
+def _two_slopes(raw: Raw) -> Iterator[str]:
+    """The direction of the velocity and its angle from the surface agree where both are given."""
+    direction, angle = at(raw, "impact.direction"), si(raw, "impact.angle")
+    if angle is None or not is_direction(direction) or abs(slope_of(direction) - angle) <= SLOPES_AGREE:
+        return
+    own = f"{math.degrees(slope_of(direction)):.4g} deg"
+    yield (
+        f"impact.direction = {direction} makes an angle of {own} with the plate, and impact.angle = "
+        f"{at(raw, 'impact.angle')} is given too; leave impact.angle out, for the direction gives it, or leave "
+        "impact.direction out"
+    )
 
 
 def _times(raw: Raw) -> Iterator[str]:

@@ -13,7 +13,7 @@ from pydantic import BaseModel, model_validator
 from pydantic.fields import FieldInfo
 
 from birdstrike.solver.case.bird import Bird
-from birdstrike.solver.case.overlay import at
+from birdstrike.solver.case.overlay import ANGLE, at, is_direction, slope_of
 from birdstrike.solver.case.plate import Plate
 from birdstrike.solver.case.target import Place, Target
 from birdstrike.solver.fields import Between, OneOf, Section, complaint
@@ -29,12 +29,12 @@ class Impact(Section):
     axis and its velocity, in the plane of velocity and plate's width; above 0 the nose points to the width's end.
     pitch [rad]: the same in the plane of the velocity and the plate's normal; above 0 the nose is raised.
     point [m]: in space, through which the bird's axis flies (`offset` then counts from it). direction: of the velocity,
-    a vector of any length; it gives the angle, unless `angle` states another, and the way across the plate.
+    a vector of any length; it gives the angle and the way across the plate.
     """
 
     speed: Annotated[float, Between("0.1 m/s", "1000 m/s")]
     direction: tuple[float, float, float] | None = None
-    angle: Annotated[float, Between("1 deg", "90 deg")]
+    angle: Annotated[float, ANGLE]
     aim: Annotated[str, OneOf(("axis", "first_touch"))] = "axis"
     standoff: Annotated[float, Between("0 mm", "1000 mm")] = 0.0
     offset: tuple[Annotated[float, ASIDE], Annotated[float, ASIDE]] = (0.0, 0.0)
@@ -50,15 +50,14 @@ class Impact(Section):
         if not isinstance(raw, dict) or raw.get("direction") is None:
             return raw
         given = raw["direction"]
-        numbers = isinstance(given, list | tuple) and all(isinstance(c, int | float) for c in given)
-        if not numbers or len(given) != 3 or not given[2] < 0.0 or not all(math.isfinite(c) for c in given):
+        if not is_direction(given):
             raise complaint(
                 f"has direction = {given}; write three numbers of which the third is negative, such as "
                 "[0.8, 0.1, -0.6]: the bird flies towards -z, onto the target"
             )
         if "angle" in raw:
             return raw
-        return raw | {"angle": f"{math.degrees(math.atan2(-given[2], math.hypot(given[0], given[1])))!r} deg"}
+        return raw | {"angle": f"{math.degrees(slope_of(given))!r} deg"}
 
     @model_validator(mode="after")
     def _first_touch_is_of_a_plane_flight(self) -> Impact:

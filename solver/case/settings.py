@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import InitErrorDetails
 
 from birdstrike.data.units import UnitError, share
+from birdstrike.solver.bird.model_names import table_of
 from birdstrike.solver.case.external import Text
 from birdstrike.solver.case.sections import quantities, quantity_at
 from birdstrike.solver.fields import Between, Count, Later, OneOf, Section, complaint, each_of
+from birdstrike.solver.registry import errors_of
 
+MATERIAL = "bird.material."
 NUISANCE = {
     "time_offset": Between("0 ms", "10 ms"),
     "speed": Between("0 m/s", "100 m/s"),
@@ -89,9 +94,28 @@ def _not_sought(key: str) -> str:
 def _no_such_quantity(key: str) -> str:
     """Why a dotted key cannot be sought, with the nearest that can."""
     known = [name for name, _ in quantities() if not _not_sought(name)]
-    close = difflib.get_close_matches(key, known, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
-    return f"belongs to no quantity of a case; {hint}"
+    return f"belongs to no quantity of a case; {_did_you_mean(key, dict(zip(known, known, strict=True)))}"
+
+
+def _did_you_mean(word: str, known: Mapping[str, str]) -> str:
+    """The key of the nearest of the known words, or all keys."""
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean {known[close[0]]}?" if close else f"known: {', '.join(known.values())}"
+
+
+def _not_of_model(name: str, entries: Any) -> Iterator[InitErrorDetails]:
+    """What is wrong with a name under `inversion.models`, and keys there that are no constant of that model."""
+    try:
+        table = table_of(name)
+    except ValueError as error:
+        yield InitErrorDetails(type=complaint(str(error)), loc=(name,), input={})
+        return
+    known = [key for key, _ in quantities({"bird": {"material": table}}) if key.startswith(MATERIAL)]
+    for key in entries if isinstance(entries, dict) else ():
+        if key.startswith(MATERIAL) and key not in known:
+            close = _did_you_mean(key.rsplit(".", 1)[-1], {one.rsplit(".", 1)[-1]: one for one in known})
+            text = f"belongs to no quantity of the model {name}; {close}"
+            yield InitErrorDetails(type=complaint(text), loc=(name, key), input={})
 
 
 class InversionSettings(Section):
@@ -120,6 +144,9 @@ class InversionSettings(Section):
     def _parameters_of_each_model(cls, value: Any) -> Any:
         if not isinstance(value, dict):
             return value
+        wrong = [error for name, entries in value.items() for error in _not_of_model(name, entries)]
+        if wrong:
+            raise errors_of(wrong)
         return {name: cls._each_parameter_knows_its_key(entries) for name, entries in value.items()}
 
     @field_validator("nuisance", mode="before")

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
 from birdstrike.solver.kernels import metal
+from birdstrike.solver.registry import errors_of
 from birdstrike.solver.target.files.mesh_file import METRES, MeshFile, digest
 from birdstrike.solver.target.files.mesh_quality import Finding, slow_shells
 from birdstrike.solver.target.generators.interface import Generator, Length
@@ -91,14 +94,11 @@ class Rivets(Section):
         return RivetData(*springs, self.tension_strength, self.shear_strength, self.exponents)
 
 
-class Target(Section):
-    """A target of named parts; supports: how sets of nodes are held, a word or a table of springs.
+class TargetMesh(Section):
+    """What makes the mesh of a target: a generator, or the file `mesh` in the unit of length `mesh_unit`.
 
-    ties, rivets: what joins parts that share no node.
-
-    Its mesh is a generator's, or that of the file `mesh` in the unit of length `mesh_unit`; origin [m]: the point of
-    the file's own axes on which the bird is aimed, from their z; struck: the part that it is aimed at.
-    damping [1/s]: rate at which a free vibration's amplitude decays.
+    origin [m]: the point of the file's own axes on which the bird is aimed, from their z; struck: the part that it is
+    aimed at.
     """
 
     generator: Annotated[Generator, GENERATORS] | None = None
@@ -106,6 +106,29 @@ class Target(Section):
     mesh_unit: Annotated[str, OneOf(tuple(METRES))] | None = None
     origin: tuple[Annotated[float, PLACE], Annotated[float, PLACE], Annotated[float, PLACE]] = (0.0, 0.0, 0.0)
     struck: str | None = None
+
+    @property
+    def source(self) -> Generator | MeshFile:
+        """What makes the mesh; raises a complaint where the case names none, or a file that cannot be used."""
+        if (self.generator is None) == (self.mesh is None):
+            raise complaint("needs a mesh: give target.generator or target.mesh, one of them")
+        if self.generator is not None:
+            return self.generator
+        if self.mesh_unit is None:
+            raise complaint(f"has no mesh_unit: say in which unit {self.mesh} is, one of {', '.join(METRES)}")
+        assert self.mesh is not None
+        try:
+            return MeshFile(self.mesh, self.mesh_unit, self.origin, self.struck)
+        except UserError as error:
+            raise complaint(f"has a mesh that cannot be used: {'; '.join(error.errors)}") from error
+
+
+class Target(TargetMesh):
+    """A target of named parts; supports: how sets of nodes are held, a word or a table of springs.
+
+    ties, rivets: what joins parts that share no node. damping [1/s]: rate at which a free vibration's amplitude decays.
+    """
+
     materials: dict[str, Annotated[TargetMaterial, TARGET_LAWS]]
     parts: dict[str, Part]
     supports: dict[str, Annotated[str | EdgeSprings, WordOr(EDGE_WORDS, EdgeSprings)]] = Field(default_factory=dict)
@@ -117,30 +140,52 @@ class Target(Section):
     def _names_that_belong_together(self) -> Target:
         """Every part of the mesh has its thickness and a known material; every support is of a set of the mesh."""
         source = self.source
+        wrong = [*self._wrong_parts(source), *self._wrong_links(source)]
+        if wrong:
+            raise errors_of([InitErrorDetails(type=complaint(text), loc=(), input={}) for text in wrong])
+        self._check_pieces(source)
+        return self
+
+    def _wrong_parts(self, source: Generator | MeshFile) -> Iterator[str]:
+        """What is wrong with the names of parts, materials and supports."""
         idle = [key for key in ("mesh_unit", "origin", "struck") if key in self.model_fields_set]
         if self.generator is not None and idle:
-            raise complaint(f"has {idle[0]}, which is of a mesh from a file; leave it out beside a generator")
+            yield f"has {idle[0]}, which is of a mesh from a file; leave it out beside a generator"
         known, given = source.parts, self.parts
         if source.struck not in known:
-            raise complaint(
-                f'has struck = "{source.struck}", a part that the mesh has not; its parts: {", ".join(known)}'
-            )
+            yield f'has struck = "{source.struck}", a part that the mesh has not; its parts: {", ".join(known)}'
         for name in known:
             if name not in given:
-                raise complaint(f"has no parts.{name}: give it a thickness and a material")
+                yield f"has no parts.{name}: give it a thickness and a material"
         for name, part in given.items():
             if name not in known:
-                raise complaint(f"has parts.{name}, which the mesh has not; its parts: {', '.join(known)}")
+                yield f"has parts.{name}, which the mesh has not; {_nearest(name, known)}"
             if part.material not in self.materials:
                 names = ", ".join(self.materials) or "none"
-                raise complaint(f'has parts.{name}.material = "{part.material}", unknown; materials: {names}')
+                yield f'has parts.{name}.material = "{part.material}", unknown; materials: {names}'
         for name in self.supports:
             if name not in source.sets:
                 sets = ", ".join(source.sets)
-                raise complaint(f"has supports.{name}, a set of nodes that does not exist; sets: {sets}")
-        self._check_links(source)
-        self._check_pieces(source)
-        return self
+                yield f"has supports.{name}, a set of nodes that does not exist; sets: {sets}"
+
+    def _wrong_links(self, source: Generator | MeshFile) -> Iterator[str]:
+        """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
+        parts, sets = ", ".join(source.parts), ", ".join(source.sets)
+        for name, tie in self.ties.items():
+            if tie.nodes not in source.sets:
+                yield f'has ties.{name}.nodes = "{tie.nodes}", a set that does not exist; sets: {sets}'
+            if tie.onto not in source.parts:
+                yield f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}'
+        for name, rivets in self.rivets.items():
+            for part in rivets.parts or ():
+                if part not in source.parts:
+                    yield f'has rivets.{name}.parts with "{part}", which the mesh has not; parts: {parts}'
+            if rivets.parts is None and name not in source.rows:
+                rows = ", ".join(source.rows) or "none"
+                yield f"has rivets.{name} without parts, start, end and pitch; rows that the generator places: {rows}"
+        for name in source.rows:
+            if name not in self.rivets:
+                yield f"has no rivets.{name}: give it a tension_strength and a shear_strength"
 
     def _check_pieces(self, source: Generator | MeshFile) -> None:
         """A mesh from a file hangs together, unless something joins its pieces."""
@@ -149,27 +194,6 @@ class Target(Section):
                 f"has a mesh that cannot be used: target.mesh = {source.path}: it falls into {source.pieces} pieces "
                 "that share no node; merge the nodes along their joints, or give target.ties or target.rivets"
             )
-
-    def _check_links(self, source: Generator | MeshFile) -> None:
-        """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
-        parts, sets = ", ".join(source.parts), ", ".join(source.sets)
-        for name, tie in self.ties.items():
-            if tie.nodes not in source.sets:
-                raise complaint(f'has ties.{name}.nodes = "{tie.nodes}", a set that does not exist; sets: {sets}')
-            if tie.onto not in source.parts:
-                raise complaint(f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}')
-        for name, rivets in self.rivets.items():
-            for part in rivets.parts or ():
-                if part not in source.parts:
-                    raise complaint(f'has rivets.{name}.parts with "{part}", which the mesh has not; parts: {parts}')
-            if rivets.parts is None and name not in source.rows:
-                rows = ", ".join(source.rows) or "none"
-                raise complaint(
-                    f"has rivets.{name} without parts, start, end and pitch; rows that the generator places: {rows}"
-                )
-        for name in source.rows:
-            if name not in self.rivets:
-                raise complaint(f"has no rivets.{name}: give it a tension_strength and a shear_strength")
 
     def findings(self) -> list[Finding]:
         """What is doubtful about the shells of a mesh from a file, and which of them rule the time step."""
@@ -186,21 +210,6 @@ class Target(Section):
             row = rivets.row()
             for one in placed[name] if row is None else (row,):
                 yield name, one, rivets.data()
-
-    @property
-    def source(self) -> Generator | MeshFile:
-        """What makes the mesh; raises a complaint where the case names none, or a file that cannot be used."""
-        if (self.generator is None) == (self.mesh is None):
-            raise complaint("needs a mesh: give target.generator or target.mesh, one of them")
-        if self.generator is not None:
-            return self.generator
-        if self.mesh_unit is None:
-            raise complaint(f"has no mesh_unit: say in which unit {self.mesh} is, one of {', '.join(METRES)}")
-        assert self.mesh is not None
-        try:
-            return MeshFile(self.mesh, self.mesh_unit, self.origin, self.struck)
-        except UserError as error:
-            raise complaint(f"has a mesh that cannot be used: {'; '.join(error.errors)}") from error
 
     @property
     def struck_name(self) -> str:
@@ -247,6 +256,33 @@ class Target(Section):
             target["materials"] = {self.struck_part.material: own}
         kept = {key: value for key, value in changes.items() if key not in ("plate", "target")}
         return kept | {"target": {**changes.get("target", {}), **target}}
+
+
+def parts_of_mesh(target: Any) -> tuple[str, ...] | None:
+    """Parts of the mesh that a target's table as read names; None where it names none that can be made."""
+    if not isinstance(target, Mapping):
+        return None
+    try:
+        mesh = TargetMesh.model_validate({key: target[key] for key in TargetMesh.model_fields if key in target})
+        return tuple(mesh.source.parts)
+    except ValueError:  # the target's own validation says what is wrong
+        return None
+
+
+def unknown_part(target: Any, name: str) -> str:
+    """What to say of a table under `target.parts` whose name is no part of the mesh; empty where it is one."""
+    known = parts_of_mesh(target)
+    return (
+        ""
+        if known is None or name in known
+        else f"target has parts.{name}, which the mesh has not; {_nearest(name, known)}"
+    )
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    """The nearest of the known parts, and all of them."""
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"{f'did you mean {close[0]}? Its' if close else 'its'} parts: {', '.join(known)}"
 
 
 def _speed_of_sound(material: TargetMaterial) -> float:

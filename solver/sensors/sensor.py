@@ -236,11 +236,15 @@ class Placed(Sensor):
 
 
 def mean_over_interval(clock: Array, time: Array, values: Array) -> Array:
-    """Mean over each sampling interval centred on the clock, from the integral: no impulse is lost or aliased."""
+    """Mean over each sampling interval centred on the clock, from the integral: no impulse is lost or aliased.
+
+    An interval before the first instant or beyond the last one has the value there.
+    """
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
     half = 0.5 * (clock[1] - clock[0])
-    early, late = np.clip(clock - half, 0.0, time[-1]), np.clip(clock + half, 0.0, time[-1])
-    return (np.interp(late, time, integral) - np.interp(early, time, integral)) / (late - early)
+    early, late = (np.clip(clock + side, time[0], time[-1]) for side in (-half, half))
+    gained, length = np.interp(late, time, integral) - np.interp(early, time, integral), late - early
+    return np.where(length > 0.0, gained / np.where(length > 0.0, length, 1.0), np.interp(clock, time, values))
 
 
 def deformable(run: Run) -> Target:

@@ -107,3 +107,33 @@ def test_directions_that_are_none_are_refused(impact, message):
     with pytest.raises(CaseError) as error:
         aimed(**impact)
     assert any(message in line for line in error.value.errors), error.value.errors
+
+
+def test_a_direction_laid_over_an_inherited_angle_is_the_one_that_is_flown():
+    case = load_case("flat_plate_002", {"impact.direction": "[0.8, 0.3, -0.6]"})
+    assert direction_of(case.impact) == pytest.approx(np.array([0.8, 0.3, -0.6]) / np.sqrt(1.09), abs=1e-12)
+    extended = load_case({"extends": "flat_plate_002", "impact": {"direction": [0.8, 0.3, -0.6]}})
+    assert extended.impact == case.impact
+
+
+def test_an_angle_laid_over_a_direction_changes_its_slope_and_keeps_its_way():
+    case = load_case("flat_plate_002", {"impact.direction": "[0.8, 0.3, -0.6]"})
+    effect = case.with_effects({"impact_angle": np.deg2rad(2.0)}).resolved()
+    sought = case.with_values({"impact.angle": case.impact.angle + np.deg2rad(2.0)})
+    for one in (effect, sought, load_case(sought.table)):
+        assert one.impact.angle == pytest.approx(case.impact.angle + np.deg2rad(2.0))
+        assert one.impact.heading == pytest.approx(case.impact.heading, abs=1e-12)
+        assert one.impact.direction == pytest.approx(direction_of(one.impact), abs=1e-12)
+    upright = case.with_values({"impact.angle": 0.5 * np.pi}).with_values({"impact.angle": 1.0})
+    assert upright.impact.heading == pytest.approx(case.impact.heading, abs=1e-9)
+
+
+def test_a_direction_and_an_angle_of_one_file_agree_or_are_refused():
+    table = load_case("flat_plate_002").table
+    table["impact"] |= {"direction": [0.8, 0.3, -0.6], "angle": "90 deg"}
+    with pytest.raises(CaseError, match=r"makes an angle of 35.08 deg .* impact.angle = 90 deg .* leave impact.angle"):
+        load_case(table)
+    table["impact"]["angle"] = "35.1 deg"
+    assert load_case(table).impact.angle == pytest.approx(np.deg2rad(35.1))
+    with pytest.raises(CaseError, match=r"--set impact.direction is undone by another --set"):
+        load_case("flat_plate_002", {"impact.direction": "[0.8, 0.3, -0.6]", "impact.angle": "60 deg"})

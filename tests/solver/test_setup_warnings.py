@@ -13,6 +13,7 @@ from birdstrike.data.paths import CASES, TEMPLATES
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.setup_warnings import (
     MESH_LIMIT,
+    bird_beside_plate,
     coarse_mesh,
     plate_mesh_error,
     setup_warnings,
@@ -92,3 +93,11 @@ def test_a_coarse_mesh_from_a_file_is_told_at_once(tmp_path: Path) -> None:
     (said, *_) = coarse_mesh(load_case(table))
     assert "3 shells across the plate" in said
     assert "refine the file of target.mesh" in said
+
+
+def test_a_point_beside_the_plate_is_named_as_such() -> None:
+    aim = {"impact.point": '["300 mm", "0 mm", "0 mm"]', "impact.aim": "axis"}
+    (line,) = bird_beside_plate(load_case("reference_strike", aim))
+    assert "impact.point = 300 and 0 mm" in line
+    assert "correct impact.point" in line
+    assert "impact.offset" not in line

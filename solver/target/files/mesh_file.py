@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
+from birdstrike.solver.fields import shortened
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.text_meshes import NUMBER, number_shells, readable_abaqus, unread
@@ -54,8 +55,9 @@ def inspect_mesh(path: str, unit: str, origin: tuple[float, float, float]) -> tu
     """The mesh of a file, however bad its shells are, and all that is found about them; raises UserError for none."""
     try:
         return _read(path, unit, origin, Path(path).stat().st_mtime_ns)
-    except OSError as error:
-        raise UserError(f"target.mesh = {path} cannot be read: {error}") from error
+    except (OSError, ValueError) as error:  # the latter for a name that no file can have
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"target.mesh = {shortened(path)} cannot be read: {reason}") from error
 
 
 @lru_cache(maxsize=8)

@@ -76,3 +76,12 @@ def test_an_effect_without_a_place_is_refused_before_anything_is_run(tmp_path: P
     with pytest.raises(CaseError) as caught:
         external_solver(load_case(path))
     assert list(caught.value.errors) == ["effects.bird_friction: the deck has no place for impact.friction"]
+
+
+@pytest.mark.parametrize(
+    "line", ['{{ velocity_normal | to("m/s") }}', '{{ impact.angle | to("deg") }}', "{{ impact.direction[2] }}"]
+)
+def test_an_angle_s_effect_is_carried_beside_a_direction(tmp_path: Path, line: str) -> None:
+    path = written(tmp_path, deck=DECK.replace("(1.8 * velocity_normal)", "(1.8 * impact.speed)") + line)
+    case = load_case(path, {"impact.direction": "[0.8, 0.3, -0.6]"})
+    assert unsupported_by_deck(case, "impact_angle") == ""

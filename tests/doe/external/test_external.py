@@ -108,7 +108,7 @@ def test_nodout_as_fortran_writes_it(tmp_path: Path) -> None:
     )
     program = tmp_path / "writes.py"
     program.write_text(f"open('nodout', 'w').write({blocks!r})\nprint('N o r m a l    t e r m i n a t i o n')\n")
-    case = changed(tmp_path, str(PROGRAM), str(program))
+    case = changed(tmp_path, str(PROGRAM), str(program)).overlaid({"time": {"output_interval": "1 ms"}})
     np.testing.assert_allclose(simulate_external(case).channels["displacement_centre"][-1], 1.5e-106, rtol=1e-9)
 
 
@@ -212,6 +212,12 @@ def test_another_deck_is_another_campaign(tmp_path: Path) -> None:
         ("node = 4711", "", ["external.sensors.displacement_centre.node is missing"]),
         ('time_limit = "30 s"', "time_limit = 30", ["external.time_limit = 30 has no unit"]),
         ('version = "oscillator 1"', "", ["external.version is missing"]),
+        ('template = "strike.k.j2"', "template = 1", ["external.template = 1 must be a text such as"]),
+        ('template = "strike.k.j2"', 'template = "strike.k.j2"\nfiles = 3', ["external.files = 3 must be a list"]),
+        ('template = "strike.k.j2"', 'template = "strike.k.j2"\nfiles = [3]', ["external.files.0 = 3 must be a text"]),
+        ('template = "strike.k.j2"', f'template = "{300 * "x"}"', ["(320 characters) is no file in"]),
+        ('file = "nodout"', f'file = "{300 * "x"}"', ["is longer than any file's name: 300 bytes, at most 255"]),
+        ("factor = -1", "factor = 0", ["displacement_centre.factor = 0 would make every reading 0; write 1, or -1"]),
     ],
 )
 def test_what_is_wrong_in_the_section_is_named(tmp_path: Path, old: str, new: str, messages: list[str]) -> None:

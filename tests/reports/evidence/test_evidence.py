@@ -16,6 +16,7 @@ import birdstrike.inversion.forward
 from birdstrike import evidence
 from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import MARK
 from birdstrike.reports.evidence.verification_rows import aspects, read_rows
 from birdstrike.solver.case.case import load_case
 from tests.inversion import small_campaign
@@ -140,3 +141,14 @@ def test_evidence_that_could_not_be_repeated_is_refused(tmp_path: Path, zipped: 
     with pytest.raises(UserError, match="was made by birdstrike calibrate-models, and it has no page; give a folder"):
         evidence(tmp_path / "models", tmp_path / "f.zip")
     assert not (tmp_path / "f.zip").exists()
+
+
+@pytest.mark.parametrize(("maker", "files"), [("diagnose", ("diagnosis.json", "diagnosis.csv")), ("compare", ())])
+def test_a_folder_without_an_inversion_is_told_what_evidence_is_of(
+    tmp_path: Path, maker: str, files: tuple[str, ...]
+) -> None:
+    for name in files:
+        (tmp_path / name).write_text("{}")
+    (tmp_path / MARK).write_text(json.dumps({"command": maker}))
+    with pytest.raises(UserError, match="give a folder that train-and-invert or close-the-loop or start made"):
+        evidence(tmp_path)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
 
 from birdstrike.data.errors import CaseError
+from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.sensors.strain import Strain
 from tests.solver.case.wrong_cases import errors_with, raised, written
@@ -136,3 +139,68 @@ def test_a_mass_that_makes_no_birds_density_is_told_with_it() -> None:
     """It takes the place of a density that the case states."""
     (line,) = errors_with({"bird.mass": "10 kg"})
     assert line.startswith("bird.mass = 10 kg in a volume of 2 l makes a density of 4999 kg/m^3, beyond 50 kg/m^3 ..")
+
+
+def bird_of(**keys: str) -> Bird:
+    """The reference strike's bird with these keys for its shape, size and mass."""
+    table = load_case("reference_strike").table
+    table["bird"] = {"material": table["bird"]["material"], **keys}
+    return load_case(table).bird
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"shape": "sphere", "diameter": "50 mm", "mass": "0.3 kg"}, "density of 4584 kg/m^3"),
+        ({"shape": "ellipsoid", "diameter": "50 mm", "length": "40 mm", "mass": "0.2 kg"}, "density of 3820 kg/m^3"),
+        ({"shape": "sphere", "diameter": "50 mm", "mass": "0.3 kg", "density": "938 kg/m^3"}, "both given; keep one"),
+    ],
+)
+def test_a_mass_of_any_shape_that_makes_no_bird_s_density_is_refused(keys: dict[str, str], said: str) -> None:
+    with pytest.raises(CaseError, match=re.escape(said)):
+        bird_of(**keys)
+
+
+def test_a_sphere_s_mass_and_density_give_its_size() -> None:
+    own = bird_of(shape="sphere", mass="0.3 kg", density="950 kg/m^3")
+    assert own.diameter == own.length == pytest.approx((6.0 * 0.3 / 950.0 / math.pi) ** (1.0 / 3.0))
+    settings = {"bird.shape": "sphere", "bird.mass": "0.3 kg", "bird.density": "950 kg/m^3"}
+    laid_over = load_case("reference_strike", settings)
+    assert laid_over.bird.diameter == pytest.approx(own.diameter)
+    denser = laid_over.overlaid({"bird": {"density": "1000 kg/m^3"}}).bird
+    assert (denser.actual_mass, denser.actual_density) == (0.3, 1000.0)
+
+
+KNOWN = "known: bird.material.pressure_cutoff, "
+
+
+@pytest.mark.parametrize(
+    ("model", "key", "said"),
+    [
+        ("murnagham", "eos.B", 'inversion.models.murnagham is no bird model; did you mean "murnaghan"?'),
+        (
+            "murnaghan",
+            "eos.C",
+            f'murnaghan."bird.material.eos.C" belongs to no quantity of the model murnaghan; {KNOWN}',
+        ),
+        ("murnaghan", "viscosty", "of the model murnaghan; did you mean bird.material.viscosity?"),
+    ],
+)
+def test_a_model_s_name_and_keys_are_known_ones(model: str, key: str, said: str) -> None:
+    (line,) = errors_with({f'inversion.models.{model}."bird.material.{key}".range': "[1.0, 2.0]"})
+    assert said in line
+    assert "eos.C0" not in line
+
+
+@pytest.mark.parametrize(
+    ("effect", "key"),
+    [
+        ("sensor_gain", "gain"),
+        ("time_offset", "time_offset"),
+        ("sensor_bandwidth", "bandwidth"),
+        ("sensor_drift", "drift"),
+    ],
+)
+def test_an_effect_of_one_sensor_is_its_instrument_s(effect: str, key: str) -> None:
+    (line,) = errors_with({f"effects.{effect}.displacement_centre": "0.05"})
+    assert f"of one sensor alone write instrument.displacement_centre.{key} (such as " in line

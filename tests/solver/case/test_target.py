@@ -188,3 +188,34 @@ def test_a_part_without_a_thickness_is_told():
     del table["target"]["parts"]["stiffeners"]
     with pytest.raises(CaseError, match=r"has no parts\.stiffeners: give it a thickness and a material"):
         load_case(table)
+
+
+def test_a_misspelt_part_is_told_with_the_nearest():
+    with pytest.raises(CaseError) as caught:
+        load_case("openradioss_panel", {"target.parts.skinn.thickness": "2 mm"})
+    told = "target has parts.skinn, which the mesh has not; did you mean skin? Its parts: skin, stiffeners"
+    assert caught.value.errors == [told]
+
+
+def test_all_wrong_references_of_a_target_are_told_at_once():
+    table = PANEL.table
+    table["target"]["parts"]["skin"]["material"] = "alu"
+    table["target"]["supports"]["edgs"] = "clamped"
+    row = {"parts": ["skn", "skin"], "start": ["0 mm"] * 3, "end": ["10 mm", "0 mm", "0 mm"], "pitch": "5 mm"}
+    table["target"]["rivets"] = {"row": row | {"tension_strength": "5 kN", "shear_strength": "5 kN"}}
+    table["sensors"] = {"w": {"kind": "displacement", "point": ["0 mm"] * 3, "part": "sken"}}
+    table["sensors"]["r"] = {"kind": "reaction_force", "support": "nix"}
+    with pytest.raises(CaseError) as caught:
+        load_case(table)
+    wrong = ("skin.material", "supports.edgs", 'parts with "skn"', "sensors.w.part", "sensors.r.support")
+    assert len(caught.value.errors) == len(wrong)
+    assert all(what in line for what, line in zip(wrong, caught.value.errors, strict=True))
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a\0b"])
+def test_a_mesh_whose_name_no_file_can_have_is_the_user_s_error(name):
+    table = PANEL.table
+    del table["target"]["generator"]
+    table["target"] |= {"mesh": name, "mesh_unit": "mm"}
+    with pytest.raises(CaseError, match="cannot be read"):
+        load_case(table)

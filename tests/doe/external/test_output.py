@@ -1,0 +1,102 @@
+"""Curves of another solver that are no whole history: read as they are, or refused with what is wrong with them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import RunFailed
+from birdstrike.data.histories import Histories
+from birdstrike.doe.external.external import simulate_external
+from birdstrike.solver.case.case import Case, load_case
+from tests.doe.external_case import CASE
+
+END, STEP = 2.0, 0.02
+TIMES = np.arange(101) * STEP
+"""[ms]; the case's output interval is 20 us."""
+FORCES = 100.0 + 10.0 * np.sin(TIMES)
+READINGS = {
+    "csv": 'format = "csv"\nfile = "out.csv"\ncolumn = "f"\nunit = "N"\ntime_unit = "ms"',
+    "columns": 'format = "columns"\nfile = "out.csv"\nunit = "N"\ntime_unit = "ms"',
+}
+
+
+def case_of(folder: Path, rows: Sequence[tuple[object, object]], form: str) -> Case:
+    """A case whose solver writes these rows of time [ms] and contact force [N]."""
+    text = "\n".join(["t,f", *(f"{t},{f}" for t, f in rows)]) + "\n"
+    program = folder / "writes.py"
+    program.write_text(f"open('out.csv', 'w').write({text!r})\nprint('N o r m a l    t e r m i n a t i o n')\n")
+    (folder / "strike.k.j2").write_text("deck\n")
+    command = f'["{sys.executable}", "-I", "-S", "{program}"]'
+    stated = CASE.replace("{COMMAND}", command).replace("{READING}", READINGS[form])
+    stated = stated.replace("sensors.displacement_centre]\n", "sensors.contact_force]\n").replace(
+        'kind = "displacement"', 'kind = "contact_force"'
+    )
+    (folder / "case.toml").write_text(stated)
+    return load_case(folder / "case.toml")
+
+
+def read(folder: Path, rows: Sequence[tuple[object, object]], form: str = "csv") -> Histories:
+    return simulate_external(case_of(folder, rows, form))
+
+
+def reason(folder: Path, rows: Sequence[tuple[object, object]], form: str) -> str:
+    with pytest.raises(RunFailed) as caught:
+        read(folder, rows, form)
+    return caught.value.reason
+
+
+def whole() -> list[tuple[object, object]]:
+    return list(zip(TIMES.round(6).tolist(), FORCES.tolist(), strict=True))
+
+
+def test_a_file_that_ends_an_interval_early_has_its_last_value_there(tmp_path: Path) -> None:
+    forces = read(tmp_path, whole()[:-1]).channels["contact_force"]
+    assert np.isfinite(forces).all()
+    assert forces[-1] == pytest.approx(FORCES[-2])
+
+
+def test_a_file_that_begins_an_interval_late_has_its_first_value_there(tmp_path: Path) -> None:
+    assert read(tmp_path, whole()[1:]).channels["contact_force"][0] == pytest.approx(FORCES[1])
+
+
+@pytest.mark.parametrize("form", READINGS)
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (whole()[:51:50], "ends at 1 ms, before time.end = 2 ms by more than time.output_interval = 20 us"),
+        (whole()[2:], "begins at 0.04 ms, more than time.output_interval = 20 us after 0"),
+        (whole() + [(t, 0.0) for t, _ in whole()[1:]], "the time falls from 2 to 0.02 ms after row 101"),
+        (whole()[::-1], "the time falls from 2 to 1.98 ms after row 1 "),
+        (whole()[:20] + whole()[26:], "no reading between 0.38 and 0.52 ms, more than 5 times"),
+        ([*whole()[:9], (0.18, "nan"), *whole()[10:]], "nan"),
+        ([*whole()[:9], (0.18, "-inf"), *whole()[10:]], "-inf"),
+        ([*whole()[:9], ("nan", 1.0), *whole()[10:]], "nan"),
+        ([*whole()[:9], (0.18, "*****"), *whole()[10:]], "*****"),
+    ],
+)
+def test_what_is_no_whole_history_is_refused(
+    tmp_path: Path, rows: Sequence[tuple[object, object]], said: str, form: str
+) -> None:
+    assert said in reason(tmp_path, rows, form)
+
+
+def test_an_empty_cell_is_no_number(tmp_path: Path) -> None:
+    told = reason(tmp_path, [*whole()[:9], (0.18, ""), *whole()[10:]], "csv")
+    assert "1 of 101 rows hold no finite number, the first being row 10 of the data" in told
+
+
+def test_a_gap_of_five_intervals_and_a_repeated_instant_are_a_history(tmp_path: Path) -> None:
+    rows = [*whole()[:20], *whole()[24:]]
+    found = read(tmp_path, [row for row in rows for _ in (0, 1)]).channels["contact_force"]
+    np.testing.assert_allclose(found[2:-2], FORCES[2:-2], rtol=5e-3)
+
+
+def test_whole_numbers_with_an_exponent_are_numbers_of_a_column(tmp_path: Path) -> None:
+    rows = [(f"{20 * i}e-03", f"{round(force)}E+00") for i, force in enumerate(FORCES)]
+    found = read(tmp_path, rows, "columns").channels["contact_force"]
+    np.testing.assert_allclose(found, FORCES, atol=0.6)
