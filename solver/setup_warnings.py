@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from birdstrike.solver.build import aimed_at, rest_mesh
+from birdstrike.solver.build import aimed_at, rest_mesh, stiffness_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.remarks import remarks
 from birdstrike.solver.sensors.instrument import unrecorded
 from birdstrike.solver.target.files.mesh_quality import WARNING
+from birdstrike.solver.target.supports import NAMED
 
 BESIDE = 0.01
 """Share of the bird's cross-section that may fly past the plate unsaid."""
@@ -41,7 +42,10 @@ def setup_warnings(case: Case) -> list[str]:
 def free_target(case: Case) -> list[str]:
     """A warning about a target of several parts that nothing holds."""
     target = case.target
-    if target is None or any(edges != "free" for edges in target.supports.values()):
+    if target is None:
+        return []
+    sets_of_mesh = target.source.mesh().sets
+    if any(len(sets_of_mesh[name]) and stiffness_of(held) != NAMED["free"] for name, held in target.supports.items()):
         return []
     if any(not target.materials[part.material].moves for part in target.parts.values()):
         return []

@@ -23,6 +23,10 @@ ONLY_FOR = {
 }
 """What only one of the bird's methods has a use for."""
 IDLE_FOR_SPHERE = ("impact.yaw", "impact.pitch")
+OF_A_FILE = ("mesh", "mesh_unit", "origin", "struck")
+"""Keys of a target that go with a mesh from a file."""
+OF_ONE_MESH = ("parts", "supports", "ties", "rivets")
+"""Tables of a target whose keys are names of its mesh."""
 METHOD = "sph"  # where none stands
 INSTANT = Between("0 ms", "100 ms")
 """Range and unit of the times of a case."""
@@ -30,7 +34,10 @@ ANGLE = Between("1 deg", "90 deg")
 """Of the velocity, from the plate's surface."""
 SAME_SLOPE = 1e-9
 """Difference of two slopes that is rounding [rad]."""
-CHOOSING = ("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "bird.shape", "plate.rigid")
+CHOOSING = (
+    *("bird.slenderness", "bird.statistics", "bird.material", "bird.method", "bird.shape", "plate.rigid"),
+    *("target.mesh", "target.generator.kind"),
+)
 """Keys whose value makes others void: of several overrides these come first."""
 
 
@@ -58,7 +65,7 @@ def at(raw: Any, key: str) -> Any:
 
 def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
     """`base` with `over` laid on it, table by table; neither is changed."""
-    base = base if place else _without_idle(base, over)
+    base = base if place else _without_other_mesh(_without_idle(base, over), over)
     over = _with_slope(base, over) if place == ("impact",) else over
     merged = {key: value for key, value in base.items() if key not in _replaced(base, over, place)}
     if not place:
@@ -142,6 +149,35 @@ def _without_idle(base: Raw, over: Mapping[str, Any]) -> Raw:
     for key in void:
         base = _without(_without_key(base, key.split(".")), key)
     return _without_late_snapshots(base, over)
+
+
+def _without_other_mesh(base: Raw, over: Mapping[str, Any]) -> Raw:
+    """The base without the mesh of its target where the overlay gives the other kind, a file or a generator.
+
+    Of its parts, supports, ties and rivets, whose names are those of the mesh, those stay that the overlay names; all
+    where it names none. So do sensors on a part or a support.
+    """
+    target, own = base.get("target"), over.get("target")
+    if not isinstance(target, Mapping) or not isinstance(own, Mapping):
+        return base
+    to_file = "mesh" in own and "generator" not in own and "generator" in target
+    to_generator = at(own, "generator.kind") is not None and "mesh" not in own and "mesh" in target
+    if not to_file and not to_generator:
+        return base
+    left = {key: value for key, value in target.items() if key not in (("generator",) if to_file else OF_A_FILE)}
+    for key in OF_ONE_MESH:
+        if isinstance(left.get(key), Mapping) and isinstance(own.get(key), Mapping):
+            left[key] = {name: value for name, value in left[key].items() if name in own[key]}
+    base = base | {"target": left}
+    given, sensors = base.get("sensors"), over.get("sensors")
+    if isinstance(given, Mapping) and isinstance(sensors, Mapping):
+        base["sensors"] = {name: one for name, one in given.items() if name in sensors or not _on_a_name(one)}
+    return _without(base, "target.generator.") if to_file else base
+
+
+def _on_a_name(sensor: Any) -> bool:
+    """Whether a sensor names a part or a support of its target."""
+    return isinstance(sensor, Mapping) and ("part" in sensor or "support" in sensor)
 
 
 def _without_late_snapshots(base: Raw, over: Mapping[str, Any]) -> Raw:

@@ -110,8 +110,13 @@ class TargetMesh(Section):
     @property
     def source(self) -> Generator | MeshFile:
         """What makes the mesh; raises a complaint where the case names none, or a file that cannot be used."""
-        if (self.generator is None) == (self.mesh is None):
-            raise complaint("needs a mesh: give target.generator or target.mesh, one of them")
+        if self.generator is None and self.mesh is None:
+            raise complaint("needs a mesh: give target.generator or target.mesh")
+        if self.generator is not None and self.mesh is not None:
+            raise complaint(
+                "has two meshes, target.generator and target.mesh: leave one out; over a case that has the other, "
+                "target.mesh or a target.generator with its kind replaces it"
+            )
         if self.generator is not None:
             return self.generator
         if self.mesh_unit is None:
@@ -167,6 +172,7 @@ class Target(TargetMesh):
             if name not in source.sets:
                 sets = ", ".join(source.sets)
                 yield f"has supports.{name}, a set of nodes that does not exist; sets: {sets}"
+            yield from self._empty(f"supports.{name}, a set", name, source)
 
     def _wrong_links(self, source: Generator | MeshFile) -> Iterator[str]:
         """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
@@ -174,6 +180,7 @@ class Target(TargetMesh):
         for name, tie in self.ties.items():
             if tie.nodes not in source.sets:
                 yield f'has ties.{name}.nodes = "{tie.nodes}", a set that does not exist; sets: {sets}'
+            yield from self._empty(f'ties.{name}.nodes = "{tie.nodes}", a set', tie.nodes, source)
             if tie.onto not in source.parts:
                 yield f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}'
         for name, rivets in self.rivets.items():
@@ -186,6 +193,13 @@ class Target(TargetMesh):
         for name in source.rows:
             if name not in self.rivets:
                 yield f"has no rivets.{name}: give it a tension_strength and a shear_strength"
+
+    @staticmethod
+    def _empty(said: str, name: str, source: Generator | MeshFile) -> Iterator[str]:
+        """A set of a mesh from a file holds nodes."""
+        if isinstance(source, MeshFile) and name in source.sets and name not in source.filled:
+            filled = ", ".join(source.filled) or "none"
+            yield f"has {said} that holds no node of the shells; sets that hold nodes: {filled}"
 
     def _check_pieces(self, source: Generator | MeshFile) -> None:
         """A mesh from a file hangs together, unless something joins its pieces."""

@@ -1,97 +1,239 @@
-"""Meshes from LS-DYNA's keyword files, read through ansys-dyna-core: nodes, shells by part, sets of nodes."""
+"""Meshes from LS-DYNA's keyword files: *NODE, *ELEMENT_SHELL, the headings of *PART, and *SET_NODE."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_meshes import NUMBER
+from birdstrike.solver.target.files.text_mesh import Shell, TextMesh, decimal, included, lines_of, whole
 
 ENDINGS = (".k", ".key", ".dyn")
 """Of the files that are read as keyword files."""
-CORNERS = ["n1", "n2", "n3", "n4"]
+LONG = 20
+"""Width of every field in the long format."""
+WITH_LINE = ("THICKNESS", "BETA", "MCID")
+"""Options of *ELEMENT_SHELL that give each shell one more line, however many of them stand."""
+PART_OPTIONS = ("INERTIA", "REPOSITION", "CONTACT", "PRINT", "ATTACHMENT", "COMPOSITE")
+"""Options of *PART whose first two lines are heading and number, as without one."""
+MOVED = ("NODE_TRANSFORM", "NODE_MERGE", "PART_MOVE", "INCLUDE_")
+"""How keywords begin that move nodes or bring them."""
+JOINED = ("CONSTRAINED_", "CONTACT_TIED", "CONTACT_SPOTWELD", "ELEMENT_")
+"""How keywords begin that hold nodes together, load them with mass, or are elements."""
+UNHEARD = ("ELEMENT_PLOTEL", "INCLUDE_PATH", "CONSTRAINED_GLOBAL")
+"""Of these such that change nothing of the target."""
 
 
-def read_keywords(path: str) -> Any:
-    """A keyword file as meshio's mesh: *NODE, *ELEMENT_SHELL, parts by their headings, *SET_NODE_LIST by title.
+class Block(NamedTuple):
+    """Keyword in capitals without its star, whether its fields are long, and its lines without comments."""
 
-    A part or a set without a name is part_<number> or set_<number>. Raises UserError without ansys-dyna-core, and for
-    a file that holds no nodes.
+    keyword: str
+    long: bool
+    lines: list[str]
+
+    def fields(self, line: str, widths: Sequence[int]) -> list[str]:
+        """Fields of a line: between commas, or of fixed widths."""
+        if "," in line:
+            found = [word.strip() for word in line.split(",")]
+            return (found + [""] * len(widths))[: len(widths)]
+        found, at = list[str](), 0
+        for width in widths:
+            width = LONG if self.long else width
+            found.append(line[at : at + width].strip())
+            at += width
+        return found
+
+    def number(self, text: str, line: str) -> int:
+        """A whole number, 0 where nothing stands."""
+        return whole(text, line, f"*{self.keyword}") if text else 0
+
+
+def read_keywords(path: str) -> TextMesh:
+    """A keyword file with all that it includes.
+
+    A part or a set is called by its heading or title, by heading and number where several have the same, and without
+    one part_<number> or set_<number>. Raises UserError for a file that is no mesh of shells.
     """
-    import meshio  # late: only targets from files need it
+    mesh, blocks = TextMesh(), list(_blocks(Path(path)))
+    headings: dict[int, str] = {}
+    for block in blocks:
+        if block.keyword == "NODE":
+            _nodes(block, mesh)
+        elif block.keyword.startswith("ELEMENT_SHELL"):
+            _shells(block, mesh)
+        elif block.keyword.partition("_")[0] == "PART":
+            headings |= _headings(block)
+    if not mesh.places or not mesh.shells:
+        missing = "*NODE" if not mesh.places else "*ELEMENT_SHELL"
+        raise UserError(f"it holds no {missing}; write nodes and shells into the one file, or include them")
+    parts: dict[int, list[int]] = {}
+    for i, shell in enumerate(mesh.shells):
+        parts.setdefault(shell.part or 0, []).append(i)
+    mesh.shell_sets = {_called("part", pid, headings): parts[pid] for pid in sorted(parts)}
+    mesh.shells = [shell._replace(part=None) for shell in mesh.shells]  # the sets say it
+    _node_sets([block for block in blocks if block.keyword.startswith("SET_NODE")], mesh, parts)
+    _left_out(blocks, mesh)
+    return mesh
 
-    try:
-        from ansys.dyna.core import Deck
-    except ImportError as error:
-        raise UserError(
-            f"target.mesh = {path} is an LS-DYNA file: reading it needs ansys-dyna-core; install birdstrike[lsdyna], "
-            "or save the mesh as Abaqus .inp, Gmsh .msh or Nastran .bdf"
-        ) from error
-    deck: Any = Deck()
-    deck.loads(Path(path).read_text(encoding="utf-8", errors="replace"))
-    tables = [keyword.nodes for keyword in deck.get_kwds_by_type("NODE") if keyword.subkeyword == "NODE"]
-    shells = [keyword.elements for keyword in deck.get_kwds_by_type("ELEMENT") if keyword.subkeyword == "SHELL"]
-    if not tables or not shells:
-        missing = "*NODE" if not tables else "*ELEMENT_SHELL"
-        raise UserError(f"target.mesh = {path} holds no {missing}; write nodes and shells into the one file")
-    number = np.concatenate([table["nid"].to_numpy(np.int64) for table in tables])
-    points = np.concatenate([table[["x", "y", "z"]].to_numpy(np.float64) for table in tables])
-    at = {int(node): row for row, node in enumerate(number)}
-    corners = np.concatenate([table[CORNERS].fillna(0).to_numpy(np.int64) for table in shells])
-    part = np.concatenate([table["pid"].to_numpy(np.int64) for table in shells])
-    triangle = (corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2])
-    told = np.concatenate([corners[~triangle].ravel(), corners[triangle, :3].ravel()])
-    unknown = sorted({int(node) for node in told} - at.keys())
+
+def _blocks(path: Path, long: bool = False, depth: int = 0) -> Iterator[Block]:
+    """A file's blocks up to *END, those of included files in their place."""
+    block = Block("", long, [])
+    for line in [*lines_of(path), "*END"]:
+        if not line.startswith("*"):
+            if not line.startswith("$"):
+                block.lines.append(line)
+            continue
+        if block.keyword == "INCLUDE":
+            for name in _names_of_files(block.lines):
+                yield from _blocks(included(name, path, depth + 1), long, depth + 1)
+        elif block.keyword:
+            yield block
+        keyword, *words = line[1:].upper().split() or [""]
+        if keyword == "END":
+            return
+        if keyword == "KEYWORD":
+            said = "".join(words)
+            long = "LONG=Y" in said or (long and "LONG=" not in said)
+        if "%" in words or keyword.endswith("%"):
+            raise UserError(f"*{keyword} is in the I10 format (%), which is not read; write it in the standard format")
+        own = keyword.endswith("+") or (long and not keyword.endswith("-"))
+        block = Block(keyword.rstrip("+-"), own, [])
+
+
+def _names_of_files(lines: list[str]) -> Iterator[str]:
+    """Of *INCLUDE; a name that ends in " +" goes on in the next line."""
+    name = ""
+    for line in lines:
+        name += line.strip().removesuffix(" +")
+        if name and not line.rstrip().endswith(" +"):
+            yield name
+            name = ""
+
+
+def _nodes(block: Block, mesh: TextMesh) -> None:
+    for line in filter(str.strip, block.lines):
+        number, *place = block.fields(line, (8, 16, 16, 16))
+        x, y, z = (decimal(text, line, "*NODE") for text in place)
+        mesh.add_node(whole(number, line, "*NODE"), (x, y, z))
+
+
+def _shells(block: Block, mesh: TextMesh) -> None:
+    """Shells of a block; n4 equal to n3, or 0, makes a triangle."""
+    options = [word for word in block.keyword.split("_")[2:] if word]
+    unknown = [word for word in options if word not in (*WITH_LINE, "OFFSET", "DOF")]
     if unknown:
-        raise UserError(
-            f"target.mesh = {path}: shells name {len(unknown)} nodes that are not there, first {unknown[0]}"
-        )
-    cells: list[Any] = []
-    if not triangle.all():
-        cells.append(("quad", _rows(corners[~triangle], at)))
-    if triangle.any():
-        cells.append(("triangle", _rows(corners[triangle][:, :3], at)))
-    own = np.concatenate([table["eid"].to_numpy(np.int64) for table in shells])
-    numbers: dict[str, Any] = {NUMBER: [own[kind] for kind in _kinds(triangle)]}
-    named = _headings(deck)
-    sets: dict[str, Any] = {
-        named.get(int(pid), f"part_{pid}"): [np.flatnonzero(part[kind] == pid) for kind in _kinds(triangle)]
-        for pid in np.unique(part)
-    }
-    return meshio.Mesh(points, cells, cell_data=numbers, point_sets=_node_sets(deck, at), cell_sets=sets)
+        raise UserError(f"*{block.keyword} is not read; write its shells as *ELEMENT_SHELL")
+    each = 1 + any(word in WITH_LINE for word in options) + ("OFFSET" in options) + ("DOF" in options)
+    lines = [line for line in block.lines if line.strip()]
+    if len(lines) % each:
+        raise UserError(f"*{block.keyword} has {len(lines)} lines, of {each} for each shell; is the file cut short?")
+    for line in lines[::each]:
+        eid, pid, *nodes = (block.number(text, line) for text in block.fields(line, (8,) * 10))
+        if any(nodes[4:]):
+            raise UserError(
+                f"shell {eid} has nodes at mid-side; a target is of shells of first order, mesh it with those"
+            )
+        if nodes[3] in (0, nodes[2]):
+            nodes = nodes[:3]
+        mesh.shells.append(Shell(eid, tuple(nodes[:4]), pid))
+    for word, what in (("THICKNESS", "thicknesses are those of target.parts"), ("OFFSET", "shells lie in their nodes")):
+        if word in options and lines:
+            mesh.told.append(f"{word} of *{block.keyword} is not read: {what}")
 
 
-def _kinds(triangle: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
-    """Which shells each block of cells holds."""
-    return [kind for kind in (~triangle, triangle) if kind.any()]
-
-
-def _rows(nodes: NDArray[np.int64], at: dict[int, int]) -> NDArray[np.int64]:
-    """Rows of the points of numbered nodes."""
-    return np.array([at.get(int(node), 0) for node in nodes.ravel()], np.int64).reshape(nodes.shape)
-
-
-def _headings(deck: Any) -> dict[int, str]:
-    """Names of parts by their number."""
+def _headings(block: Block) -> dict[int, str]:
+    """Headings of parts by their number."""
+    options = block.keyword.split("_")[1:]
+    if options and options[0] not in PART_OPTIONS:
+        return {}
+    lines = block.lines[:2] if options else block.lines
     found: dict[int, str] = {}
-    for keyword in deck.get_kwds_by_type("PART"):
-        for heading, pid in zip(keyword.parts["heading"], keyword.parts["pid"], strict=True):
-            if isinstance(heading, str) and heading.strip():
-                found[int(pid)] = "_".join(heading.split())
+    for heading, line in zip(lines[::2], lines[1::2], strict=False):
+        pid = block.fields(line, (10,))[0]
+        found[block.number(pid, line)] = "_".join(heading.split())
     return found
 
 
-def _node_sets(deck: Any, at: dict[int, int]) -> dict[str, Any]:
-    """Rows of the points of each set of nodes, by its title or its number."""
-    found: dict[str, Any] = {}
-    for keyword in deck.get_kwds_by_type("SET"):
-        if keyword.subkeyword.startswith("NODE_LIST"):
-            title = getattr(keyword, "title", None)
-            name = "_".join(title.split()) if isinstance(title, str) and title.strip() else f"set_{keyword.sid}"
-            rows = [at[int(node)] for node in keyword.nodes if int(node) in at]
-            found[name] = np.array(rows, np.int64)
-    return found
+def _called(kind: str, number: int, titles: dict[int, str]) -> str:
+    """A name of its own for every part or set."""
+    title = titles.get(number, "")
+    if not title:
+        return f"{kind}_{number}"
+    return title if Counter(titles.values())[title] == 1 else f"{title}_{number}"
+
+
+def _node_sets(blocks: list[Block], mesh: TextMesh, parts: dict[int, list[int]]) -> None:
+    """Fill in the sets of nodes."""
+    titles, sets, sums = dict[int, str](), dict[int, list[int]](), dict[int, list[int]]()
+    for block in blocks:
+        options = set(block.keyword.split("_")[2:])
+        lines = list(block.lines)
+        title = "_".join(lines.pop(0).split()) if "TITLE" in options and lines else ""
+        lines = [line for line in lines if line.strip()]
+        if not lines:
+            continue
+        sid = block.number(block.fields(lines[0], (10,))[0], lines[0])
+        if sid in titles and "COLLECT" not in options:
+            raise UserError(f"*{block.keyword}: the set {sid} is given twice; give each a number of its own")
+        titles[sid] = titles.get(sid) or title
+        found = _listed(block, options, lines[1:], mesh, parts)
+        if found is None:
+            mesh.told.append(f"*{block.keyword} is not read: there is no {_called('set', sid, titles)} of its nodes")
+            continue
+        (sums if "ADD" in options else sets).setdefault(sid, []).extend(found)
+    for sid, added in sums.items():
+        sets[sid] = [node for one in added for node in sets.get(one, ())]
+    mesh.node_sets = {_called("set", sid, titles): sets[sid] for sid in sets}
+
+
+def _listed(
+    block: Block, options: set[str], lines: list[str], mesh: TextMesh, parts: dict[int, list[int]]
+) -> list[int] | None:
+    """Nodes of a set, or the sets that it adds up; None where its way of naming them is not read."""
+    kind = options - {"LIST", "TITLE", "COLLECT"}
+    if kind == {"GENERAL"}:
+        return _general(block, lines, mesh, parts)
+    if kind == {"COLUMN"}:
+        return [block.number(block.fields(line, (10,))[0], line) for line in lines]
+    if kind not in (set(), {"ADD"}, {"GENERATE"}, {"GENERATE", "INCREMENT"}):
+        return None
+    rows = [[block.number(text, line) for text in block.fields(line, (10,) * 8)] for line in lines]
+    if "GENERATE" not in kind:
+        return [number for row in rows for number in row if number]
+    if "INCREMENT" in kind:
+        ranges = [range(row[0], row[1] + 1, max(row[2], 1)) for row in rows]
+    else:
+        ranges = [range(row[i], row[i + 1] + 1) for row in rows for i in range(0, 8, 2) if row[i]]
+    return [node for node in mesh.places if any(node in one for one in ranges)]
+
+
+def _general(block: Block, lines: list[str], mesh: TextMesh, parts: dict[int, list[int]]) -> list[int] | None:
+    """Nodes of a set of *SET_NODE_GENERAL: single ones, of parts, or all."""
+    found: dict[int, None] = {}
+    for line in lines:
+        option, *rest = block.fields(line, (10,) * 8)
+        if option.upper() not in ("NODE", "DNODE", "PART", "ALL"):
+            return None
+        numbers = [block.number(text, line) for text in rest if text and option.upper() != "ALL"]
+        numbers = [number for number in numbers if number]
+        if option.upper() == "PART":
+            numbers = [n for pid in numbers for i in parts.get(pid, ()) for n in mesh.shells[i].nodes]
+        if option.upper() == "DNODE":
+            found = {node: None for node in found if node not in numbers}
+        else:
+            found |= dict.fromkeys(mesh.places if option.upper() == "ALL" else numbers)
+    return list(found)
+
+
+def _left_out(blocks: list[Block], mesh: TextMesh) -> None:
+    """Note what changes the answer and is not read."""
+    keywords = sorted({block.keyword for block in blocks if not block.keyword.startswith(UNHEARD)})
+    mesh.held += [f"*{word}" for word in keywords if word.startswith(JOINED) and not word.startswith("ELEMENT_SHELL")]
+    moved = [f"*{word}" for word in keywords if word.startswith(MOVED)]
+    if moved:
+        mesh.told.append(
+            f"{', '.join(moved)} is not read: nodes stay where they are written, and what it brings is not there"
+        )

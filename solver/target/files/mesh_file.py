@@ -1,4 +1,4 @@
-"""Meshes of targets from files: what meshio reads (Abaqus, Gmsh, Nastran, VTK) and LS-DYNA's .k; checked, and in SI.
+"""Meshes of targets from files: Abaqus, LS-DYNA, Nastran, and what meshio reads (Gmsh, VTK); checked, and in SI.
 
 Parts are the file's named sets of elements, or else the numbers that it gives its elements (physical groups, property
 identifiers, or an array `part`), as part_1, part_2, ... where they have no names. Sets are its named sets of nodes, of
@@ -8,7 +8,7 @@ Gmsh the named groups of points and curves.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from functools import lru_cache
 from io import StringIO
@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.solver.fields import shortened
+from birdstrike.solver.target.files.abaqus_mesh import read_abaqus
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
-from birdstrike.solver.target.files.text_meshes import NUMBER, number_shells, readable_abaqus, unread
+from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
+from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, no_shells
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -34,6 +36,14 @@ FREE = "free_edges"
 """The set that every file has: nodes of the free border."""
 GROUPED = {"vertex": 0, "line": 1}
 """Kinds of elements that hold Gmsh's groups of points and curves, with their dimension there."""
+READERS: dict[str, Callable[[str], TextMesh]] = {
+    ".inp": read_abaqus,
+    **dict.fromkeys(ENDINGS, read_keywords),
+    **dict.fromkeys(NASTRAN, read_nastran),
+}
+"""Of the text formats, by the file's ending; meshio reads all others."""
+LOOSE = {"line": "beams, bars or springs", "vertex": "point elements"}
+"""Kinds of elements that are no shells and are left out."""
 SHELLS = ("quad", "triangle")
 """Kinds of elements that are shells, in the order that a mesh has them."""
 
@@ -64,34 +74,10 @@ def inspect_mesh(path: str, unit: str, origin: tuple[float, float, float]) -> tu
 def _read(
     path: str, unit: str, origin: tuple[float, float, float], _changed: int
 ) -> tuple[PartMesh, tuple[Finding, ...]]:
-    import meshio  # late: only targets from files need it
-
-    said = StringIO()
-    try:
-        with redirect_stdout(said), redirect_stderr(said):
-            if Path(path).suffix.lower() == ".inp":
-                text = StringIO(readable_abaqus(path))
-                text.name = path  # pyright: ignore[reportAttributeAccessIssue] (where *INCLUDE is looked for)
-                file: Any = meshio.read(text, "abaqus")
-            else:
-                file = read_keywords(path) if Path(path).suffix.lower() in ENDINGS else meshio.read(path)
-    except UserError:
-        raise
-    except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
-        raise UserError(
-            f"target.mesh = {path} is no mesh that meshio reads: {_reason(error, said.getvalue())}; "
-            "Abaqus .inp, Gmsh .msh, Nastran .bdf, "
-            "VTK .vtk and .vtu are, and LS-DYNA .k through ansys-dyna-core"
-        ) from error
+    file, left_out = _file(path)
     other = sorted({block.type for block in file.cells} - {*SHELLS, *GROUPED})
     if other or not any(block.type in SHELLS for block in file.cells):
-        found = ", ".join(other) or "no shells"
-        raise UserError(
-            f"target.mesh = {path} holds {found}; a target is of shells of first order: mesh it with quadrilaterals of "
-            "four nodes and triangles of three"
-        )
-    number_shells(file, path)
-    left_out = list(unread(file, path))
+        raise UserError(f"target.mesh = {path}: {no_shells(other)}")
     order = [i for kind in SHELLS for i, block in enumerate(file.cells) if block.type == kind]
     quads = np.concatenate([_four(file.cells[i].data) for i in order]).astype(np.int64)
     names, part = _parts(file, order, len(quads), path)
@@ -103,7 +89,7 @@ def _read(
     renumbered = {int(node): at for at, node in enumerate(used)}
     given_sets = {**file.point_sets, **_groups(file)}
     sets = {
-        name: np.array(sorted(renumbered[int(node)] for node in given if int(node) in renumbered), np.int64)
+        name: np.array(sorted({renumbered[int(node)] for node in given if int(node) in renumbered}), np.int64)
         for name, given in given_sets.items()
     }
     left_out += _lost_nodes(given_sets, sets)
@@ -116,6 +102,52 @@ def _read(
     if wrong := list(size_fault(nodes, unit, METRES)):
         raise UserError(f"target.mesh = {path}: {fault}" for fault in wrong)
     return mesh, (*findings_of(mesh), *lost)
+
+
+def _file(path: str) -> tuple[Any, list[str]]:
+    """A file as meshio has it, and what it has besides that would change the answer, in sentences."""
+    ending = Path(path).suffix.lower()
+    try:
+        if ending not in READERS:
+            file = _by_meshio(path)
+            return file, _left_out([] if ending == ".msh" else _loose(file))  # Gmsh's lines and points are groups
+        text = READERS[ending](path)
+        return text.meshio(), [*text.told, *_left_out(text.held)]
+    except UserError as error:
+        raise UserError(f"target.mesh = {path}: {line}" for line in error.errors) from error
+
+
+def _by_meshio(path: str) -> Any:
+    import meshio  # late: only targets from files need it
+
+    said = StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            return meshio.read(path)
+    except (Exception, SystemExit) as error:  # meshio prints its reason and ends the process on some files
+        raise UserError(
+            f"it is no mesh that meshio reads: {_reason(error, said.getvalue())}; Abaqus .inp, Gmsh .msh, Nastran "
+            ".bdf, VTK .vtk and .vtu, and LS-DYNA .k are"
+        ) from error
+
+
+def _loose(file: Any) -> list[str]:
+    """How many elements there are of each kind that is left out."""
+    counts: dict[str, int] = {}
+    for block in file.cells:
+        if block.type in LOOSE:
+            counts[LOOSE[block.type]] = counts.get(LOOSE[block.type], 0) + len(block.data)
+    return [f"{count} {word}" for word, count in counts.items()]
+
+
+def _left_out(held: list[str]) -> list[str]:
+    """The sentence about what joins, loads or stiffens and is not read."""
+    if not held:
+        return []
+    return [
+        f"{', '.join(dict.fromkeys(held))} left out: their stiffness, mass and joints are not in the model; model what "
+        "matters with shells, target.ties or target.rivets"
+    ]
 
 
 def _reason(error: BaseException, said: str) -> str:
@@ -162,6 +194,8 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
     names, shared = list[str](), list[str]()
     starts = np.cumsum([0, *(len(file.cells[i].data) for i in order)])
     for name, blocks in file.cell_sets.items():
+        if name.startswith("gmsh:"):  # meshio's own lists of other things than elements
+            continue
         members = [
             at + np.asarray(blocks[i], np.int64)
             for at, i in zip(starts[:-1], order, strict=True)
@@ -179,7 +213,13 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
     for key in NUMBERED:
         if key in file.cell_data:
             given = [file.cell_data[key][i] for i in order]
-            numbers, part = np.unique(np.concatenate(given).astype(np.int64), return_inverse=True)
+            values = np.concatenate(given)
+            if not np.isfinite(values).all():
+                raise UserError(
+                    f"target.mesh = {path}: {int((~np.isfinite(values)).sum())} of {shells} shells have no number in "
+                    f"the array {key}, which says their parts; give every shell one"
+                )
+            numbers, part = np.unique(values.astype(np.int64), return_inverse=True)
             named = {int(value[0]): name for name, value in file.field_data.items() if int(value[1]) == 2}
             return tuple(named.get(int(number), f"part_{number}") for number in numbers), part.ravel()
     if names:
@@ -194,13 +234,15 @@ def _parts(file: Any, order: list[int], shells: int, path: str) -> tuple[tuple[s
 class MeshFile:
     """A mesh from a file as a case sees it, beside the generators.
 
-    struck: the part that the bird is aimed at; findings: what is doubtful about its shells.
+    struck: the part that the bird is aimed at; filled: the sets that hold nodes; findings: what is doubtful about its
+    shells.
     """
 
     def __init__(self, path: str, unit: str, origin: tuple[float, float, float], struck: str | None) -> None:
         self._mesh = read_mesh(path, unit, origin)
         self.findings = inspect_mesh(path, unit, origin)[1]
         self.path, self.parts, self.sets = path, self._mesh.parts, tuple(self._mesh.sets)
+        self.filled = tuple(name for name, nodes in self._mesh.sets.items() if len(nodes))
         self.rows: tuple[str, ...] = ()
         self.pieces = _pieces(self._mesh.quads, len(self._mesh.nodes))
         self.struck = self.parts[0] if struck is None else struck

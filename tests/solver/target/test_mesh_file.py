@@ -111,7 +111,6 @@ def keyword_file(path: Path, nodes: np.ndarray, shells: np.ndarray) -> Path:
 
 
 def test_a_keyword_file_is_the_same_panel_with_its_names(tmp_path):
-    pytest.importorskip("ansys.dyna.core")
     path = keyword_file(tmp_path / "panel.k", MESH.nodes, MESH.quads)
     plate = build_plate(load_case(table_with(path)))
     assert plate.x == pytest.approx(MESH.nodes, abs=1e-9)
@@ -123,7 +122,6 @@ def test_a_keyword_file_is_the_same_panel_with_its_names(tmp_path):
 @pytest.mark.parametrize("last", [2, None])
 def test_a_keyword_file_s_triangles_are_read(tmp_path, last):
     """n4 equal to n3, or 0."""
-    pytest.importorskip("ansys.dyna.core")
     shells = np.concatenate([MESH.quads, MESH.quads[3:4, [0, 2, 3, 3]]])
     shells[3] = [*MESH.quads[3, :3], MESH.quads[3, 2]]
     path = keyword_file(tmp_path / "panel.k", MESH.nodes, shells)
@@ -136,7 +134,6 @@ def test_a_keyword_file_s_triangles_are_read(tmp_path, last):
 
 
 def test_a_keyword_file_without_shells_is_told(tmp_path):
-    pytest.importorskip("ansys.dyna.core")
     path = tmp_path / "panel.k"
     path.write_text("*KEYWORD\n*NODE\n       1             0.0             0.0             0.0\n*END\n")
     with pytest.raises(CaseError) as error:
@@ -210,6 +207,35 @@ def test_a_mesh_of_inches_called_metres_is_told(tmp_path):
     path = written(tmp_path / "panel.inp", MESH.nodes / 0.0254)
     with pytest.raises(CaseError, match=r"it is 19\.69 m across in target\.mesh_unit = m.*would it be in cm or in"):
         load_case(table_with(path))
+
+
+def test_a_mesh_replaces_the_inherited_generator_and_a_generator_the_mesh(tmp_path):
+    given = {"target.mesh": str(written(tmp_path / "panel.inp")), "target.mesh_unit": "m"}
+    case, table = load_case("openradioss_panel", given), table_with(tmp_path / "panel.inp")
+    assert case.table["target"] == table["target"]
+    back = load_case(case.table, {f"target.generator.{key}": value for key, value in PANEL.items()})
+    assert case_hash(back) == case_hash(load_case("openradioss_panel", COARSE))
+
+
+def test_names_of_the_inherited_generator_go_where_the_case_says_its_own(tmp_path):
+    sets: Any = {"all": [np.arange(len(MESH.quads))]}
+    cells: Any = [("quad", MESH.quads)]
+    meshio.Mesh(MESH.nodes, cells, cell_sets=sets).write(tmp_path / "one.inp")
+    own: dict[str, Any] = {"mesh": str(tmp_path / "one.inp"), "mesh_unit": "m"}
+    own |= {"parts": {"all": {"thickness": "3 mm", "material": "aluminium"}}, "supports": {"free_edges": "clamped"}}
+    sensors = {"u": {"kind": "displacement", "at": ["0 mm", "0 mm"]}}
+    table = load_case({"extends": "openradioss_panel", "target": own, "sensors": sensors}).table
+    assert not any("part" in sensor for sensor in table["sensors"].values())
+    assert set(table["target"]["parts"]) == {"all"}
+    assert set(table["target"]["supports"]) == {"free_edges"}
+    assert "generator" not in table["target"]
+
+
+def test_a_generator_and_a_mesh_in_one_case_are_told_with_the_remedy(tmp_path):
+    table = table_with(written(tmp_path / "panel.inp"))
+    table["target"]["generator"] = PANEL
+    with pytest.raises(CaseError, match=r"has two meshes, target\.generator and target\.mesh: leave one out"):
+        load_case(table)
 
 
 def test_a_unit_must_be_stated(tmp_path):

@@ -1,0 +1,139 @@
+"""What the readers of text formats share: nodes and shells by the file's numbers, and the mesh that is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from birdstrike.data.errors import UserError
+
+NUMBER = "element_number"
+"""Array of a mesh's cells that holds the file's numbers of its elements."""
+PROPERTY = "nastran:ref"
+"""Array of a mesh's cells that holds the numbers of their properties, as meshio calls it."""
+DEEPEST = 20
+"""Files that include each other, one in the other."""
+Place = tuple[float, float, float]
+
+
+class Shell(NamedTuple):
+    """Number in the file, nodes (three or four), number of the property or part."""
+
+    number: int
+    nodes: tuple[int, ...]
+    part: int | None = None
+
+
+@dataclass
+class TextMesh:
+    """Nodes by number, shells in the file's order, sets of nodes (numbers) and of shells (places in `shells`).
+
+    held: what joins, loads or stiffens in the file and is not read, by name; told: other warnings, whole sentences.
+    """
+
+    places: dict[int, Place] = field(default_factory=dict)
+    shells: list[Shell] = field(default_factory=list)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    shell_sets: dict[str, list[int]] = field(default_factory=dict)
+    held: list[str] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
+
+    def add_node(self, number: int, place: Place) -> None:
+        """Raises UserError for a number that stands for two places."""
+        if self.places.setdefault(number, place) != place:
+            raise UserError(
+                f"node {number} is given twice, at different places: parts whose nodes have the same numbers cannot be "
+                "told apart; renumber them"
+            )
+
+    def meshio(self) -> Any:
+        """As meshio has it, quadrilaterals first; raises UserError for nodes that are not there."""
+        import meshio  # late: only targets from files need it
+
+        row = {number: i for i, number in enumerate(self.places)}
+        lost = sorted({node for shell in self.shells for node in shell.nodes if node not in row})
+        if lost:
+            raise UserError(f"shells name {len(lost)} nodes that are not there, first {lost[0]}")
+        blocks = [[i for i, shell in enumerate(self.shells) if len(shell.nodes) == corners] for corners in (4, 3)]
+        blocks = [block for block in blocks if block]
+        cells: list[Any] = []
+        for block in blocks:
+            nodes = np.array([[row[node] for node in self.shells[i].nodes] for i in block], np.int64)
+            cells.append(("quad" if nodes.shape[1] == 4 else "triangle", nodes))
+        data: dict[str, Any] = {NUMBER: [np.array([self.shells[i].number for i in block]) for block in blocks]}
+        if any(shell.part is not None for shell in self.shells):
+            data[PROPERTY] = [np.array([_part(self.shells[i]) for i in block], np.int64) for block in blocks]
+        sets: Any = {name: _by_block(given, blocks, len(self.shells)) for name, given in self.shell_sets.items()}
+        rows: Any = {name: np.array(_rows(name, given, row), np.int64) for name, given in self.node_sets.items()}
+        points = np.array(list(self.places.values()), np.float64).reshape(-1, 3)
+        return meshio.Mesh(points, cells, cell_data=data, point_sets=rows, cell_sets=sets)
+
+
+def _by_block(members: list[int], blocks: list[list[int]], shells: int) -> list[NDArray[np.int64]]:
+    """Of a set of shells the places in each block of cells."""
+    inside = np.zeros(shells, np.bool_)
+    inside[members] = True
+    return [np.flatnonzero(inside[block]) for block in blocks]
+
+
+def _part(shell: Shell) -> int:
+    if shell.part is None:
+        raise UserError(f"shell {shell.number} has no number of a property, and others have; give it one")
+    return shell.part
+
+
+def _rows(name: str, nodes: list[int], row: dict[int, int]) -> list[int]:
+    """Rows of the points of a set's nodes."""
+    for node in nodes:
+        if node not in row:
+            raise UserError(f"the set of nodes {name} refers to {node}, which is not there")
+    return [row[node] for node in nodes]
+
+
+def no_shells(kinds: Iterable[str]) -> str:
+    """What is wrong with a file that holds other elements."""
+    found = ", ".join(kinds) or "no shells"
+    return (
+        f"it holds {found}; a target is of shells of first order: mesh it with quadrilaterals of four nodes and "
+        "triangles of three"
+    )
+
+
+def lines_of(path: str | Path) -> list[str]:
+    """Of a text file, whatever its encoding."""
+    return Path(path).read_text(encoding="utf-8", errors="replace").splitlines()
+
+
+def included(name: str, beside: Path, depth: int) -> Path:
+    """The file that another one includes; raises UserError where it is not there, or includes itself."""
+    name = name.strip().strip("'\"")
+    if depth > DEEPEST:
+        raise UserError(f"it includes {name}, and that at last itself; leave one of the lines out")
+    for path in (beside.parent / name, Path(name)):
+        if path.is_file():
+            return path
+    raise UserError(
+        f"it includes {name}, which is not there; put it beside {beside.name}, or leave the line out where it brings "
+        "no nodes, shells or sets"
+    )
+
+
+def whole(text: str, line: str, keyword: str) -> int:
+    """A whole number; raises UserError with the line that it stands in."""
+    try:
+        return int(text)
+    except ValueError:
+        raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no whole number') from None
+
+
+def decimal(text: str, line: str, keyword: str) -> float:
+    """A number, 0 where nothing stands; raises UserError with the line that it stands in."""
+    try:
+        return float(text) if text.strip() else 0.0
+    except ValueError:
+        raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no number') from None

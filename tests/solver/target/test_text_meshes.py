@@ -1,0 +1,301 @@
+"""Meshes from Abaqus's, Nastran's and LS-DYNA's files, however they are written: all shells and sets, or an error."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.case.case import load_case
+from birdstrike.solver.setup_warnings import doubtful_shells, free_target
+from birdstrike.solver.target.files.mesh_file import inspect_mesh, read_mesh
+from birdstrike.solver.target.part_mesh import PartMesh
+from tests.solver.target.test_mesh_file import table_with
+
+NODES = [(50.0 * i, 50.0 * j, 0.0) for i in range(5) for j in range(2)]
+"""Of a strip of four squares, mm; numbered from 1."""
+QUADS = [(2 * i + 1, 2 * i + 3, 2 * i + 4, 2 * i + 2) for i in range(4)]
+NODE_LINES = [f"{i + 1}, {x}, {y}, {z}" for i, (x, y, z) in enumerate(NODES)]
+SHELL_LINES = [", ".join(str(n) for n in (i + 1, *quad)) for i, quad in enumerate(QUADS)]
+INP = "\n".join(
+    ["*NODE", *NODE_LINES, "*ELEMENT, TYPE=S4, ELSET=skin", *SHELL_LINES, "*NSET, NSET=a", "1, 2", "*NSET, NSET=b", "9"]
+)
+PART = {"thickness": "2 mm", "material": "aluminium"}
+
+
+def read(path: Path, text: str) -> PartMesh:
+    """The mesh of a text."""
+    path.write_text(text + "\n")
+    return read_mesh(str(path), "mm")
+
+
+def warnings(path: Path, text: str) -> list[str]:
+    """What is said of a text's mesh besides."""
+    path.write_text(text + "\n")
+    return [found.text for found in inspect_mesh(str(path), "mm", (0.0, 0.0, 0.0))[1]]
+
+
+def nodes_of(mesh: PartMesh, name: str) -> list[int]:
+    """Numbers of a set's nodes."""
+    return [int(node) + 1 for node in mesh.sets[name]]
+
+
+@pytest.mark.parametrize("before", ["4, 7", "5, 200.0, 0.0", "3, 100.0", "9"])
+def test_a_comment_takes_nothing_from_a_block(tmp_path, before):
+    text = INP.replace(f"\n{before}", f"\n** a comment\n{before}", 1).replace("1, 2\n", "1,\n** a comment\n2\n")
+    mesh = read(tmp_path / "m.inp", text)
+    assert len(mesh.quads) == 4
+    assert nodes_of(mesh, "a") == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("more", "name", "nodes"),
+    [
+        ("*NSET, NSET=a\n3, 4\n*NSET, NSET=A\n5", "a", [1, 2, 3, 4, 5]),
+        ("*NSET, NSET=both, UNSORTED\na, b\n7", "both", [1, 2, 7, 9]),
+        ("*NSET, NSET=both\n7, a", "both", [1, 2, 7]),
+        ("*NSET, NSET=a, GENERATE\n3, 7, 2\n9, 10", "a", [1, 2, 3, 5, 7, 9, 10]),
+        ("*NSET, NSET=of, ELSET=end\n*ELSET, ELSET=more\nend\n*NSET, NSET=of, ELSET=more", "of", [7, 8, 9, 10]),
+        ("*NSET, NSET=c\nStrip-1.b, Strip-1.3", "c", [3, 9]),
+        ("*NODE, NSET=c\n3, 50., 0., 0.\n4, 50., 50., 0.", "c", [3, 4]),
+        ("*NSET, NSET=twice\n3, 4, 3\n3", "twice", [3, 4]),
+    ],
+)
+def test_sets_of_nodes_grow_and_may_name_others(tmp_path, more, name, nodes):
+    text = INP.replace("*NSET, NSET=a", "*ELSET, ELSET=end\n4\n*NSET, NSET=a", 1)
+    assert nodes_of(read(tmp_path / "m.inp", f"{text}\n{more}"), name) == nodes
+
+
+def test_sets_of_elements_grow_and_may_name_others(tmp_path):
+    bare = INP.replace(", ELSET=skin", "")
+    sets = "*ELSET, ELSET=left\n1\n*ELSET, ELSET=left\n2\n*ELSET, ELSET=one\n3\n*ELSET, ELSET=right\none\n4"
+    mesh = read(tmp_path / "m.inp", f"{bare}\n*ELSET, ELSET=right\n3\n{sets}")
+    assert mesh.parts == ("right", "left")
+    assert list(mesh.part) == [1, 1, 0, 0]
+
+
+def test_several_blocks_and_an_included_file_are_one_mesh(tmp_path):
+    (tmp_path / "nodes.inc").write_text("*NODE\n" + "\n".join(NODE_LINES[6:]) + "\n")
+    text = INP.replace("\n".join(NODE_LINES[6:]), "*INCLUDE, INPUT=nodes.inc").replace(
+        "\n4, 50.0,", "\n*NODE\n4, 50.0,"
+    )
+    assert read(tmp_path / "m.inp", text).nodes == pytest.approx(1e-3 * np.array(NODES))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (INP.replace(SHELL_LINES[3], "4, 7, 9"), "element 4 has 2 nodes, not 4; is its line"),
+        (INP.replace(SHELL_LINES[1], "2, 3, 5"), "element 2 has 7 nodes, not 4"),
+        (INP[: INP.index("50.0, 0.0\n9")], 'the line "8, 150.0," has 1 coordinates, those before have 3'),
+        (INP + "\n*NODE\n1, 5., 0., 0.", "node 1 is given twice, at different places"),
+        (INP + "\n*NSET, NSET=c\nrim", "*NSET c names rim, which is neither a number nor a set that stands before"),
+        (INP + "\n*NSET, NSET=c\n99", "the set of nodes c refers to 99, which is not there"),
+        (INP + "\n*ELGEN\n1, 2, 3, 4", "it makes elements by *ELGEN, which is not read"),
+        (INP + "\n*INCLUDE, INPUT=lost.inp", "it includes lost.inp, which is not there; put it beside m.inp"),
+        (INP + "\n*INCLUDE, INPUT=m.inp", "it includes m.inp, and that at last itself"),
+        (INP.replace("4, 7", "4, x"), '*ELEMENT: "x" in the line "4, x, 9, 10, 8" is no whole number'),
+    ],
+)
+def test_an_abaqus_file_that_is_not_whole_is_refused(tmp_path, text, said):
+    with pytest.raises(UserError, match=re.escape(f"{tmp_path / 'm.inp'}: ") + ".*" + re.escape(said)):
+        read(tmp_path / "m.inp", text)
+
+
+def strip_table(tmp_path: Path, more: str, **target: Any) -> dict[str, Any]:
+    """The shipped panel's case with the strip as target."""
+    path = tmp_path / "m.inp"
+    path.write_text(f"{INP}\n{more}\n")
+    return table_with(path, mesh_unit="mm", parts={"skin": PART}, **target)
+
+
+LOST = "*NODE\n20, 0., 0., 9.\n*NSET, NSET=lost\n20"
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ({"supports": {"lost": "clamped"}}, "supports.lost, a set"),
+        (
+            {"supports": {}, "ties": {"t": {"nodes": "lost", "onto": "skin", "distance": "1 mm"}}},
+            'ties.t.nodes = "lost"',
+        ),
+    ],
+)
+def test_a_set_that_holds_no_node_is_refused_where_it_is_named(tmp_path, target, said):
+    with pytest.raises(CaseError) as caught:
+        load_case(strip_table(tmp_path, LOST, **target))
+    assert said in str(caught.value)
+    assert "that holds no node of the shells; sets that hold nodes: free_edges, a, b" in str(caught.value)
+
+
+def test_springs_without_stiffness_hold_nothing(tmp_path):
+    springs = {"rotational": "0 kN*m/rad/m", "in_plane": "0 N/mm^2", "transverse": "0 N/mm^2"}
+    assert free_target(load_case(strip_table(tmp_path, "", supports={"a": springs})))
+    assert not free_target(load_case(strip_table(tmp_path, "", supports={"a": "pinned"})))
+
+
+def test_point_elements_of_abaqus_are_told(tmp_path):
+    table = strip_table(tmp_path, "*ELEMENT, TYPE=MASS, ELSET=lump\n90, 1", supports={"a": "clamped"})
+    assert any("*ELEMENT, TYPE=MASS left out" in text for text in doubtful_shells(load_case(table)))
+
+
+GRIDS = [f"GRID    {i + 1:8d}{'':8s}{x:8.2f}{y:8.2f}{z:8.2f}" for i, (x, y, z) in enumerate(NODES)]
+CARDS = [f"CQUAD4  {i + 1:8d}{1 + i // 2:8d}" + "".join(f"{n:8d}" for n in quad) for i, quad in enumerate(QUADS)]
+LARGE = [
+    f"CQUAD4* {i + 1:16d}{1 + i // 2:16d}{a:16d}{b:16d}\n*       {c:16d}{d:16d}" for i, (a, b, c, d) in enumerate(QUADS)
+]
+
+
+def bulk(cards: list[str], *more: str) -> str:
+    return "\n".join(["BEGIN BULK", *GRIDS, *cards, *more, "ENDDATA"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        bulk(CARDS),
+        bulk(CARDS).lower(),
+        bulk([f"{card}     30." for card in CARDS]),
+        bulk([f"{card}     30.      0.\n        +             2.      2.      2.      2." for card in CARDS]),
+        bulk([f"{card}  $ a comment, behind the card" for card in CARDS]),
+        bulk(LARGE),
+        bulk([re.sub(r"\s+", ",", card) for card in CARDS]),
+        bulk(CARDS).replace("  200.00", "   2.0+2"),
+    ],
+)
+def test_nastran_s_cards_are_read_in_every_form(tmp_path, text):
+    mesh = read(tmp_path / "m.bdf", text)
+    assert mesh.nodes == pytest.approx(1e-3 * np.array(NODES))
+    assert np.array_equal(mesh.quads + 1, QUADS)
+    assert mesh.parts == ("part_1", "part_2")
+    assert [mesh.number(i) for i in range(4)] == [1, 2, 3, 4]
+
+
+def test_nastran_s_included_cards_are_read_and_offsets_are_told(tmp_path):
+    (tmp_path / "shells.bdf").write_text("\n".join(f"{card}{'':8s}     1.5" for card in CARDS) + "\n")
+    (said,) = warnings(tmp_path / "m.bdf", bulk(["INCLUDE 'shells.bdf'"]))
+    assert said.startswith("ZOFFS of 4 shells is not read")
+    with pytest.raises(UserError, match=r"it includes lost.bdf, which is not there"):
+        read(tmp_path / "m.bdf", bulk(CARDS, "INCLUDE 'lost.bdf'"))
+
+
+def keywords(*more: str, shells: str = "*ELEMENT_SHELL", second: tuple[str, ...] = (), wide: int = 8) -> str:
+    """The strip as a keyword file; second: lines after each shell's own."""
+    places = [f"{i + 1:{wide}d}" + "".join(f"{c:{max(wide, 16)}.6e}" for c in node) for i, node in enumerate(NODES)]
+    lines = ["*KEYWORD LONG=Y" if wide == 20 else "*KEYWORD", "*NODE", *places, shells]
+    for i, quad in enumerate(QUADS):
+        lines += ["".join(f"{n:{wide}d}" for n in (i + 1, 7 + i // 2, *quad)), *second]
+    return "\n".join([*lines, "*PART", "$ heading", "skin", f"{7:{max(wide, 10)}d}", *more, "*END"])
+
+
+def ten(*numbers: object) -> str:
+    return "".join(f"{number!s:>10}" for number in numbers)
+
+
+THICK = "".join(f"{2.0:16.4f}" for _ in range(4))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        keywords(),
+        keywords().lower(),
+        keywords(wide=20),
+        keywords(shells="*ELEMENT_SHELL_THICKNESS", second=(THICK,)),
+        keywords(shells="*ELEMENT_SHELL_THICKNESS_OFFSET", second=(THICK, f"{1.0:16.4f}")),
+        keywords()
+        .replace("\n       3       8", "\n*ELEMENT_SHELL_THICKNESS\n       3       8", 1)
+        .replace("       5       7       8       6\n       4", f"       5       7       8       6\n{THICK}\n       4")
+        .replace("       7       9      10       8\n", f"       7       9      10       8\n{THICK}\n"),
+    ],
+)
+def test_a_keyword_file_s_shells_are_read_in_every_form(tmp_path, text):
+    mesh = read(tmp_path / "m.k", text)
+    assert mesh.nodes == pytest.approx(1e-3 * np.array(NODES))
+    assert np.array_equal(mesh.quads + 1, QUADS)
+    assert mesh.parts == ("skin", "part_8")
+
+
+@pytest.mark.parametrize(
+    ("block", "name", "nodes"),
+    [
+        (("*SET_NODE", ten(5), ten(1, 2, 2)), "set_5", [1, 2]),
+        (("*SET_NODE_LIST_TITLE", "rim", ten(5), ten(1, 2), ten(9)), "rim", [1, 2, 9]),
+        (("*SET_NODE_LIST_GENERATE", ten(5), ten(1, 3, 8, 9)), "set_5", [1, 2, 3, 8, 9]),
+        (("*SET_NODE_LIST_GENERATE_INCREMENT_TITLE", "rim", ten(5), ten(1, 7, 3)), "rim", [1, 4, 7]),
+        (("*SET_NODE_COLUMN", ten(5), ten(3, 1.0), ten(4, 1.0)), "set_5", [3, 4]),
+        (("*SET_NODE_GENERAL", ten(5), ten("NODE", 1), ten("PART", 8), ten("DNODE", 5)), "set_5", [1, 6, 7, 8, 9, 10]),
+        (("*SET_NODE", ten(1), ten(3), "*SET_NODE_ADD", ten(5), ten(1)), "set_5", [3]),
+    ],
+)
+def test_a_keyword_file_s_sets_are_read_in_every_form(tmp_path, block, name, nodes):
+    assert nodes_of(read(tmp_path / "m.k", keywords(*block)), name) == nodes
+
+
+def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
+    sets = ("*SET_NODE_TITLE", "rim", ten(5), ten(1), "*SET_NODE_TITLE", "rim", ten(6), ten(2))
+    mesh = read(tmp_path / "m.k", keywords("*PART_COMPOSITE", "skin", ten(8), ten(1, 1.0), *sets))
+    assert mesh.parts == ("skin_7", "skin_8")
+    assert (nodes_of(mesh, "rim_5"), nodes_of(mesh, "rim_6")) == ([1], [2])
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("*ELEMENT_BEAM", "       9       3       1       2"), "*ELEMENT_BEAM left out: their stiffness"),
+        (("*element_mass", "       9       1             0.5"), "*ELEMENT_MASS left out"),
+        (("*CONSTRAINED_SPOTWELD", ten(1, 2)), "*CONSTRAINED_SPOTWELD left out"),
+        (("*NODE_TRANSFORM", ten(1, 5)), "*NODE_TRANSFORM is not read: nodes stay"),
+        (("*INCLUDE_TRANSFORM", "o.k"), "*INCLUDE_TRANSFORM is not read"),
+        (("*SET_NODE_GENERAL", ten(5), ten("BOX", 1)), "*SET_NODE_GENERAL is not read: there is no set_5"),
+    ],
+)
+def test_what_a_keyword_file_has_besides_is_told(tmp_path, more, said):
+    (found,) = warnings(tmp_path / "m.k", keywords(*more))
+    assert said in found
+
+
+def test_a_keyword_file_s_included_one_is_read(tmp_path):
+    (tmp_path / "sets.k").write_text("*SET_NODE\n" + ten(5) + "\n" + ten(1) + "\n*END\n")
+    assert nodes_of(read(tmp_path / "m.k", keywords("*INCLUDE", "sets.k")), "set_5") == [1]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (keywords("*INCLUDE", "lost.k"), "it includes lost.k, which is not there"),
+        (keywords(shells="*ELEMENT_SHELL_COMPOSITE"), "*ELEMENT_SHELL_COMPOSITE is not read"),
+        (
+            keywords(shells="*ELEMENT_SHELL_OFFSET", second=("1.0",)).replace("\n1.0\n*PART", "\n*PART"),
+            "has 7 lines, of 2",
+        ),
+        (keywords().replace("*NODE\n", "*NODE %\n"), "*NODE is in the I10 format (%)"),
+        (keywords().replace("*KEYWORD", "*KEYWORD LONG=Y"), "is no number"),
+        (keywords("*NODE", f"{1:8d}{9.0:16.3f}{0.0:16.3f}{0.0:16.3f}"), "node 1 is given twice, at different places"),
+    ],
+)
+def test_a_keyword_file_that_is_not_read_is_refused_by_name(tmp_path, text, said):
+    with pytest.raises(UserError, match=re.escape(said)):
+        read(tmp_path / "m.k", text)
+
+
+def test_lists_of_bounding_entities_of_gmsh_are_no_parts(tmp_path):
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Entities", "0 0 1 0", "1 0 0 0 1 1 1 0 4 501 -502 503 504"]
+    lines += ["$EndEntities", "$Nodes", "1 10 1 10", "2 1 0 10", *(str(i + 1) for i in range(10))]
+    lines += [" ".join(map(str, node)) for node in NODES]
+    lines += ["$EndNodes", "$Elements", "1 4 1 4", "2 1 3 4"]
+    lines += [f"{i + 1} {' '.join(map(str, quad))}" for i, quad in enumerate(QUADS)]
+    assert read(tmp_path / "m.msh", "\n".join([*lines, "$EndElements"])).parts == ("part_1",)
+
+
+def test_shells_without_a_number_of_their_part_are_refused(tmp_path):
+    part: Any = [np.array([1.0, 1.0, np.nan, 2.0])]
+    meshio.Mesh(np.array(NODES), [("quad", np.array(QUADS) - 1)], cell_data={"part": part}).write(tmp_path / "m.vtu")
+    with pytest.raises(UserError, match="1 of 4 shells have no number in the array part"):
+        read_mesh(str(tmp_path / "m.vtu"), "mm")
