@@ -103,19 +103,26 @@ def _lines(path: Path, depth: int = 0) -> Iterator[str]:
 
 
 def _sections(lines: Iterator[str]) -> Iterator[Section]:
-    """A file's sections. A keyword's line that ends in a comma goes on in the next."""
-    section = Section("", {}, [])
+    """A file's sections. Options may go on in the line behind a comma."""
+    section, goes_on = Section("", {}, []), False
     for line in lines:
-        if not line.startswith("*"):
+        if line.startswith("*"):
+            yield section
+            keyword, _, said = line[1:].partition(",")
+            section = Section(keyword.strip().upper(), _options(said), [])
+        elif goes_on and "=" in line:
+            section.options.update(_options(line))
+        else:
             section.data.append(line)
             continue
-        yield section
-        while line.rstrip().endswith(",") and (more := next(lines, "")):
-            line += more
-        keyword, *said = (word.strip() for word in line[1:].split(","))
-        options = {key.strip().upper(): value.strip() for key, _, value in (word.partition("=") for word in said)}
-        section = Section(keyword.upper(), options, [])
+        goes_on = line.rstrip().endswith(",")
     yield section
+
+
+def _options(said: str) -> dict[str, str]:
+    """Of a keyword, by their names in capitals; those without a value have none."""
+    pairs = (word.partition("=") for word in said.split(",") if word.strip())
+    return {key.strip().upper(): value.strip() for key, _, value in pairs}
 
 
 def _name(section: Section) -> str:

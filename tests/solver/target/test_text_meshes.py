@@ -79,6 +79,15 @@ def test_sets_of_elements_grow_and_may_name_others(tmp_path):
     assert list(mesh.part) == [1, 1, 0, 0]
 
 
+@pytest.mark.parametrize(
+    "head", ["*Element, type=S4,\nELSET=skin", "*ELEMENT , Elset = skin, TYPE=S4R,", "*ELEMENT, TYPE=S4"]
+)
+def test_a_keyword_s_options_may_go_on_in_the_next_line(tmp_path, head):
+    mesh = read(tmp_path / "m.inp", INP.replace("*ELEMENT, TYPE=S4, ELSET=skin", head))
+    assert len(mesh.quads) == 4
+    assert mesh.parts == (("skin",) if "skin" in head else ("part_1",))
+
+
 def test_several_blocks_and_an_included_file_are_one_mesh(tmp_path):
     (tmp_path / "nodes.inc").write_text("*NODE\n" + "\n".join(NODE_LINES[6:]) + "\n")
     text = INP.replace("\n".join(NODE_LINES[6:]), "*INCLUDE, INPUT=nodes.inc").replace(
