@@ -192,9 +192,9 @@ def _rows(section: Section, nodes: int) -> list[list[int]]:
         numbers = [whole(text, line, "*ELEMENT") for text in line.split(",") if text.strip()]
         if rows and len(rows[-1]) < nodes + 1:
             rows[-1] += numbers
-        else:
+        elif numbers:
             rows.append(numbers)
-        if len(rows[-1]) > nodes + 1:
+        if rows and len(rows[-1]) > nodes + 1:
             raise UserError(_miscounted(section, rows[-1], nodes))
     if rows and len(rows[-1]) < nodes + 1:
         raise UserError(_miscounted(section, rows[-1], nodes))
