@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from birdstrike.data.units import display
+
+if TYPE_CHECKING:
+    from birdstrike.solver.case.sections import Impact
 
 
 def quantity(value: float, si_unit: str, digits: int = 3) -> str:
@@ -43,6 +46,13 @@ def changes(before: Mapping[str, float], after: Mapping[str, float] | None, unit
         for name, old in before.items()
         if name in units
     )
+
+
+def flight(impact: Impact, digits: int = 3) -> str:
+    """Speed and direction of the bird: "90 m/s at 40 deg from the surface, heading 30 deg from x towards y"."""
+    heading = f", heading {quantity(impact.heading, 'rad', digits)} from x towards y" if impact.heading else ""
+    at = quantity(impact.angle, "rad", digits)
+    return f"{quantity(impact.speed, 'm/s', digits)} at {at} from the surface{heading}"
 
 
 def plain(name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -276,12 +276,23 @@ def magnitude_words(one: EffectFigures) -> str:
     if effect is None:
         return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
-        return f"at least {shown(effect, one.interval_95[0] if one.interval_95 else one.magnitude)}"
+        return f"at least {shown(effect, least(one.magnitude, one.interval_95))}"
     if one.interval_95 is None:
         return shown(effect, one.magnitude)
     unit = SHOWN.get(effect.unit, effect.unit)
     low, high = (shown(effect, x).removesuffix(unit).strip() for x in one.interval_95)
     return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+
+
+def least(magnitude: float, interval_95: Sequence[float] | None) -> float:
+    """Of a magnitude at the largest that was looked at, what it is at least: its interval's end nearest to 0.
+
+    0 of an interval that holds 0, whose ends have both signs.
+    """
+    if interval_95 is None:
+        return magnitude
+    low, high = interval_95
+    return 0.0 if low <= 0.0 <= high else min(low, high, key=abs)
 
 
 def headline(verdict: str, sentence: str) -> str:

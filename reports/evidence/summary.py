@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from birdstrike.inversion.formatting import quantity, span
+from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
 from birdstrike.solver.case.case import case_hash
@@ -92,8 +92,7 @@ def _validity(sources: Sources) -> Iterator[str]:
     units = {parameter.name: parameter.unit for parameter in case.parameters()}
     for name, (low, high) in sources.answer.ranges.items():
         yield f"- {name} was sought in {span(low, high, units.get(name, ''), 4)}"
-    speed, angle = quantity(case.impact.speed, "m/s", 4), quantity(case.impact.angle, "rad", 4)
-    yield f"- One impact: {speed} at {angle} from the surface, to {quantity(case.time.end, 's', 4)}; other speeds and "
+    yield f"- One impact: {flight(case.impact, 4)}, to {quantity(case.time.end, 's', 4)}; other speeds and "
     yield "  targets are an extrapolation of the calibrated bird"
     if not case.plate.rigid and case.target is None:
         yield f"- Target: plate of {quantity(case.plate.thickness, 'm', 4)}, edges {case.plate.edge_words}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from birdstrike.data.decks.sensors import DeckSensor, DeckSensors, sensors_file
 from birdstrike.data.unit_systems import UnitSystem
-from birdstrike.inversion.formatting import quantity
+from birdstrike.inversion.formatting import flight, quantity
 from birdstrike.reports.export.lsdyna_deck import write_lsdyna_deck
 from birdstrike.reports.export.model import StrikeModel, strike_model
 from birdstrike.reports.export.numbering import Numbering
@@ -61,8 +61,8 @@ def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     yield f"Bird strike written by {by}: case {case.name}, hash {case_hash(case)}."
     yield f"Units {system.name}: {system.sentence}."
     yield from (f"Effect of the case: {line}" for line in stated(case))
-    speed, mass = quantity(model.case.impact.speed, "m/s", 6), quantity(float(model.bird.masses.sum()), "kg", 6)
-    yield f"Bird: {mass}, {speed} at {quantity(model.case.impact.angle, 'rad', 6)} from the surface, towards -z."
+    mass = quantity(float(model.bird.masses.sum()), "kg", 6)
+    yield f"Bird: {mass}, {flight(model.case.impact, 6)} towards -z."
     momentum = system.value(float(model.bird.masses.sum()) * model.case.impact.speed, "N") * system.value(1.0, "s")
     yield f"Check on the first output: momentum of the bird {momentum:.6g} {system.unit('N')} {system.base['time']}."
     if model.begin < 0.0:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from birdstrike.data.unit_systems import UnitSystem
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments
+from birdstrike.solver.build import direction_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown
 from birdstrike.solver.effects.registry import effects
@@ -182,8 +182,7 @@ def _struck(case: Case) -> tuple[float, Any]:
 
 
 def _velocity(case: Case, system: UnitSystem) -> list[float]:
-    speed, angle = system.value(case.impact.speed, "m/s"), case.impact.angle
-    return [speed * math.cos(angle), 0.0, -speed * math.sin(angle)]
+    return [float(c) for c in system.value(case.impact.speed, "m/s") * direction_of(case.impact)]
 
 
 def _damping(case: Case, system: UnitSystem) -> float:

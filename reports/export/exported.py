@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
 from birdstrike.inversion.estimation.verification import error_words
-from birdstrike.inversion.formatting import quantity, span
+from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.inversion.results.estimates import Answer, Estimate
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.solver.bird.materials.interface import BirdMaterial
@@ -120,9 +120,7 @@ def _of_case(case: Case) -> Export:
 
 
 def _impact(case: Case) -> str:
-    bird, impact = case.bird, case.impact
-    speed, angle = quantity(impact.speed, "m/s"), quantity(impact.angle, "rad")
-    return f"bird of {quantity(bird.actual_mass, 'kg')}, {speed} at {angle} from the plate's surface"
+    return f"bird of {quantity(case.bird.actual_mass, 'kg')}, {flight(case.impact)}"
 
 
 def _compared(density: float) -> Iterator[ExportedBird]:

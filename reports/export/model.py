@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.build import build_bird, build_plate
+from birdstrike.solver.build import build_bird, build_plate, direction_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import PlateMaterial
 from birdstrike.solver.kernels.contact import bilinear
@@ -157,6 +157,7 @@ def strike_model(case: Case) -> StrikeModel:
             "plate.preload has no card in a whole deck: an initial stress wants the other code's own equilibrium; "
             'export the case without it (--set \'plate.preload=["0 MPa", "0 MPa"]\') and set it there'
         )
+    _refuse_links(acted)
     target, (bird, begin) = build_plate(acted), build_bird(acted)
     parts = tuple(_parts(acted, target))
     step = _shell_step(target, parts)
@@ -179,6 +180,20 @@ def strike_model(case: Case) -> StrikeModel:
     )
 
 
+def _refuse_links(case: Case) -> None:
+    """Raise UserError where ties or rivets join the parts: without cards for them the parts would fall apart."""
+    said = case.target
+    given = [] if said is None else [key for key in ("ties", "rivets") if getattr(said, key)]
+    if not given:
+        return
+    names = ", ".join(f"target.{key}.{name}" for key in given for name in getattr(said, key))
+    raise UserError(
+        f"{' and '.join(f'target.{key}' for key in given)} ({names}) have no card in a whole deck, and without them the "
+        "parts would not be joined; give a target whose parts share their nodes along the joints (target.mesh), "
+        "or export the bird's cards alone (without --deck) for a deck of your own that has the joints"
+    )
+
+
 def _parts(case: Case, target: Target) -> Iterator[ShellPart]:
     if case.target is None:
         material = None if case.plate.rigid else case.plate.material
@@ -193,8 +208,7 @@ def _parts(case: Case, target: Target) -> Iterator[ShellPart]:
 
 def _bird(case: Case, bird: BirdBody) -> BirdMesh:
     cells = np.asarray(getattr(bird, "cells", np.empty((0, 8))), np.int64)
-    speed, angle = case.impact.speed, case.impact.angle
-    velocity = speed * np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    velocity = case.impact.speed * direction_of(case.impact)
     masses = bird.masses[: bird.n].copy()
     density = case.bird.actual_density
     nearest = (math.sqrt(2.0) * float(masses.mean()) / density) ** (1.0 / 3.0)

@@ -12,7 +12,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import headline
+from birdstrike.inversion.diagnosis.answer import headline, least
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -300,7 +300,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return f"at least {_sized(min(one['interval_95'], key=abs), one['unit'])}"
+        return f"at least {_sized(least(one['magnitude'], one['interval_95']), one['unit'])}"
     low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
     shown = SHOWN.get(one["unit"], one["unit"]) or ""
     return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, in_its_sense
+from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, in_its_sense, magnitude_words
+from birdstrike.reports.sections.diagnosis import magnitude
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
 
@@ -56,3 +58,12 @@ def test_an_interval_with_both_signs_names_both_and_one_meaning_stays() -> None:
 def test_no_other_effect_has_two_opposites_in_its_meaning() -> None:
     found = {name for name, one in effects().items() if OPPOSITES.search(one.meaning)}
     assert found == {*FIRST, "rivet_strength"}
+
+
+@pytest.mark.parametrize(
+    ("interval", "least"), [((2e-4, 3e-4), "+0.2 mm"), ((-3e-4, -2e-4), "-0.2 mm"), ((-1e-5, 3e-4), "0 mm")]
+)
+def test_at_least_is_the_intervals_end_nearest_to_0(interval: tuple[float, float], least: str) -> None:
+    at_bound = replace(figures("plate_thickness", interval), at_bound=True, unit="m")
+    assert magnitude_words(at_bound) == f"at least {least}"
+    assert magnitude(at_bound.figures()).replace("+0 mm", "0 mm") == f"at least {least}"

@@ -15,6 +15,7 @@ from birdstrike.cli.app import app
 from birdstrike.data.decks.sensors import read_deck_sensors
 from birdstrike.data.errors import UserError
 from birdstrike.data.unit_systems import unit_system
+from birdstrike.reports.export.effects import effect_lines, read_effects
 from birdstrike.reports.export.fixed_columns import number
 from birdstrike.solver.build import build_bird, build_plate
 from birdstrike.solver.case.case import Case, load_case
@@ -243,6 +244,36 @@ def test_an_effect_of_the_case_is_in_its_deck(tmp_path: Path) -> None:
     assert "effects.plate_thickness = -0.5 mm" in " ".join((tmp_path / "strike_0000.rad").read_text().split("\n#   "))
 
 
+@pytest.mark.parametrize("code", ["radioss", "lsdyna"])
+def test_rivets_and_ties_are_refused_by_name(code: str, tmp_path: Path) -> None:
+    """Without them the parts would fall apart, and the deck would say nothing."""
+    with pytest.raises(UserError, match=r"target\.rivets \(target\.rivets\.\w+.*\) have no card .*without --deck"):
+        written("sidewall_004_water", code, "m-s-kg-Pa", tmp_path, **{"bird.particles": "150"})
+    tie = {"target.ties.seam.nodes": '"edges"', "target.ties.seam.onto": '"stiffeners"'}
+    tie |= {"target.ties.seam.distance": '"1 mm"', "target.generator.element_size": "50 mm"}
+    with pytest.raises(UserError, match=r"target\.ties \(target\.ties\.seam\) have no card"):
+        written("openradioss_panel", code, "m-s-kg-Pa", tmp_path, **tie)
+    assert not list(tmp_path.iterdir())
+
+
+FLIGHTS = {
+    "impact.direction": {"impact.direction": "[0.3, 0.5, -0.7]"},
+    "an angle beyond the normal": {"impact.angle": "89 deg", "effects.impact_angle": "2 deg"},
+}
+
+
+@pytest.mark.parametrize("flight", FLIGHTS)
+def test_the_decks_bird_flies_as_the_solvers_does(flight: str, tmp_path: Path) -> None:
+    settings = SMALL | FLIGHTS[flight]
+    _, _, bird = truth("demo_rig", **settings)
+    deck = radioss("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    assert deck["INIVEL/TRA"][0].floats(1, 3) == pytest.approx(bird.v[0].tolist(), rel=1e-9)
+    assert ", heading " in (tmp_path / "strike_0000.rad").read_text()
+    cards = lsdyna("demo_rig", "m-s-kg-Pa", tmp_path, **settings)
+    velocity = cards["*INITIAL_VELOCITY_GENERATION"][0]
+    assert [velocity.vx, velocity.vy, velocity.vz] == pytest.approx(bird.v[0].tolist(), rel=1e-6)
+
+
 def test_what_no_common_card_says_is_refused_with_a_remedy(tmp_path: Path) -> None:
     preload = SMALL | {"plate.preload": '["1 MPa", "1 MPa"]'}
     with pytest.raises(UserError, match=r"plate\.preload has no card in a whole deck: .*--set"):
@@ -337,3 +368,15 @@ def test_effects_of_a_diagnosis_are_cards_with_what_is_known_of_them(tmp_path: P
     assert float(blocks["PROP/SHELL"][0].cells(3, 10, 10, 20)[2]) == pytest.approx(10.2)
     assert blocks["MAT/COWPER"][0].floats(1, 1) == pytest.approx([2.83e-6])
     assert blocks["MAT/HYD_VISC"][0].floats(2, 1) == pytest.approx([420.0 / 938.0 * 1e3])
+
+
+def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) -> None:
+    effect = {"name": "impact_speed", "magnitude": 2.0, "interval_95": [1.0, 3.0], "probability": 0.9}
+    content = {"verdict": "attributed", "confidence_set": ["impact_speed"], "effects": [effect]}
+    content |= {"before": {"parameters": {}}, "after": None}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    (tmp_path / "case.toml").write_text('extends = "demo_rig"\n[impact]\ndirection = [0.3, 0.5, -0.7]\n')
+    _, _, bird = truth(str(tmp_path / "case.toml"), **{"effects.impact_speed": "2 m/s"})
+    lines = effect_lines(read_effects(tmp_path), unit_system("m-s-kg-Pa"), "lsdyna")
+    written_down = [float(line.split()[-1]) for line in lines if line.startswith("R v")]
+    assert written_down == pytest.approx(bird.v[0].tolist(), rel=1e-3)
