@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from birdstrike.data.key_labels import key_labels
 from birdstrike.data.units import display
 
 if TYPE_CHECKING:
@@ -55,6 +56,9 @@ def flight(impact: Impact, digits: int = 3) -> str:
     return f"{quantity(impact.speed, 'm/s', digits)} at {at} from the surface{heading}"
 
 
-def plain(name: str) -> str:
-    """A dotted key or a sensor's name as words: "bird.material.viscosity" is "viscosity"."""
-    return name.rsplit(".", 1)[-1].replace("_", " ")
+def plain(name: str, among: Iterable[str] = ()) -> str:
+    """A dotted key or a sensor's name as words: "bird.material.viscosity" is "viscosity".
+
+    among: the other keys in question, from which parents tell it ("left thickness", "right thickness").
+    """
+    return key_labels((name, *among))[name].replace("_", " ")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
+from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
     from birdstrike.inversion.identifiability.coverage import Coverage
@@ -136,7 +137,7 @@ def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -
     lines = ["Errors of the parameters in % of their ranges; curve errors in units of 0.02 mm (and its like).", ""]
     if rows:
         names = list(rows[0].errors)
-        heads = [*(name.rsplit(".", 1)[-1] for name in names), "emulated curve", "verified", "runs", "seconds"]
+        heads = [*key_labels(names).values(), "emulated curve", "verified", "runs", "seconds"]
         lines += ["| " + " | ".join(["condition", "method", *heads]) + " |", "|" + "---|" * (len(heads) + 2)]
         for i, row in enumerate(rows):
             if row.bounds and (i == 0 or rows[i - 1].condition != row.condition):

@@ -23,6 +23,7 @@ from birdstrike.cli.frame import (
     warn,
 )
 from birdstrike.cli.next_steps import following
+from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
     from birdstrike.inversion.results.estimates import Answer, ChannelScore, Estimate
@@ -217,8 +218,9 @@ def table(inversion: Inversion, name: str, answer: Answer) -> Table:
     shown = Table(title=f"{name}: {_errors(answer)}", title_justify="left")
     for head in ("parameter", "value", "95 % interval", "identified"):
         shown.add_column(head, overflow="fold")
+    labels = key_labels(answer.parameters)
     for key, estimate in answer.parameters.items():
-        shown.add_row(_short(key), *_cells(estimate, inversion.ranges[key]))
+        shown.add_row(labels[key], *_cells(estimate, inversion.ranges[key]))
     if answer.combination is not None:
         shown.caption, shown.caption_justify = answer.combination.sentence, "left"
     return shown
@@ -227,15 +229,11 @@ def table(inversion: Inversion, name: str, answer: Answer) -> Table:
 def reasons(answer: Answer) -> Iterator[str]:
     """Why each parameter is identified or not; those of one reason on one line."""
     said: dict[str, list[str]] = {}
+    labels = key_labels(answer.parameters)
     for key, estimate in answer.parameters.items():
-        said.setdefault(estimate.reason, []).append(_short(key))
+        said.setdefault(estimate.reason, []).append(labels[key])
     for reason, names in said.items():
         yield f"  reason, {', '.join(names)}: {reason.removeprefix(f'{names[0]}: ')}"
-
-
-def _short(key: str) -> str:
-    """bird.material.viscosity -> viscosity"""
-    return key.rsplit(".", 1)[-1]
 
 
 def _cells(estimate: Estimate, limits: tuple[float, float]) -> tuple[str, str, str]:

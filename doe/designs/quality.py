@@ -12,6 +12,7 @@ from scipy.spatial.distance import pdist
 from scipy.stats import qmc
 
 from birdstrike.data.histories import Array
+from birdstrike.data.key_labels import key_labels
 
 RANK_TOLERANCE = 1e-3
 """A direction counts when its singular value is above this share of the largest.
@@ -151,6 +152,5 @@ def _sentence(runs: int, rank: int, directions: Array, names: Sequence[str]) -> 
 def _direction(direction: Array, names: Sequence[str]) -> str:
     """The parts of a unit vector that matter, the largest made positive: "+0.71 viscosity -0.71 tension_erosion"."""
     signed = direction * np.sign(direction[np.argmax(np.abs(direction))])
-    last = [name.rsplit(".", 1)[-1] for name in names]
-    short = last if len(set(last)) == len(last) else list(names)
-    return " ".join(f"{c:+.2f} {name}" for c, name in zip(signed, short, strict=True) if abs(c) >= 0.05)
+    labels = key_labels(names)
+    return " ".join(f"{c:+.2f} {labels[name]}" for c, name in zip(signed, names, strict=True) if abs(c) >= 0.05)

@@ -96,7 +96,8 @@ def _look_alike(calibrator: Calibrator, mode: Mode, i: int) -> str:
     j = int(np.argmax(np.abs(correlation)))
     if abs(correlation[j]) < LOOKS_ALIKE:
         return ""
-    other = "the time origin" if j == len(mode.z) else plain(calibrator.coordinates.names[j])
+    names = calibrator.coordinates.names
+    other = "the time origin" if j == len(mode.z) else plain(names[j], names)
     return f", but {other} can make up for it (correlation {correlation[j]:+.2f})"
 
 

@@ -171,7 +171,8 @@ def emulator_warnings(emulator: Emulator, dataset: Dataset) -> tuple[str, ...]:
         for low, high in _gaps(emulator, dataset, i):
             (start, unit), (end, _) = dataset.shown(i, low), dataset.shown(i, high)
             where = span(start, end, unit)
-            sentences.append(f"{plain(name)} {where}: too few smooth runs stand there, so no answer is sought there")
+            label = plain(name, dataset.names)
+            sentences.append(f"{label} {where}: too few smooth runs stand there, so no answer is sought there")
     for channel, curve in emulator.channels.items():
         q2 = curve.validation.q2
         if not q2 > POOR_Q2:

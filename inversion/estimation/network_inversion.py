@@ -124,4 +124,4 @@ def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) ->
 def _clipped(dataset: Dataset, i: int, raw: float) -> str:
     limit = float(np.clip(raw, dataset.lows[i], dataset.highs[i]))
     said, kept = (quantity(value, dataset.units[i], 4) for value in (raw, limit))
-    return f"the network gives {plain(dataset.names[i])} {said}, outside its range; {kept} is used"
+    return f"the network gives {plain(dataset.names[i], dataset.names)} {said}, outside its range; {kept} is used"

@@ -100,7 +100,7 @@ def _sentence(calibration: Calibration, theta: Array, z: Array, span: tuple[tupl
         for place, known in zip(z, span, strict=True)
     )
     values = ", ".join(
-        f"{plain(name)} {quantity(value, unit)}"
+        f"{plain(name, calibration.dataset.names)} {quantity(value, unit)}"
         for name, unit, value in zip(calibration.dataset.names, calibration.dataset.units, theta, strict=True)
     )
     return f"{calibration.design.sentence}; at {places} of the way through the runs, that is together {values}"

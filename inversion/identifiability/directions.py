@@ -42,7 +42,7 @@ def _sign(vector: np.ndarray) -> float:
 def _words(names: tuple[str, ...], vector: np.ndarray) -> str:
     """ "viscosity with less pressure cutoff" """
     order = [i for i in np.argsort(-np.abs(vector)) if abs(vector[i]) >= PART]
-    text = plain(names[order[0]])
+    text = plain(names[order[0]], names)
     for i in order[1:]:
-        text += f" with {'more' if vector[i] > 0.0 else 'less'} {plain(names[i])}"
+        text += f" with {'more' if vector[i] > 0.0 else 'less'} {plain(names[i], names)}"
     return text

@@ -25,24 +25,28 @@ AT_END = 1e-3  # of a range
 
 @dataclass(frozen=True)
 class Profile:
-    """values: (p,) SI; rise: (p,) of minus twice the log posterior; at_bound: (p) other keys at an end."""
+    """values: (p,) SI; rise: (p,) of minus twice the log posterior; at_bound: (p) other keys at an end.
+
+    among: the keys of all parameters.
+    """
 
     name: str
     values: Array
     rise: Array
     at_bound: tuple[tuple[str, ...], ...]
+    among: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """On which sides the data bound the parameter, and what stops it where they do not."""
         best = int(np.argmin(self.rise))
         below, above = self._side(range(best, -1, -1), "below"), self._side(range(best, len(self.rise)), "above")
-        return f"{plain(self.name)}: {below}; {above}"
+        return f"{plain(self.name, self.among)}: {below}; {above}"
 
     def _side(self, places: range, side: str) -> str:
         for place in places:
             if self.rise[place] > INDISTINGUISHABLE:
-                others = ", ".join(plain(key) for key in self.at_bound[place])
+                others = ", ".join(plain(key, self.among) for key in self.at_bound[place])
                 why = f"because {others} reaches the end of its range" if others else "by the data"
                 return f"{side} bounded {why}"
         return f"{side} not bounded"
@@ -63,10 +67,10 @@ def _profile(calibrator: Calibrator, fits: Fits, i: int, points: int) -> Profile
     found = [_best(calibrator, fits, i, float(value)) for value in grid]
     known = [(value, mode) for value, mode in zip(grid, found, strict=True) if mode is not None]
     lowest = min(min(mode.cost for _, mode in known), best.cost)
-    name, span = calibrator.coordinates.names[i], calibrator.coordinates.basis[i, i]
+    names, span = calibrator.coordinates.names, calibrator.coordinates.basis[i, i]
     values = np.array([calibrator.coordinates.base[i] + value * span for value, _ in known])
     ends = tuple(_at_bound(calibrator, mode, i) for _, mode in known)
-    return Profile(name, values, np.array([mode.cost - lowest for _, mode in known]), ends)
+    return Profile(names[i], values, np.array([mode.cost - lowest for _, mode in known]), ends, tuple(names))
 
 
 def _best(calibrator: Calibrator, fits: Fits, i: int, value: float) -> Mode | None:

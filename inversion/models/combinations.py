@@ -40,7 +40,7 @@ def combinations(runs: ModelRuns, outcome: InversionOutcome, located: Located) -
     width = np.log(interval[1] / interval[0]) / np.log(before[1] / before[0])
     identified = bool(width < NEWS) and outcome.inversion.prior_predictive.inside
     estimates = outcome.inversion.methods["emulator"].parameters
-    weak = [plain(key) for key in keys if not estimates[key].identified]
+    weak = [plain(key, estimates) for key in keys if not estimates[key].identified]
     named = f"K = {formula}" if formula else "K"
     text = f"{named} = {quantity(value, 'Pa')} (95 %: {span(*interval, 'Pa')})"
     if not identified:

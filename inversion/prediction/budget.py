@@ -87,7 +87,7 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
             return f"decide between the explanations: {learnt.next_measurement}"
         return "decide between the explanations: repeat the learnt shot with a further sensor and diagnose both"
     if source == "tolerances":
-        named = " and ".join(plain(key) for key in tolerances) or "what differs from shot to shot"
+        named = " and ".join(plain(key, tolerances) for key in tolerances) or "what differs from shot to shot"
         return f"measure {named} of the new shot"
     if source == "mesh":
         return "simulate the new case on a finer mesh"
@@ -108,4 +108,5 @@ def _dominant(draws: SensorDraws) -> str:
         return "the bird"
     x = np.stack([(c - c.mean()) / c.std() for c in columns.values()], axis=1)
     slopes = np.linalg.lstsq(x, draws.nominal - draws.nominal.mean(), rcond=None)[0]
-    return plain(list(columns)[int(np.abs(slopes).argmax())].removeprefix(EFFECT))
+    names = [key.removeprefix(EFFECT) for key in columns]
+    return plain(names[int(np.abs(slopes).argmax())], names)

@@ -105,7 +105,7 @@ def _posterior(folder: Path, found: Inversion, case: Case) -> tuple[tuple[str, .
         return names, draws, f"{len(draws)} draws of the emulator's posterior ({figures.draws})", unsettled
     method = found.best or next(iter(found.methods))
     answer = found.methods[method]
-    vague = [plain(name) for name in names if not answer.parameters[name].identified]
+    vague = [plain(name, names) for name in names if not answer.parameters[name].identified]
     text = NO_SAMPLE + (f" (prior: {', '.join(vague)})" if vague else "")
     remedy = (
         "where the records allow, train-and-invert stores one: by --method emulator or both, without --no-posterior"

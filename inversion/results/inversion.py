@@ -89,10 +89,10 @@ class Inversion(Displayed):
         said = []
         for name, one in answer.parameters.items():
             if not one.identified or one.value is None:
-                said.append(f"{plain(name)} not identifiable")
+                said.append(f"{plain(name, answer.parameters)} not identifiable")
             else:
                 ends = f" (95 %: {span(*one.interval_95, one.unit)})" if one.interval_95 else ""
-                said.append(f"{plain(name)} {quantity(one.value, one.unit)}{ends}")
+                said.append(f"{plain(name, answer.parameters)} {quantity(one.value, one.unit)}{ends}")
         return f"Inversion by the {self.best or 'methods, none verified'}: {'; '.join(said)}"
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -132,7 +132,7 @@ class Inversion(Displayed):
                     face = colour if one.identified else "none"
                     on.plot((one.value - low) / (high - low), place, "o", color=colour, markerfacecolor=face)
             on.plot([], [], color=f"C{number}", label=method)
-        on.set_yticks(range(len(names)), [plain(name) for name in names])
+        on.set_yticks(range(len(names)), [plain(name, names) for name in names])
         on.set_xlim(-0.03, 1.03)
         on.set_xlabel("share of the range")
         on.legend(fontsize="small")

@@ -6,7 +6,7 @@ which the page writes it. A kind of folder makes one or several views (see `kind
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,13 +65,14 @@ def parameter(
     high: float,
     estimate: Mapping[str, Any] | None = None,
     logarithmic: bool = False,
+    among: Iterable[str] = (),
 ) -> Table:
-    """A slider; estimate: value, interval_95, identified, reason, where there is one."""
+    """A slider; estimate: value, interval_95, identified, reason, where there is one; among: all parameters' keys."""
     found = estimate or {}
     return {
         "key": name,
-        "label": plain(name),
-        "symbol": symbol(name),
+        "label": plain(name, among),
+        "symbol": symbol(name, among),
         **unit_of(si),
         "low": low,
         "high": high,
@@ -82,9 +83,9 @@ def parameter(
     }
 
 
-def answer(name: str, si: str, estimate: Mapping[str, Any]) -> Table:
+def answer(name: str, si: str, estimate: Mapping[str, Any], among: Iterable[str]) -> Table:
     """One line of the first screen: the parameter, what fits, and whether the record identifies it."""
-    label, interval = plain(name), estimate.get("interval_95")
+    label, interval = plain(name, among), estimate.get("interval_95")
     if not estimate["identified"] or estimate.get("value") is None:
         reason = estimate.get("reason") or _wide(interval, si)
         return {"label": label, "identified": False, "text": "not identifiable from this record", "more": reason}

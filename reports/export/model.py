@@ -188,8 +188,8 @@ def _refuse_links(case: Case) -> None:
         return
     names = ", ".join(f"target.{key}.{name}" for key in given for name in getattr(said, key))
     raise UserError(
-        f"{' and '.join(f'target.{key}' for key in given)} ({names}) have no card in a whole deck, and without them the "
-        "parts would not be joined; give a target whose parts share their nodes along the joints (target.mesh), "
+        f"{' and '.join(f'target.{key}' for key in given)} ({names}) have no card in a whole deck, and without them "
+        "the parts would not be joined; give a target whose parts share their nodes along the joints (target.mesh), "
         "or export the bird's cards alone (without --deck) for a deck of your own that has the joints"
     )
 

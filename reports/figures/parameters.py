@@ -73,7 +73,8 @@ def _estimate(axes: Axes, height: float, row: ParameterRow, method: str, estimat
 
 
 def _frame(axes: Axes, rows: Sequence[ParameterRow]) -> None:
-    axes.set_yticks(range(len(rows)), [parameter_label(row.name) for row in rows])
+    names = [row.name for row in rows]
+    axes.set_yticks(range(len(rows)), [parameter_label(row.name, names) for row in rows])
     axes.invert_yaxis()
     axes.set_xlim(-0.17, 1.17)
     axes.set_xticks([])

@@ -40,9 +40,9 @@ def corner_figure(draws: Mapping[str, Array], units: Mapping[str, str], best: Ma
                 axes.hist2d(values[column][0], values[row][0], BINS, cmap="Blues")
                 axes.plot(points[column], points[row], "+", color=VERMILION)
             if i == len(names) - 1:
-                axes.set_xlabel(labelled(symbol(column), values[column][1]), fontsize=8)
+                axes.set_xlabel(labelled(symbol(column, names), values[column][1]), fontsize=8)
             if j == 0 < i:
-                axes.set_ylabel(labelled(symbol(row), values[row][1]), fontsize=8)
+                axes.set_ylabel(labelled(symbol(row, names), values[row][1]), fontsize=8)
                 axes.yaxis.set_label_coords(-0.42, 0.5)
     return figure
 
@@ -73,7 +73,7 @@ def sobol_figure(times: Sequence[float], total: Mapping[str, Sequence[float | No
     axes = figure.subplots()
     for number, (name, values) in enumerate(total.items()):
         line = np.array([np.nan if value is None else value for value in values])
-        axes.plot(milliseconds(np.array(times)), line, color=COLOURS[number % len(COLOURS)], label=symbol(name))
+        axes.plot(milliseconds(np.array(times)), line, color=COLOURS[number % len(COLOURS)], label=symbol(name, total))
     axes.set_xlabel("Time [ms]")
     axes.set_ylabel("Total Sobol index [–]")
     axes.set_ylim(-0.03, 1.08)

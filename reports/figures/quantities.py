@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from birdstrike.data.histories import Array
+from birdstrike.data.key_labels import key_labels
 from birdstrike.data.units import display
 
 _SYMBOLS = {"pressure_cutoff": "PC", "viscosity": "MU", "tension_erosion": "TEROD", "compression_erosion": "CEROD"}
@@ -31,16 +34,25 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def parameter_label(dotted: str) -> str:
-    """A dotted case key as the field says it: `bird.material.viscosity` -> `viscosity MU`."""
-    last = dotted.rsplit(".", 1)[-1]
-    return f"{words(last)} {_SYMBOLS[last]}" if last in _SYMBOLS else words(last)
+def parameter_label(dotted: str, among: Iterable[str] = ()) -> str:
+    """A dotted case key as the field says it: `bird.material.viscosity` -> `viscosity MU`.
+
+    among: the other keys in question, from which parents tell it.
+    """
+    card = _SYMBOLS.get(_last(dotted))
+    label = words(key_labels((dotted, *among))[dotted])
+    return f"{label} {card}" if card else label
 
 
-def symbol(dotted: str) -> str:
-    """The card's short name where there is one: `bird.material.viscosity` -> `MU`."""
-    last = dotted.rsplit(".", 1)[-1]
-    return _SYMBOLS.get(last, words(last))
+def symbol(dotted: str, among: Iterable[str] = ()) -> str:
+    """The card's short name where there is one: `bird.material.viscosity` -> `MU`; among: as in `parameter_label`."""
+    last = _last(dotted)
+    label = key_labels((dotted, *among))[dotted]
+    return words(label.removesuffix(last)) + _SYMBOLS.get(last, words(last))
+
+
+def _last(dotted: str) -> str:
+    return dotted.rsplit(".", 1)[-1]
 
 
 def labelled(name: str, unit: str) -> str:

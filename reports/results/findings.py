@@ -91,7 +91,7 @@ def identified(results: InversionResults) -> str:
     reasons: dict[str, list[str]] = {}
     for name, estimate in parameters.items():
         if not estimate.identified:
-            reasons.setdefault(estimate.reason, []).append(symbol(name))
+            reasons.setdefault(estimate.reason, []).append(symbol(name, parameters))
     open_ones = "; ".join(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())
     first = f"Identified by the {results.best}: {'; '.join(found) or 'none'}"
     return f"{first}. Not identified: {open_ones}." if open_ones else f"{first}. Every parameter is identified."
@@ -99,12 +99,13 @@ def identified(results: InversionResults) -> str:
 
 def _estimated(results: InversionResults, name: str) -> str:
     """`viscosity MU 641 Pa s (95 %: 500 Pa s to 900 Pa s)`."""
-    estimate = results.answer.parameters[name]
+    parameters = results.answer.parameters
+    estimate, label = parameters[name], parameter_label(name, parameters)
     value = "" if estimate.value is None else f" {quantity(estimate.value, estimate.unit)}"
     if estimate.interval_95 is None:
-        return parameter_label(name) + value
+        return label + value
     low, high = (quantity(end, estimate.unit) for end in estimate.interval_95)
-    return f"{parameter_label(name)}{value} (95 %: {low} to {high})"
+    return f"{label}{value} (95 %: {low} to {high})"
 
 
 def reach_and_residual(results: Results) -> str:

@@ -116,7 +116,7 @@ def _constants(name: str, model: Mapping[str, Any]) -> Iterator[tuple[str, ...]]
         known = one["identified"] and one["value"] is not None
         yield (
             name,
-            parameter_label(key),
+            parameter_label(key, model["parameters"]),
             quantity(one["value"], unit) if known else "not identifiable",
             _span(one["interval_95"], unit) if one["interval_95"] else NONE,
             _span(model["ranges"][key], unit),

@@ -69,7 +69,7 @@ def _projections(results: CampaignResults) -> Picture:
     last = [name.rsplit(".", 1)[-1] for name in dataset.names]
     limits = {column: LIMIT for column, name in enumerate(last) if name in FEATURES}
     figure = design_figure(
-        [symbol(name) for name in dataset.names],
+        [symbol(name, dataset.names) for name in dataset.names],
         dataset.units,
         dataset.parameters,
         dataset.lows,

@@ -132,7 +132,7 @@ def _parameters(content: Mapping[str, Any]) -> Table:
     before, after = content["before"]["parameters"], (content["after"] or {}).get("parameters", {})
     rows = tuple(
         (
-            plain(name),
+            plain(name, before),
             _interval(entry),
             _interval(after[name]) if name in after else "–",
             with_unit(entry["value"] - after[name]["value"], entry["unit"]) if name in after else "–",

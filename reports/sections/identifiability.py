@@ -34,7 +34,9 @@ def _corner(results: InversionResults, posterior: PosteriorFigures) -> Block:
     units = {**results.units, "time_offset": "s"}
     figure = corner_figure({name: draws[name] for name in posterior.names}, units, posterior.most_probable)
     worst = max((value for value in posterior.rhat.values() if value is not None), default=float("nan"))
-    contraction = ", ".join(f"{symbol(name)} {100 * value:.0f} %" for name, value in posterior.contraction.items())
+    contraction = ", ".join(
+        f"{symbol(name, posterior.names)} {100 * value:.0f} %" for name, value in posterior.contraction.items()
+    )
     caption = (
         f"Posterior by the emulator: histograms of each parameter and pair, red: the most probable point. "
         f"{posterior.steps} steps, R-hat at most {worst:.3f}, {min(posterior.effective.values()):.0f} effective draws "
@@ -58,6 +60,9 @@ def _directions(figures: IdentifiabilityFigures) -> Table:
 def _profiles(figures: IdentifiabilityFigures) -> tuple[Table, ...]:
     if not figures.profiles:
         return ()
-    rows = tuple((symbol(name), profile.sentence.split(": ", 1)[1]) for name, profile in figures.profiles.items())
+    rows = tuple(
+        (symbol(name, figures.profiles), profile.sentence.split(": ", 1)[1])
+        for name, profile in figures.profiles.items()
+    )
     caption = "Profile likelihood: what bounds each parameter when all others follow."
     return (Table(("parameter", "bounds"), rows, caption),)

@@ -19,7 +19,7 @@ def section(results: Results) -> Section | None:
     if not path.is_file():
         return None
     content = json.loads(path.read_text(encoding="utf-8"))
-    truth = ", ".join(f"{symbol(name)} {value:.4g}" for name, value in content["truth"].items())
+    truth = ", ".join(f"{symbol(name, content['truth'])} {value:.4g}" for name, value in content["truth"].items())
     intro = (
         f"Simulated records of known truth ({truth}, SI) from a campaign of {content['campaign_runs']} simulations: "
         "the error of each method, and the smallest that the measurement allows any method (information bound)."

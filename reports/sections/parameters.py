@@ -40,7 +40,7 @@ def _caption(results: InversionResults) -> str:
     texts = []
     for method in results.finished:
         parameters = results.inversion.methods[method].parameters
-        found = [symbol(name) for name, estimate in parameters.items() if estimate.identified]
+        found = [symbol(name, parameters) for name, estimate in parameters.items() if estimate.identified]
         texts.append(f"the {method} identifies {', '.join(found) if found else 'none'}")
     return f"Each bar is a parameter's range: {'; '.join(texts)}. Hatched: identified by no method."
 
@@ -49,20 +49,22 @@ def _table(results: InversionResults, rows: list[ParameterRow]) -> Table:
     head = ("parameter", "range", "method", "value", "95 % interval", "identified", "reason")
     cells = [
         (
-            *(_named(row) if method == results.best else ("", "")),
+            *(_named(row, rows) if method == results.best else ("", "")),
             method,
             *_estimate(results.inversion.methods[method].parameters[row.name]),
         )
         for row in rows
         for method in results.finished
     ]
-    keys = ", ".join(f"{symbol(row.name)} = {row.name}" for row in rows)
+    names = [row.name for row in rows]
+    keys = ", ".join(f"{symbol(row.name, names)} = {row.name}" for row in rows)
     return Table(head, tuple(cells), f"The parameters by each method. Case keys: {keys}.", frozenset({3}))
 
 
-def _named(row: ParameterRow) -> tuple[str, str]:
+def _named(row: ParameterRow, rows: list[ParameterRow]) -> tuple[str, str]:
     """The parameter and its range, said once for all methods."""
-    return parameter_label(row.name), f"{bound(row.low, row.unit)} to {bound(row.high, row.unit)}"
+    label = parameter_label(row.name, [one.name for one in rows])
+    return label, f"{bound(row.low, row.unit)} to {bound(row.high, row.unit)}"
 
 
 def _estimate(estimate: Estimate) -> tuple[str, str, str, str]:

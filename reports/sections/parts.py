@@ -24,7 +24,9 @@ def campaign_findings(results: CampaignResults) -> tuple[str, ...]:
     """Size of the campaign, what was varied, the range of every sensor's peak, energy balance."""
     design, dataset = results.campaign["design"], results.dataset
     ranges = zip(dataset.names, dataset.units, dataset.lows, dataset.highs, strict=True)
-    varied = "; ".join(f"{parameter_label(n)} {quantity(lo, u)} to {quantity(hi, u)}" for n, u, lo, hi in ranges)
+    varied = "; ".join(
+        f"{parameter_label(n, dataset.names)} {quantity(lo, u)} to {quantity(hi, u)}" for n, u, lo, hi in ranges
+    )
     failed = f", {len(results.failures)} more failed" if results.failures else ""
     return (
         f"Campaign: {len(dataset.runs)} simulations of case {results.case_name}{failed}, {design['kind']} design. "

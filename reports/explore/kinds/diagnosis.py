@@ -47,12 +47,12 @@ def read(folder: Path) -> tuple[View]:
         title="Diagnosis",
         headline=headline(content["verdict"], content["sentence"]),
         parameters=[
-            parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"])
+            parameter(one["name"], one["unit"], one["low"], one["high"], told[one["name"]], one["log"], told)
             for one in parameters
         ],
         systems=[{key: part for key, part in system.items() if key != "runs"} for system in model["systems"]],
         shots=[_shot(folder / file, shot) for file, shot in zip(curve_files(names), model["shots"], strict=True)],
-        answers=[answer(one["name"], one["unit"], told[one["name"]]) for one in parameters],
+        answers=[answer(one["name"], one["unit"], told[one["name"]], told) for one in parameters],
         effects=_effects(model["effects"], content, load_case(folder / CASE)),
         presets=[preset(name, fit["theta"], fit["effects"]) for name, fit in fits.items()][::-1],
         runs=runs(first["runs"]["parameters"], first["time"], first["runs"]["curves"]),

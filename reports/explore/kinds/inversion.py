@@ -51,7 +51,7 @@ def view_of(folder: Path, case: Path) -> View:
         title="Calibration",
         headline=_headline(inversion, best),
         parameters=[
-            parameter(name, estimates[name].unit, *inversion.ranges[name], vars(estimates[name]))
+            parameter(name, estimates[name].unit, *inversion.ranges[name], vars(estimates[name]), among=emulator.names)
             for name in emulator.names
         ],
         systems=[emulator_table(emulator)],
@@ -65,7 +65,7 @@ def view_of(folder: Path, case: Path) -> View:
                 ],
             }
         ],
-        answers=[answer(name, estimates[name].unit, vars(estimates[name])) for name in emulator.names],
+        answers=[answer(name, estimates[name].unit, vars(estimates[name]), emulator.names) for name in emulator.names],
         presets=[preset("calibrated", _point(inversion, estimates), {}, inversion.time_offset.value)],
         runs=runs(theta, next(iter(emulator.channels.values())).time, curves),
         clock=_clock(inversion.time_offset),

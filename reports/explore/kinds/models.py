@@ -42,7 +42,7 @@ def _view(folder: Path, name: str, content: dict[str, Any], records: dict[str, M
     theta, curves = read_runs(folder / "emulator.npz")
     presets = [preset("calibrated", own["calibrated"])]
     presets += [preset("published", own["published"])] if own["published"] else []
-    said = [answer(key, one["unit"], one) for key, one in model["parameters"].items()]
+    said = [answer(key, one["unit"], one, own["units"]) for key, one in model["parameters"].items()]
     combined = "; ".join(one["sentence"] for one in model["combinations"].values() if one["sentence"])
     place = f"Place {content['ranking'].index(name) + 1} of {len(content['ranking'])}"
     return View(
@@ -65,7 +65,7 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
     """Of a constant with what is known of it; one sought over decades says between which values its fraction runs."""
     begin, end = own["ranges"][key]
     if key not in own["logarithmic"]:
-        return parameter(key, own["units"][key], begin, end, estimate)
+        return parameter(key, own["units"][key], begin, end, estimate, among=own["units"])
     low, high, unit = own["logarithmic"][key]
 
     def share(value: float | None) -> float | None:
@@ -78,7 +78,7 @@ def _slider(key: str, own: dict[str, Any], estimate: dict[str, Any] | None) -> T
             "interval_95": ends and [share(one) for one in ends],
         }
     table = parameter(key, own["units"][key], begin, end, estimate)
-    table["label"] = f"{plain(key)}, share of the decades {span(low, high, unit)}"
+    table["label"] = f"{plain(key, own['units'])}, share of the decades {span(low, high, unit)}"
     return table
 
 

@@ -377,6 +377,8 @@ def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) ->
     (tmp_path / "diagnosis.json").write_text(json.dumps(content))
     (tmp_path / "case.toml").write_text('extends = "demo_rig"\n[impact]\ndirection = [0.3, 0.5, -0.7]\n')
     _, _, bird = truth(str(tmp_path / "case.toml"), **{"effects.impact_speed": "2 m/s"})
-    lines = effect_lines(read_effects(tmp_path), unit_system("m-s-kg-Pa"), "lsdyna")
+    found = read_effects(tmp_path)
+    assert found is not None
+    lines = effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna")
     written_down = [float(line.split()[-1]) for line in lines if line.startswith("R v")]
     assert written_down == pytest.approx(bird.v[0].tolist(), rel=1e-3)
