@@ -28,7 +28,7 @@ from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import added_by_emulator, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.solver.case.case import Case, as_case, case_hash
-from birdstrike.solver.case.write import case_toml, copy_case
+from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
 CaseLike = str | Path | Case
 RecordLike = str | Path | Measured
@@ -357,13 +357,13 @@ def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> No
 
 
 def case_text(found: Diagnosis, case: Case) -> str:
-    """TOML of the case after, headed by what it is."""
+    """TOML of the case after, headed by what it is; the files that it names are those beside the folder's case.toml."""
     head = [f"{found.sentence}."]
     if found.verdict != ATTRIBUTED:
         model = found.after.model if found.after else ""
         head.append(f"This case has {model} in it, the likeliest; it is not attributed.")
     head.append("The calibrated parameters are the refitted ones; the effect stands under [effects] or [instrument].")
-    return "".join(f"# {line}\n" for line in head) + case_toml(case)
+    return "".join(f"# {line}\n" for line in head) + case_toml(case, portable_table(case))
 
 
 __all__ = ["DiagnosisOptions", "diagnose", "quiet", "uncounted"]

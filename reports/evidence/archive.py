@@ -17,14 +17,16 @@ from birdstrike.reports.evidence.sources import CAMPAIGN_FILES, Sources, find_so
 from birdstrike.reports.evidence.summary import summary_page
 from birdstrike.reports.evidence.verification_rows import Aspect, aspects, read_rows
 from birdstrike.reports.sections.reproducibility import LIBRARIES, installed
-from birdstrike.solver.case.case import case_hash
-from birdstrike.solver.case.write import case_toml
+from birdstrike.solver.case.case import Case, case_hash, load_case
+from birdstrike.solver.case.write import case_toml, named_files, portable_table
 from birdstrike.solver.version import SOLVER_VERSION
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Date of every entry: the same evidence gives the same bytes."""
 PAGE, MANIFEST, CHECKS = "SUMMARY.md", "manifest.json", "verification.json"
 LEFT_OUT = (".birdstrike.json",)
+HELD = "case.toml"
+"""The case of a folder of results."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,11 @@ def _checks(sources: Sources, given: Path | None) -> tuple[tuple[Aspect, ...], l
 
 
 def _entries(sources: Sources, runs: bool) -> Iterator[tuple[str, bytes]]:
-    yield "case.toml", case_toml(sources.case).encode()
+    yield from _case(sources.case, "case.toml", "")
     for record in sources.records:
         yield f"records/{record.name}", record.read_bytes()
     for number, case in enumerate(sources.cases, 1):
-        yield f"cases/{number}.toml", case.read_bytes()
+        yield from _case(load_case(case), f"cases/{number}.toml", f"{number}/")
     for number, campaign in enumerate(sources.campaigns, 1):
         yield from _campaign(campaign, f"campaigns/{number}", runs)
     if sources.options["extras"].get("mesh"):
@@ -121,21 +123,40 @@ def _entries(sources: Sources, runs: bool) -> Iterator[tuple[str, bytes]]:
         yield "report.html", sources.report.read_bytes()
 
 
+def _case(case: Case, name: str, place: str) -> Iterator[tuple[str, bytes]]:
+    """A case that stands alone, and the files that it names, under `place` in its folder."""
+    yield name, case_toml(case, portable_table(case, place)).encode()
+    folder = Path(name).parent.as_posix()
+    for file, path in named_files(case).items():
+        yield Path(folder, place, file).as_posix(), path.read_bytes()
+
+
+def _held_case(folder: Path, place: str) -> Iterator[tuple[str, bytes]]:
+    """The case that a folder of results holds; one that names files by whole paths (an older folder's) is made anew."""
+    path, name = folder / HELD, f"{place}/{HELD}"
+    case = load_case(path)
+    if named_files(case):
+        yield from _case(case, name, "")
+    else:
+        yield name, path.read_bytes()
+
+
 def _campaign(campaign: Path, place: str, runs: bool) -> Iterator[tuple[str, bytes]]:
     for name in CAMPAIGN_FILES:
         if (campaign / name).is_file():
             yield f"{place}/{name}", (campaign / name).read_bytes()
-    folders = ["deck", *(["runs"] if runs else [])]
-    for folder in folders:
-        for path in sorted((campaign / folder).glob("*")):
-            if path.is_file() and not path.name.startswith("."):
-                yield f"{place}/{folder}/{path.name}", path.read_bytes()
+    yield from _held_case(campaign, place)
+    for path in sorted((campaign / "runs").glob("*")) if runs else ():
+        if path.is_file() and not path.name.startswith("."):
+            yield f"{place}/runs/{path.name}", path.read_bytes()
 
 
 def _files(folder: Path, place: str) -> Iterator[tuple[str, bytes]]:
-    """Files of a folder of results itself; not the runs below it."""
+    """Files of a folder of results itself, with those that its case names; not the runs below it."""
+    if (folder / HELD).is_file():
+        yield from _held_case(folder, place)
     for path in sorted(folder.iterdir()):
-        if path.is_file() and path.name not in LEFT_OUT and path.suffix != ".zip":
+        if path.is_file() and path.name not in (*LEFT_OUT, HELD) and path.suffix != ".zip":
             yield f"{place}/{path.name}", path.read_bytes()
 
 

@@ -14,15 +14,15 @@ from pydantic import ValidationError
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import maker_of
 from birdstrike.data.paths import resolve_measured
-from birdstrike.doe.campaign.folder import CampaignFolder
+from birdstrike.doe.campaign.folder import CampaignFolder, read_json
 from birdstrike.inversion.results.inversion import Inversion
 from birdstrike.inversion.train_and_invert import OPTIONS_FILE
 from birdstrike.reports.results.parts import find_parts
-from birdstrike.solver.case.case import Case, load_case
+from birdstrike.solver.case.case import Case, case_from_table, load_case, raw_case
 
 MAKERS = ("train-and-invert", "close-the-loop", "start")
 """Commands whose folders hold an inversion, of which evidence can be made."""
-CAMPAIGN_FILES = ("case.toml", "case.json", "design.csv", "curves.csv", "summary.json")
+CAMPAIGN_FILES = ("case.json", "design.csv", "curves.csv", "summary.json")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
     records = _records(options, measured)
     cases = tuple(Path(one) for one in options["cases"] if one)
     held = parts.inversion / "case.toml"
-    case = load_case(cases[0] if cases else held if held.is_file() else campaigns[0] / "case.toml")
+    case = _case(cases, held if held.is_file() else campaigns[0] / "case.toml", campaigns[0])
     report = next((page for page in (folder / "report.html", parts.inversion / "report.html") if page.is_file()), None)
     points = [*told, *([] if report else [f"no report.html in {folder.name}: make it with birdstrike report"])]
     if parts.diagnosis is None:
@@ -90,6 +90,13 @@ def find_sources(folder: Path, measured: Sequence[str | Path] = (), doe: Path | 
         report,
         tuple(points),
     )
+
+
+def _case(cases: Sequence[Path], held: Path, campaign: Path) -> Case:
+    """The first record's case, by its own name: of one that is held as case.toml the campaign says it."""
+    if cases:
+        return load_case(cases[0])
+    return case_from_table(raw_case(held), read_json(campaign / "case.json").get("name", held.stem))
 
 
 def _options(inversion: Path, answer: Inversion) -> tuple[dict[str, Any], list[str]]:

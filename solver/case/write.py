@@ -1,4 +1,7 @@
-"""A copy of a case as one TOML file that stands alone, what it extended and every --set written in."""
+"""A copy of a case as one TOML file that stands alone, what it extended and every --set written in.
+
+The files that it names go along, and it names them by paths from its own folder, so that the folder can be moved.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +13,40 @@ import tomli_w
 from birdstrike.data.files import whole_file, write_atomically
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import Raw
+from birdstrike.solver.target.files.mesh_file import included_files
 
-DECK = "deck"
+DECK, MESH = "deck", "mesh"
+"""Folders beside `case.toml`: files of an external solver's deck, and of a target's mesh."""
 
 
 def copy_case(case: Case, folder: Path) -> None:
-    """Write `case.toml` into the folder, and beside it the files that an external solver's deck is made of."""
+    """Write `case.toml` into the folder, and beside it the files that it names."""
+    for name, path in named_files(case).items():
+        if path.resolve() != (folder / name).resolve():
+            with whole_file(folder / name) as temporary:
+                shutil.copyfile(path, temporary)
+    write_atomically(folder / "case.toml", case_toml(case, portable_table(case)))
+
+
+def named_files(case: Case) -> dict[str, Path]:
+    """Name in a case's folder -> the file: template and files of a deck, the target's mesh and what that includes."""
+    found = {} if case.external is None else {f"{DECK}/{path.name}": path for path in case.external.inputs}
+    if case.target is not None and case.target.mesh is not None:
+        mesh = Path(case.target.mesh)
+        found[f"{MESH}/{mesh.name}"] = mesh
+        found |= {f"{MESH}/{name}": mesh.parent / name for name in included_files(mesh)}
+    return found
+
+
+def portable_table(case: Case, place: str = "") -> Raw:
+    """The case's table with the paths that its files have in its folder; place: of that folder, from the table's."""
     table = case.table
     if case.external is not None:
-        names = [f"{DECK}/{path.name}" for path in case.external.inputs]
-        for path, name in zip(case.external.inputs, names, strict=True):
-            if path != (folder / name).resolve():
-                with whole_file(folder / name) as temporary:
-                    shutil.copyfile(path, temporary)
+        names = [f"{place}{DECK}/{path.name}" for path in case.external.inputs]
         table["external"] |= {"template": names[0], "files": names[1:]}
-    write_atomically(folder / "case.toml", case_toml(case, table))
+    if case.target is not None and case.target.mesh is not None:
+        table["target"] |= {"mesh": f"{place}{MESH}/{Path(case.target.mesh).name}"}
+    return table
 
 
 def case_toml(case: Case, table: Raw | None = None) -> str:

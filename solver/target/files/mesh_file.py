@@ -24,7 +24,7 @@ from birdstrike.solver.target.files.abaqus_mesh import read_abaqus
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
-from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, no_shells
+from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, included, lines_of, named_by, no_shells
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -280,3 +280,23 @@ def digest(mesh: PartMesh) -> str:
         found.update(name.encode() + mesh.sets[name].tobytes())
     found.update(",".join(mesh.parts).encode())
     return found.hexdigest()[:16]
+
+
+def included_files(path: Path) -> Iterator[str]:
+    """Files from a mesh file's own folder that it includes, by their paths from there, and those that they include.
+
+    One that is named by a whole path, or lies elsewhere, stays where it is.
+    """
+    if path.suffix.lower() not in READERS:
+        return
+    left, seen, root = [path], set[Path](), path.parent.resolve()
+    while left:
+        one = left.pop()
+        for name in named_by(lines_of(one)):
+            file = included(name, one, 0)
+            if file not in seen:
+                seen.add(file)
+                left.append(file)
+    for file in sorted(seen):
+        if file.resolve().is_relative_to(root):
+            yield file.resolve().relative_to(root).as_posix()

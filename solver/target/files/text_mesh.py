@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ NUMBER = "element_number"
 """Array of a mesh's cells that holds the file's numbers of its elements."""
 PROPERTY = "nastran:ref"
 """Array of a mesh's cells that holds the numbers of their properties, as meshio calls it."""
+INCLUDE = "*INCLUDE"
 DEEPEST = 20
 """Files that include each other, one in the other."""
 Place = tuple[float, float, float]
@@ -137,3 +138,18 @@ def decimal(text: str, line: str, keyword: str) -> float:
         return float(text) if text.strip() else 0.0
     except ValueError:
         raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no number') from None
+
+
+def named_by(lines: Iterable[str]) -> Iterator[str]:
+    """Names of the files that the lines of a text file include, as Abaqus, LS-DYNA or Nastran write it."""
+    keyword = ""
+    for line in lines:
+        if line.startswith("*"):
+            keyword, comma, said = line.partition(",")
+            if comma and keyword.strip().upper() == INCLUDE:
+                yield said.split("=")[-1]
+                keyword = ""
+        elif keyword.strip().upper() == INCLUDE and not line.startswith("$"):
+            yield line
+        elif line[:7].upper() == INCLUDE[1:]:
+            yield line[7:].lstrip(" =")

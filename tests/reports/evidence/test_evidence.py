@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import tomllib
 import zipfile
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tomli_w
 from typer.testing import CliRunner
 
 import birdstrike.inversion.forward
@@ -18,8 +20,9 @@ from birdstrike.cli.app import app
 from birdstrike.data.errors import UserError
 from birdstrike.data.out_folder import MARK
 from birdstrike.reports.evidence.verification_rows import aspects, read_rows
-from birdstrike.solver.case.case import load_case
+from birdstrike.solver.case.case import case_hash, load_case
 from tests.inversion import small_campaign
+from tests.solver.target.test_mesh_file import written
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -152,3 +155,38 @@ def test_a_folder_without_an_inversion_is_told_what_evidence_is_of(
     (tmp_path / MARK).write_text(json.dumps({"command": maker}))
     with pytest.raises(UserError, match="give a folder that train-and-invert or close-the-loop or start made"):
         evidence(tmp_path)
+
+
+def test_a_mesh_file_goes_along_by_a_path_in_the_archive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folders that the archive was made from are gone, and so is the mesh: the calibration repeats all the same."""
+    table = load_case("reference_strike").table | {"target": load_case("openradioss_panel").table["target"]}
+    del table["plate"], table["target"]["generator"]
+    home = tmp_path / "home"
+    home.mkdir()
+    table["target"] |= {"mesh": str(written(home / "panel.inp")), "mesh_unit": "m"}
+    (home / "panel strike.toml").write_text(tomli_w.dumps(table))
+    digest = case_hash(small_campaign.build(home / "doe", case=load_case(home / "panel strike.toml")))
+    assert tomllib.loads((home / "doe" / "case.toml").read_text())["target"]["mesh"] == "mesh/panel.inp"
+    record = small_campaign.write_record(home / "shot.csv")
+    monkeypatch.setattr(birdstrike.inversion.forward, "simulate", small_campaign.strike)
+    line = ["train-and-invert", str(home / "doe"), "--measured", str(record), "--method", "emulator", "--refine", "0"]
+    line += ["--case", str(home / "panel strike.toml"), "--no-posterior", "--out", str(home / "inversion")]
+    assert CliRunner().invoke(app, line).exit_code == 0
+    evidence(home / "inversion", tmp_path / "evidence.zip")
+    shutil.rmtree(home)
+    place = tmp_path / "elsewhere"
+    manifest = unpacked(tmp_path / "evidence.zip", place)
+    assert "# Evidence: panel strike\n" in (place / "SUMMARY.md").read_text()
+    assert manifest["case_hash"] == digest
+    cases = list(place.rglob("*.toml"))
+    assert len(cases) == 4, "the answer's, the record's, the campaign's and the inversion's"
+    for path in cases:
+        assert case_hash(load_case(path)) == digest, path
+    monkeypatch.chdir(place)
+    found = CliRunner().invoke(app, manifest["repeat"][1:])
+    assert found.exit_code == 0, found.output
+
+
+def test_the_summary_names_the_case_and_not_the_file_that_holds_it(zipped: Path, tmp_path: Path) -> None:
+    assert unpacked(zipped, tmp_path)["case"] == "reference_strike"
+    assert "# Evidence: reference_strike\n" in (tmp_path / "SUMMARY.md").read_text()

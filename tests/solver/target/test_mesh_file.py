@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import case_hash, load_case
+from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.setup_warnings import doubtful_shells
 from birdstrike.solver.target.files.mesh_file import read_mesh
 from birdstrike.solver.target.generators.registry import GENERATORS
@@ -371,3 +373,24 @@ def test_the_reason_why_a_file_is_not_read_is_told_and_nothing_is_printed(tmp_pa
     with pytest.raises(UserError, match="refers to 99999, which is not there"):
         read_mesh(str(path), "m")
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_copied_case_takes_its_mesh_along_and_what_that_includes(tmp_path: Path) -> None:
+    home, copy = tmp_path / "home", tmp_path / "copy"
+    (home / "parts").mkdir(parents=True)
+    whole = written(home / "whole.inp").read_text()
+    (home / "parts" / "panel.inp").write_text(whole)
+    (home / "main.inp").write_text("*Heading\n panel\n*Include, input=parts/panel.inp\n")
+    for name in ("whole.inp", "main.inp"):
+        case = load_case(table_with(home / name))
+        digest = case_hash(case)
+        copy_case(case, copy)
+        (tmp_path / "moved").mkdir(exist_ok=True)
+        moved = shutil.copytree(copy, tmp_path / "moved" / name)
+        shutil.move(home, tmp_path / "gone")
+        assert case_hash(load_case(moved / "case.toml")) == digest
+        shutil.move(tmp_path / "gone", home)
+    files = {path.relative_to(copy / "mesh").as_posix() for path in (copy / "mesh").rglob("*.inp")}
+    assert files == {"whole.inp", "main.inp", "parts/panel.inp"}
+    copy_case(load_case(copy / "case.toml"), copy)
+    assert (copy / "mesh" / "main.inp").read_text().startswith("*Heading")
