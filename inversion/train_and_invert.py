@@ -29,7 +29,7 @@ from birdstrike.inversion.estimation.known_errors import (
     stated_discrepancy,
 )
 from birdstrike.inversion.estimation.locate import InversionOptions, design_figures, refuse_deficient
-from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh
+from birdstrike.inversion.estimation.mesh_correction import correct_campaign, fine_mesh, shells_of_a_file
 from birdstrike.inversion.estimation.posterior import Sampling
 from birdstrike.inversion.estimation.refinement import AUTO, refine
 from birdstrike.inversion.estimation.shots import Joint, Shot, joined, with_scatter
@@ -215,13 +215,15 @@ def inverted(
         lambda f: report(share + (1.0 - share) * f),
         columns=joint.columns,
     )
+    corrections = tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None)
     inversion = replace(
         outcome.inversion,
+        warnings=(*outcome.inversion.warnings, *shells_of_a_file(one.mesh_file for one in corrections)),
         refinement=refinement,
         shots=joint.figures,
         shot_scatter=scatter,
         known_errors=joint.known_errors,
-        mesh_correction=tuple(shot.mesh_correction for shot in shots if shot.mesh_correction is not None),
+        mesh_correction=corrections,
     )
     return replace(outcome, inversion=inversion), dataset, joint.measured
 

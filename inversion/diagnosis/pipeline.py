@@ -60,6 +60,7 @@ from birdstrike.inversion.diagnosis.ranking import Problem, Ranking, Standing, l
 from birdstrike.inversion.diagnosis.shots import Shot, setups_of, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
+from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
@@ -351,6 +352,7 @@ class Pipeline:
                 "quantity as a parameter or an effect, or its simulations failed; the answer takes the declared value "
                 "as exact"
             )
+        found += shells_of_a_file(unrefined_file(shot.setup.plan.case) for shot in self.shots)
         found += _lattices_lacking((*self.shots, *self.baselines.shots))
         for label, reason in failed.items():
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")

@@ -12,7 +12,7 @@ the other nine say, and enlarges the covariance until these estimates err as sta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -311,13 +311,15 @@ def correct_campaign(
     correction = MeshCorrection.fit(z, differences, len(channels), seed)
     parts = np.split(correction.at(dataset.scaled()), len(channels), axis=1)
     own = {name: dataset.curves[name] + part for name, part in zip(channels, parts, strict=True)}
+    mesh_file = unrefined_file(case)
     figures = MeshCorrectionFigures(
         particles=case.bird.particles,
-        elements=case.plate.elements,
+        elements=case.plate.elements if mesh_file is None else None,
         runs=len(finished),
         seconds=perf_counter() - begun,
         added=_shares(differences, dataset, channels),
         error=_shares(correction.errors, dataset, channels),
+        mesh_file=mesh_file,
     )
     corrected = replace(dataset, curves={**dataset.curves, **own})
     left_out = LeftOut.each(z, differences, len(channels), seed)
@@ -342,11 +344,30 @@ def _shares(rows: Array, dataset: Dataset, channels: Sequence[str]) -> dict[str,
 
 
 def fine_mesh(coarse: Case, declared: Case) -> Case:
-    """The declared case on the fine mesh of a campaign on `coarse`, never coarser than declared."""
+    """The declared case on the fine mesh of a campaign on `coarse`, never coarser than declared.
+
+    Shells from a file stay (see `shells_of_a_file`).
+    """
     particles = max(FINER_PARTICLES * coarse.bird.particles, declared.bird.particles)
     pairs = zip(coarse.plate.elements, declared.plate.elements, strict=True)
     along, across = (max(FINER_SHELLS * n, least) for n, least in pairs)
     return declared.with_mesh(particles, (along, across))
+
+
+def unrefined_file(case: Case) -> str | None:
+    """Name of the file whose shells a case keeps on the fine mesh; None where there is none."""
+    return None if case.target is None or case.solver.name == "external" else case.target.mesh_name
+
+
+def shells_of_a_file(mesh_files: Iterable[str | None]) -> list[str]:
+    """A warning where shells from files are not refined; None stands for a target whose shells are."""
+    named = ", ".join(dict.fromkeys(name for name in mesh_files if name))
+    if not named:
+        return []
+    return [
+        f"target.mesh = {named}: shells from a file are not refined, only the bird is, so that the error of their mesh "
+        "is not in the intervals; repeat with a file of shells half as large and compare"
+    ]
 
 
 def spread(unit: Array) -> tuple[int, ...]:

@@ -126,30 +126,37 @@ class RefinementFigures:
 class MeshCorrectionFigures:
     """What a finer mesh adds to a campaign's curves, and what that cost.
 
-    particles, elements: of the fine mesh; runs: simulations on it; seconds: of those that were not stored yet, fits
-    included; added, error: channel -> root mean square of the difference, and of its leave-one-out error, shares of the
-    runs' peak.
+    particles, elements: of the fine mesh, the latter None where the target's is that of the file `mesh_file`; runs:
+    simulations on it; seconds: of those that were not stored yet, fits included; added, error: channel -> root mean
+    square of the difference, and of its leave-one-out error, shares of the runs' peak.
     """
 
     particles: int
-    elements: tuple[int, int]
+    elements: tuple[int, int] | None
     runs: int
     seconds: float
     added: Mapping[str, float]
     error: Mapping[str, float]
+    mesh_file: str | None = None
 
     @property
     def sentence(self) -> str:
         """What it is, what it cost and what it came to."""
-        along, across = self.elements
         parts = [
             f"{name.replace('_', ' ')} {100 * share:.2g} % of the peak (known to {100 * self.error[name]:.2g} %)"
             for name, share in self.added.items()
         ]
         return (
-            f"mesh correction: {self.runs} simulations of {self.particles} particles and {along} x {across} shells in "
+            f"mesh correction: {self.runs} simulations of {self.particles} particles and {self.shells} in "
             f"{self.seconds:.0f} s; they differ from the campaign's mesh by {', '.join(parts)}"
         )
+
+    @property
+    def shells(self) -> str:
+        """The fine mesh of the target."""
+        if self.elements is None:
+            return f"the mesh of {self.mesh_file}"
+        return "{} x {} shells".format(*self.elements)
 
 
 @dataclass(frozen=True)

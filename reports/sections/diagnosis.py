@@ -120,9 +120,10 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
         rows.append((words, *(two(s[key]) if s else "–" for s in states), *solver))
     head = ("sensor", "before, emulator", "after, emulator", "before, solver", "after, solver")
     words = (
-        f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh. Solver: one simulation of the "
-        "declared case at the fit; what it has more is the error of the declared mesh. Less the baseline's: without "
-        "what the baselines' residuals tell of this shot's, which is the model's error on this rig, no missing effect."
+        f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
+        "fine bird alone). Solver: one simulation of the declared case at the fit; what it has more is the error of "
+        "the declared mesh. Less the baseline's: without what the baselines' residuals tell of this shot's, which is "
+        "the model's error on this rig, no missing effect."
     )
     return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
 

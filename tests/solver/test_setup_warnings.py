@@ -93,6 +93,8 @@ def test_a_coarse_mesh_from_a_file_is_told_at_once(tmp_path: Path) -> None:
     (said, *_) = coarse_mesh(load_case(table))
     assert "3 shells across the plate" in said
     assert "refine the file of target.mesh" in said
+    assert "compare with a simulation on a finer file" in said
+    assert "birdstrike converge" not in said
 
 
 def test_a_point_beside_the_plate_is_named_as_such() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,6 +18,7 @@ from birdstrike.inversion.diagnosis.answer import verdict_of
 from birdstrike.inversion.diagnosis.baseline import Baselines
 from birdstrike.inversion.diagnosis.before_and_after import Held, predicts_better
 from birdstrike.inversion.diagnosis.discrepancy import (
+    STATED,
     Amplitudes,
     alike,
     beside_baselines,
@@ -40,7 +42,9 @@ from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit
 from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
 from birdstrike.inversion.diagnosis.solver_update import wanted_effects
 from birdstrike.inversion.diagnosis.system import Block, Places, System, lattice_columns
+from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.run_scatter import common_factors
+from tests.solver.target.test_mesh_file import table_with, written
 
 POINTS, EFFECTS = 40, 5
 
@@ -570,6 +574,18 @@ def test_records_contradict_a_stated_bird_that_they_make_unlikely(stated: str, e
     ranking: Any = SimpleNamespace(birds={"same": 0.001, "recipe": 0.049, "other": 0.95}, same_bird=1.0)
     assert pipeline.contradicted(ranking) is expected
     assert pipeline._same_bird(ranking) == (0.0 if expected else 1.0)  # 0: nothing is attributed
+
+
+def test_a_diagnosis_says_that_shells_of_a_file_are_not_refined(tmp_path: Path) -> None:
+    case = load_case(table_with(written(tmp_path / "panel.inp")))
+    setup = SimpleNamespace(
+        plan=SimpleNamespace(case=case, lattices=dict), left_out=(), lattice_moves={}, channels=(), learnt={}
+    )
+    shot: Any = SimpleNamespace(name="a", setup=setup, nuisances={}, record=SimpleNamespace(warnings=()))
+    pipeline: Any = Pipeline((shot,), Baselines(()), DiagnosisOptions(), None)  # pyright: ignore[reportArgumentType]
+    ranking: Any = SimpleNamespace(problem=SimpleNamespace(known=SimpleNamespace(source=STATED)), same_bird=None)
+    (line,) = pipeline._warnings(ranking, None, (), {}, ())
+    assert line.startswith("target.mesh = panel.inp: shells from a file are not refined")
 
 
 def test_an_unknown_bird_is_refused() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +16,18 @@ from birdstrike.data.histories import Array, Histories
 from birdstrike.inversion.estimation.calibration import Calibrator, Mode
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
-from birdstrike.inversion.estimation.mesh_correction import CorrectedCampaign, correct_campaign, fine_mesh
+from birdstrike.inversion.estimation.mesh_correction import (
+    CorrectedCampaign,
+    correct_campaign,
+    fine_mesh,
+    shells_of_a_file,
+    unrefined_file,
+)
 from birdstrike.inversion.observations.observations import observe
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.emulator import fit_emulator
 from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, START, TIME, forward, record, truth
+from tests.solver.target.test_mesh_file import table_with, written
 
 COARSE = load_case("synthetic_strike")
 FINE = fine_mesh(COARSE, COARSE)
@@ -129,7 +137,22 @@ def test_what_it_cost_and_came_to_is_said(corrected: CorrectedCampaign) -> None:
     assert figures.seconds > 0.0
     assert 0.01 < figures.added[CHANNEL] < 0.06
     assert figures.error[CHANNEL] < 0.25 * figures.added[CHANNEL]
-    assert f"10 simulations of {FINE.bird.particles} particles" in figures.sentence
+    shells = "{} x {} shells".format(*FINE.plate.elements)
+    assert f"10 simulations of {FINE.bird.particles} particles and {shells}" in figures.sentence
+    assert not shells_of_a_file([figures.mesh_file])
+
+
+def test_shells_of_a_file_are_no_fine_mesh(dataset: Dataset, tmp_path: Path) -> None:
+    case = load_case(table_with(written(tmp_path / "panel.inp")))
+    own = fine_mesh(case, case)
+    assert own.plate.elements == case.plate.elements
+    figures = correct_campaign(dataset, fine, own, [CHANNEL], lambda _: None).figures
+    assert figures.elements is None
+    assert f"10 simulations of {own.bird.particles} particles and the mesh of panel.inp in" in figures.sentence
+    (line,) = shells_of_a_file([None, figures.mesh_file, figures.mesh_file])
+    assert line.startswith("target.mesh = panel.inp: shells from a file are not refined")
+    generated = load_case("openradioss_panel", {"target.generator.element_size": "50 mm"})
+    assert unrefined_file(generated) is None
 
 
 def test_failed_fine_runs_are_left_out_until_too_few_remain(dataset: Dataset) -> None:

@@ -18,6 +18,7 @@ from birdstrike.inversion.mesh_convergence.files import as_json, curves_of, warn
 from birdstrike.inversion.mesh_convergence.meshes import Mesh, choose_meshes
 from birdstrike.inversion.mesh_convergence.scalars import impulse, peak_time, peak_value
 from birdstrike.solver.case.case import Case, load_case
+from tests.solver.target.test_mesh_file import table_with, written
 
 SMALL = {"bird.particles": "1200", "plate.elements": "[20, 15]", "time.end": "1 ms", "time.snapshots": "[]"}
 CLOCK = np.linspace(0.0, 1e-3, 201)
@@ -110,6 +111,12 @@ def test_a_dear_case_is_coarsened_only():
 def test_a_study_that_cannot_be_made_says_what_to_change(ratio, count, place, changes, message):
     with pytest.raises(UserError, match=message.replace(".", r"\.")):
         choose_meshes(small(**changes), ratio, count, place)
+
+
+def test_a_mesh_from_a_file_is_refused_with_what_can_be_done(tmp_path):
+    case = load_case(table_with(written(tmp_path / "panel.inp")))
+    with pytest.raises(UserError, match=r"target\.mesh = panel\.inp: .* two finer files.*simulate --set"):
+        choose_meshes(case, 1.3, 3)
 
 
 def test_a_second_order_solver_is_found_out(meshes, tmp_path):
