@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -95,6 +97,8 @@ def command(
     for name in found.ranking:
         for one in found.models[name].combinations.values():
             say(f"{name}: {one.sentence}")
+    for line in optimised_lines(found):
+        say(line)
     for shot, said in found.per_shot_sentences.items():
         say(f"{shot}, {found.speeds[shot]:g} m/s: {said}")
     say(found.sentence)
@@ -108,6 +112,19 @@ def command(
         "expected": {name: found.models[name].expected for name in found.ranking},
         "warnings": list(found.warnings),
     }
+
+
+def optimised_lines(found: ModelComparison) -> Iterator[str]:
+    """What optimisers with the solver in the loop reached, beside the calibration, as the page has it."""
+    for name in found.ranking:
+        one = found.models[name]
+        own = math.sqrt(sum(error.weighted**2 for error in one.verified.values()) / max(len(one.verified), 1))
+        for method, reached in one.optimised.items():
+            yield (
+                f"{name} by {method.replace('_', ' ')}: error {reached.weighted:.2f} times the noise with "
+                f"{reached.strikes} simulations a shot ({reached.ended}); the calibration's {own:.2f} with "
+                f"{max(one.strikes.values(), default=0)}"
+            )
 
 
 def table(found: ModelComparison) -> Table:

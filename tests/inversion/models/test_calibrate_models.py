@@ -7,6 +7,7 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,14 @@ from birdstrike.doe.campaign.campaign import run_campaign
 from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
-from birdstrike.inversion.models.calibrate_models import calibrate_models
+from birdstrike.inversion.models.calibrate_models import _compared, _verdict, calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.inversion.models.ranking import ranked
-from birdstrike.inversion.models.results import ModelComparison
+from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
 from birdstrike.reports.page.models import write_models_page
-from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.write import case_toml
 from tests.inversion.models import rig
 
@@ -244,3 +245,30 @@ def test_noise_of_one_record_is_no_reason_to_prefer_a_model(calibrated: Calibrat
     assert set(found.tied) == {"a", "b"}
     assert found.ranking[-1] == "c"
     assert found.answers["c"].probability_best == 0.0
+
+
+def of_size(size: float, points: int = 60) -> ModelAnswer:
+    """A model whose held-out residuals are white, of a size over the noise."""
+    drawn = size * np.random.default_rng(int(1e3 * size)).normal(size=points)
+    return ModelAnswer("m", "", residuals={"shot": {"centre": tuple(drawn.tolist())}})
+
+
+@pytest.mark.parametrize(("sizes", "missed"), [((1.0, 5.0), False), ((1.4, 5.0), False), ((15.0, 30.0), True)])
+def test_even_the_best_model_is_said_to_miss_where_it_does(sizes: tuple[float, float], missed: bool) -> None:
+    answers = {name: replace(of_size(size), name=name) for name, size in zip(("a", "b"), sizes, strict=True)}
+    setup: Any = SimpleNamespace(
+        name="shot", case=load_case("demo_rig"), measured=Measured(np.zeros(1), {}, {}, {}, ())
+    )
+    found = _compared(answers, [setup], 0)
+    warned = [line for line in found.warnings if line.startswith("even the best model (a) leaves ")]
+    assert bool(warned) is missed
+    for sentence in (found.sentence, *found.per_shot_sentences.values()):
+        assert ("a misses least (held-out error" in sentence) is missed
+        assert ("even the first misses" in sentence) is missed
+        assert ("a predicts best (held-out error" in sentence) is not missed
+
+
+def test_tied_models_and_one_alone_are_said_to_miss_too() -> None:
+    assert "even the first misses" in _verdict({"a": 9.0}, ["a"], (), (8.0, 10.0))
+    assert "even the first misses" in _verdict({"a": 9.0, "b": 9.1}, ["a", "b"], ("a", "b"), (8.0, 10.0))
+    assert "even the first misses" not in _verdict({"a": 2.1, "b": 9.1}, ["a", "b"], (), (1.9, 2.3))

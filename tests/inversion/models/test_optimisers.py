@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from birdstrike.cli.calibrate_models import optimised_lines
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.inversion.models.calibrate_models import calibrate_models
 from birdstrike.inversion.models.optimisers import OPTIMISERS, Problem, optimised, refuse_unknown
@@ -63,3 +64,6 @@ def test_least_squares_runs_beside_the_calibration(tmp_path: Path) -> None:
     other = found.models["murnaghan"].optimised["least_squares"]
     assert 1 < other.strikes <= 30
     assert other.weighted < 20.0
+    (line,) = optimised_lines(found)
+    assert line.startswith(f"murnaghan by least squares: error {other.weighted:.2f} times the noise with ")
+    assert f"{other.strikes} simulations a shot ({other.ended}); the calibration's " in line
