@@ -30,15 +30,23 @@ FEWEST = 5  # points left in a channel
 
 @dataclass(frozen=True)
 class Held:
-    """One part held out: name (time_block, `channel <name>`, `shot <name>`), whitened RMS of its prediction."""
+    """One part held out: name (time_block, `channel <name>`, `shot <name>`), whitened RMS of its prediction.
+
+    shot: of which it is a part; a further record (`--heldout`) counts to the first shot, whose case it has.
+    """
 
     name: str
     error: float
+    shot: str = ""
 
 
 def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit) -> list[Held]:
     """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest."""
-    return each(lambda part: Held(part[0], _predicted(problem, hypothesis, fit, *part[1:])), parts(problem.shots))
+
+    def predicted_part(part: tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]) -> Held:
+        return Held(part[0], _predicted(problem, hypothesis, fit, *part[1:]), part[2][0].name)
+
+    return each(predicted_part, parts(problem.shots))
 
 
 def parts(shots: Sequence[Shot]) -> list[tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]]:
@@ -233,4 +241,5 @@ def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, f
         of = first.record.channel == first.channels.index(trace.name)
         for found, values in zip((mean, sd), expected, strict=True):
             found[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], values[of])
-    return Held("shot", float(np.sqrt(np.mean(((heldout.record.values - curve - mean) / sd) ** 2))))
+    error = float(np.sqrt(np.mean(((heldout.record.values - curve - mean) / sd) ** 2)))
+    return Held("shot", error, first.name)

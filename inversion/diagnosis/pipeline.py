@@ -225,7 +225,7 @@ class Pipeline:
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
             baseline=self._baseline_figures(ranking, detectable),
-            shots=tuple(self._shot_figures(ranking, one, chosen, runs) for one in self.shots),
+            shots=tuple(self._shot_figures(ranking, one, chosen, runs, held) for one in self.shots),
             held_out=_side_by_side(held, chosen),
             case_after=None,
             strikes={
@@ -265,12 +265,18 @@ class Pipeline:
         return held
 
     def _shot_figures(
-        self, ranking: Ranking, shot: Shot, chosen: str | None, runs: Mapping[str, SolverRun]
+        self,
+        ranking: Ranking,
+        shot: Shot,
+        chosen: str | None,
+        runs: Mapping[str, SolverRun],
+        held: Mapping[str, list[Held]],
     ) -> dict[str, Any]:
-        """Before and after in one shot."""
+        """Before and after in one shot; held: of all shots, by model."""
         own = _of_shot(runs, shot.name)
-        before = state(ranking, NONE, shot, [], own.get("before"))
-        after = state(ranking, chosen, shot, [], own.get("after")) if chosen else None
+        parts = {label: [part for part in found if part.shot == shot.name] for label, found in held.items()}
+        before = state(ranking, NONE, shot, parts[NONE], own.get("before"))
+        after = state(ranking, chosen, shot, parts[chosen], own.get("after")) if chosen else None
         case = shot.setup.plan.case.name
         return {"name": shot.name, "case": case, "before": vars(before), "after": vars(after) if after else None}
 

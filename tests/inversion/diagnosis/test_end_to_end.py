@@ -139,6 +139,14 @@ def test_two_shots_are_judged_together(laboratory: Laboratory) -> None:
     assert [one["name"] for one in found["shots"]] == ["loose", "clean"]
     assert {"impact_speed", "impact_speed@loose", "impact_speed@clean"} <= {one["name"] for one in found["effects"]}
     assert {"shot loose", "shot clean"} <= set(found["held_out"])
+    for one in found["shots"]:
+        own, parts = one["before"]["heldout"], found["held_out"]
+        assert own["shot"] == parts[f"shot {one['name']}"]["before"]
+        assert own["time_block"] == parts[f"time_block of {one['name']}"]["before"]
+        channels = [key for key in parts if key.startswith("channel ") and key.endswith(f" of {one['name']}")]
+        assert channels
+        assert own["channel"] == max(parts[key]["before"] for key in channels)
+    assert found["before"]["heldout"]["shot"] == max(one["before"]["heldout"]["shot"] for one in found["shots"])
     assert (folder / "both" / "diagnosis_clean.csv").is_file()
 
 
@@ -338,6 +346,9 @@ def test_a_held_out_shot_without_the_effect_is_told(laboratory: Laboratory) -> N
     write_measured(folder / "other.csv", other)
     assert laboratory.diagnose("held", *words, "--heldout", str(folder / "other.csv")).exit_code == 0
     found = laboratory.content("held")
+    assert [found["shots"][0][when]["heldout"] for when in ("before", "after")] == [
+        found[when]["heldout"] for when in ("before", "after")
+    ]
     held = found["after"]["heldout"]["shot"], found["before"]["heldout"]["shot"]
     told = [line for line in found["warnings"] if "the held-out record is predicted worse than without it" in line]
     assert (held[0] > held[1]) == bool(told)
