@@ -62,7 +62,7 @@ def _head(case: Case, model: StrikeModel, system: UnitSystem) -> Iterator[str]:
     yield f"Units {system.name}: {system.sentence}."
     yield from (f"Effect of the case: {line}" for line in stated(case))
     mass = quantity(float(model.bird.masses.sum()), "kg", 6)
-    yield f"Bird: {mass}, {flight(model.case.impact, 6)} towards -z."
+    yield f"Bird: {mass}, towards -z, {flight(model.case.impact, 6)}."
     momentum = system.value(float(model.bird.masses.sum()) * model.case.impact.speed, "N") * system.value(1.0, "s")
     yield f"Check on the first output: momentum of the bird {momentum:.6g} {system.unit('N')} {system.base['time']}."
     if model.begin < 0.0:
