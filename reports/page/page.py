@@ -103,9 +103,9 @@ def report(
     is one. models: also simulate the standard birds, and the inverted one at all instants of the animation; each
     simulation is kept in `folder/models/runs/` and runs once.
     """
-    where = (Path(one) if one is not None else None for one in (doe, diagnosis))
+    campaign, diagnoses = (Path(one) if one is not None else None for one in (doe, diagnosis))
     path = Path(out) if out is not None else Path(folder) / "report.html"
-    parts = find_parts(Path(folder), *where)
+    parts = find_parts(Path(folder), campaign, diagnoses)
     if is_whole(parts):
         return write_page(read_results(parts), path, progress, models=models, diagnosed=diagnosed)
     return write_part_page(parts, path, progress)[0]
