@@ -206,6 +206,7 @@ MATTERS = 5.0  # nats below the best single: beyond, a refit will not bring it b
 ASTRAY = 0.1  # of what the best single gains on none: by so much a model's evidence may err before its own refit
 MOST_REFITS = 5
 MOST_PAIRS = 2  # pairs that are refitted
+PAIR_STEPS = 6  # of each: what is left to go is little, but two magnitudes and two birds move together
 PAIRS_TRIED = 30  # by a bound without the signatures' errors
 CLOSE_PAIRS = 8.0  # nats below the best pair by that bound: beyond, the signatures' errors will not bring it back
 LIKELY = 0.01  # probability of a model that is asked for what it says of the birds
@@ -519,7 +520,7 @@ def refit_pairs(problem: Problem, pairs: Sequence[Hypothesis], found: Standings)
         if one.label in refitted or score[one.label] < max(score.values()) - MATTERS:
             break
         about = found[_likeliest_member(one, found, NONE)].fit
-        fit = problem.refit(one, _start(about, one, found[one.label].evidence), steps=2)
+        fit = problem.refit(one, _start(about, one, found[one.label].evidence), steps=PAIR_STEPS)
         refitted[one.label] = Standing.refitted(fit)
         score[one.label] = refitted[one.label].score
     return refitted

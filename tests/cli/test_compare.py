@@ -55,11 +55,11 @@ def test_a_curve_that_ends_early_and_a_force_of_the_other_sign_are_told(tmp_path
 
 
 def t01_of_a_deck(folder: Path) -> tuple[Path, Path]:
-    """A deck of the demo rig, and a time history in which every node moves 10 % farther than ours."""
+    """A deck of the demo rig, and a time history on its clock in which every node moves 10 % farther than ours."""
     export("demo_rig", folder / "rig_0000.rad", to="radioss", units="mm-ms-kg-GPa", deck=True, settings=SETTINGS)
-    sensors = read_deck_sensors(folder / "rig.sensors.json").sensors
-    nodes = sorted({n for one in sensors.values() if one.kind == "displacement" for n in one.numbers})
-    milliseconds = 1e3 * TIME
+    deck = read_deck_sensors(folder / "rig.sensors.json")
+    nodes = sorted({n for one in deck.sensors.values() if one.kind == "displacement" for n in one.numbers})
+    milliseconds = 1e3 * (TIME - deck.begin)
     zero = np.zeros_like(TIME)
     moved = np.column_stack([column for _ in nodes for column in (zero, zero, -4.4 * SHAPE)])
     impulse = np.concatenate([[0.0], np.cumsum(25.0 * (SHAPE[1:] + SHAPE[:-1]) * np.diff(milliseconds))])
