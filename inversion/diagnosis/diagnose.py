@@ -25,7 +25,7 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline, 
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_plan, unpredictable
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
-from birdstrike.inversion.diagnosis.solver_update import added_by_emulator, with_runs
+from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
@@ -265,18 +265,21 @@ def refined(
 ) -> Pipeline:
     """The diagnosis with runs added to the campaigns near the fits, at most `choice.refine` of each case.
 
-    Until the emulator adds less than a fifth to the variance of every parameter's interval; what it leaves then is the
-    runs' own scatter and the mesh. `refine` 0 adds none and only says what the emulator adds.
+    Until the emulator adds less than a fifth to the variance of every parameter's interval, of the baselines and of the
+    shots that a fit without an effect explains; what it leaves then is the runs' own scatter and the mesh. `refine` 0 adds none and only says what the emulator adds.
     """
     budget = AUTO_RUNS if isinstance(choice.refine, str) else choice.refine
     added, shares, reason = 0, list[float](), ""
     while not reason:
         with threadpool_limits(limits=1, user_api="blas"):
             pipeline = prepared(setups)
-            fit, share = added_by_emulator(pipeline.problem)
+            near = NearFits.of(pipeline.problem)
+        share = near.share
         shares.append(share)
         progress(1.0 if share < PAYS else added / max(budget, 1))
-        if share < PAYS:
+        if not near.groups:
+            reason = "no fit without an effect explains the records: runs near it would not help"
+        elif share < PAYS:
             reason = f"the emulator adds {100 * share:.0f} % to an interval's variance"
         elif added >= budget:
             still = f"the emulator still adds {100 * share:.0f} % to an interval's variance"
@@ -284,7 +287,7 @@ def refined(
         else:
             count = min(REFINED_AT_ONCE, budget - added)
             again = {
-                key: with_runs(setup, pipeline.problem, fit, count, choice.seed, simulations)
+                key: with_runs(setup, pipeline.problem, near, count, choice.seed, simulations)
                 for key, setup in setups.items()
             }
             grown = sum(len(again[key].plan.finished(again[key].runs)) for key in setups)

@@ -17,6 +17,7 @@ from scipy.spatial.distance import cdist
 
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
+from birdstrike.inversion.diagnosis.before_and_after import expected_residual, predicted
 from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, suspects
 from birdstrike.inversion.diagnosis.plan import Block, level
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
@@ -37,6 +38,7 @@ SURE = 0.5  # probability of none beyond which there is nothing to bring up to d
 WITHIN = 12.0  # nats of the best single, at least
 CANDIDATES = 400  # places near a fit among which the next run of the campaign is chosen
 REACH = 2.0  # standard deviations of a fit
+EXPLAINED = 2.0  # times all errors: a shot from which a fit without an effect is farther needs one
 DIGITS = 3  # of a magnitude and of a place: the last ones of a fit differ from call to call, and each is another run
 NEAR = 0.3  # of a magnitude: within it of one that was simulated the response is interpolated
 
@@ -60,25 +62,48 @@ class Wanted:
         return " ".join(f"{one:g}" for one in self.z)
 
 
-def added_by_emulator(problem: Problem) -> tuple[Fit, float]:
-    """The fit without any effect, and the largest relative increase of a parameter's variance by the emulator's error.
+@dataclass(frozen=True)
+class NearFits:
+    """Where runs would help: fit without any effect, groups of shots that it explains, and by how much (share).
 
-    Of all shots' parameters and the baselines'; linearised at the fit, prior included.
+    share: largest relative increase of a parameter's variance by the emulator's error, of these groups; linearised at
+    the fit, prior included.
     """
-    bare = replace(problem, found=())
-    fit = bare.refit(NOTHING, problem.start)
-    exact = replace(bare, options=replace(problem.options, emulator=False)).tested(NOTHING, fit.places)
-    ratio = np.diag(fit.evidence.z_cov) / np.diag(exact.evidence.z_cov)
-    return fit, float(max(ratio.max() - 1.0, 0.0))
+
+    fit: Fit
+    groups: tuple[str, ...]
+    share: float
+
+    @classmethod
+    def of(cls, problem: Problem) -> NearFits:
+        """Of the records; where a shot needs an effect, the bird of a fit without it is not the shot's."""
+        bare = replace(problem, found=())
+        fit = bare.refit(NOTHING, problem.start)
+        explained = dict.fromkeys(s.group for s in problem.shots if s.baseline or _misfit(s, bare, fit) < EXPLAINED)
+        exact = replace(bare, options=replace(problem.options, emulator=False)).tested(NOTHING, fit.places)
+        ratio = np.diag(fit.evidence.z_cov) / np.diag(exact.evidence.z_cov)
+        k = len(problem.shots[0].setup.lows)
+        own = [ratio[k * fit.system.groups.index(group) :][:k].max() for group in explained]
+        return cls(fit, tuple(explained), float(max([1.0, *own])) - 1.0)
 
 
-def with_runs(setup: Setup, problem: Problem, fit: Fit, count: int, seed: int, simulations: Simulations) -> Setup:
+def _misfit(shot: Shot, problem: Problem, fit: Fit) -> float:
+    """RMS of what a fit without an effect leaves of a shot, over all errors."""
+    mean, sd = expected_residual(shot, problem, NOTHING, fit)
+    left = shot.record.values - predicted(shot, NOTHING, fit.places.z[shot.group], {}) - mean
+    return float(np.sqrt(np.mean((left / sd) ** 2)))
+
+
+def with_runs(setup: Setup, problem: Problem, near: NearFits, count: int, seed: int, simulations: Simulations) -> Setup:
     """The setup with `count` runs more of its campaign near the fits of its shots; as it was where none finished."""
-    groups = list(dict.fromkeys(shot.group for shot in problem.shots if shot.setup is setup))
+    own = {shot.group for shot in problem.shots if shot.setup is setup}
+    groups = [group for group in near.groups if group in own]
+    if not groups:
+        return setup
     begin, rng = len(setup.plan.unit), np.random.default_rng([seed, len(setup.plan.unit)])
     points = setup.plan.unit
     for i in range(count):
-        points = np.vstack([points, _nearby(setup, fit, groups[i % len(groups)], points, rng)])
+        points = np.vstack([points, _nearby(setup, near.fit, groups[i % len(groups)], points, rng)])
     plan = setup.plan.with_points(points[begin:])
     runs = simulations.run({label: case for label, case in plan.campaign().items() if label not in setup.runs})
     if not runs:
