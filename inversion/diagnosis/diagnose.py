@@ -266,7 +266,8 @@ def refined(
     """The diagnosis with runs added to the campaigns near the fits, at most `choice.refine` of each case.
 
     Until the emulator adds less than a fifth to the variance of every parameter's interval, of the baselines and of the
-    shots that a fit without an effect explains; what it leaves then is the runs' own scatter and the mesh. `refine` 0 adds none and only says what the emulator adds.
+    shots that a fit without an effect explains; what it leaves then is the runs' own scatter and the mesh. `refine` 0
+    adds none and only says what the emulator adds.
     """
     budget = AUTO_RUNS if isinstance(choice.refine, str) else choice.refine
     added, shares, reason = 0, list[float](), ""
