@@ -81,7 +81,7 @@ const addResponse = (response, name, z, h, out) => {
   response.slopes[name].forEach((row, j) => addScaled(out, row, h * (z[j] - response.centre[j])));
 };
 
-// Change of a curve by one plausible size of an instrument's fault (inversion.diagnosis.instrument).
+// Change of a curve by a fault of an instrument, of a magnitude in SI (inversion.diagnosis.instrument.change).
 const gradient = (time, curve) => curve.map((_, i) => {
   const a = Math.max(i - 1, 0), b = Math.min(i + 1, curve.length - 1);
   return (curve[b] - curve[a]) / (time[b] - time[a]);
@@ -94,11 +94,19 @@ const lowPass = (curve, step, tau) => {
   }
   return out;
 };
+const delayed = (late, time, curve) => {
+  const end = time[time.length - 1], slope = gradient(time, curve)[time.length - 1];
+  return curve.map((_, i) => {
+    const t = time[i] - late;
+    return sampleAt(time, curve, Math.min(t, end)) + Math.max(t - end, 0) * slope;
+  });
+};
 const FAULTS = {
-  sensor_gain: (size, time, curve) => curve.map((y) => size * y),
-  sensor_drift: (size, time) => Float64Array.from(time, (t) => size * t),
-  time_offset: (size, time, curve) => gradient(time, curve).map((y) => -size * y),
-  sensor_bandwidth: (size, time, curve) => lowPass(curve, time[1] - time[0], size).map((y, i) => y - curve[i]),
+  sensor_gain: (gain, time, curve) => curve.map((y) => gain * y),
+  sensor_drift: (rate, time) => Float64Array.from(time, (t) => rate * t),
+  time_offset: (late, time, curve) => delayed(late, time, curve).map((y, i) => y - curve[i]),
+  sensor_bandwidth: (tau, time, curve) => (
+    tau > 0 ? lowPass(curve, time[1] - time[0], tau).map((y, i) => y - curve[i]) : new Float64Array(curve.length)),
 };
 
 const acting = (view, point, shot) => view.effects.filter(
@@ -121,7 +129,7 @@ const curveOf = (view, shot, name, point, out = null) => {
       const response = system.responses[effect.name];
       addResponse(response, name, z, responseSize(response.knots, b), curve);
     } else if (effect.sensors.includes(name)) {
-      addScaled(curve, FAULTS[effect.name](effect.size, time, bare), b);
+      addScaled(curve, FAULTS[effect.name](point.effects[effect.label], time, bare), 1);
     }
   });
   return curve;
