@@ -291,8 +291,7 @@ def refined(
                 key: with_runs(setup, pipeline.problem, near, count, choice.seed, simulations)
                 for key, setup in setups.items()
             }
-            grown = sum(len(again[key].plan.finished(again[key].runs)) for key in setups)
-            if grown == sum(len(setup.plan.finished(setup.runs)) for setup in setups.values()):
+            if all(again[key] is setup for key, setup in setups.items()):
                 reason = "no run near the fits finished"
             setups, added = again, added + count
     figures = {"added": added, "added_variance": shares, "reason": reason}

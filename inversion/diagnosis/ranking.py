@@ -164,13 +164,15 @@ class Problem:
     def _with_fault(self, hypothesis: Hypothesis, fit: Fit, h: float) -> Fit:
         (one,) = hypothesis.members
         places = Places(fit.places.z, {one.label: h})
-        system = with_fault(fit.system, one, self.shots, places)
-        tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
-        return Fit(places, system, tester, tester.model(hypothesis, [h]))
+        return self._on(with_fault(fit.system, one, self.shots, places), hypothesis, places)
 
     def tested(self, hypothesis: Hypothesis, places: Places) -> Fit:
         """A model as it stands at places."""
         system = build(self.shots, self.found, places, self.known, self.shapes, self.options)
+        return self._on(system, hypothesis, places)
+
+    def _on(self, system: System, hypothesis: Hypothesis, places: Places) -> Fit:
+        """A model on the system at places."""
         tester = ModelTester(system, self.known, places.h, self.scale, apart=self.apart)
         sizes = [places.h[one.label] for one in hypothesis.members] if places.h else None
         return Fit(places, system, tester, tester.model(hypothesis, sizes))

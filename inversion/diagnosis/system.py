@@ -115,14 +115,19 @@ def build(
     signatures = {one.label: _signature(one, shots, grids, places) for one in found}
     means = [shot.sample(grid[None])[0] for shot, grid in zip(shots, grids, strict=True)]
     y = np.concatenate([shot.record.values - mean for shot, mean in zip(shots, means, strict=True)])
-    y = y - sum(_change(one, shots, grids, places) for one in found if places.h.get(one.label))
+    y = y - sum(
+        _change(one, shots, grids, h) if one.fault else h * signatures[one.label]
+        for one in found
+        if (h := places.h.get(one.label))
+    )
     chol = np.linalg.cholesky(np.asarray(block_diag(*(shot.record.covariance() for shot in shots))))
     white = Whitener(chol)
     z = [places.z[shot.group] for shot in shots]
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
     library = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
-    unnamed = [_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)] if places.h else library
+    bent = any(one.bends and places.h.get(one.label) for one in found)
+    unnamed = [_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)] if bent else library
     J = _stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
@@ -207,7 +212,7 @@ class Whitener:
 def changes(one: Suspect, shots: Sequence[Shot], places: Places, sizes: Sequence[float], noise: Array) -> Array:
     """(n, sizes) whitened change of all records by each size of an instrument's fault; noise: `System.noise`."""
     grids = [shot.setup.grid(places.z[shot.group][None])[0] for shot in shots]
-    found = [_change(one, shots, grids, replace(places, h={one.label: h})) for h in sizes]
+    found = [_change(one, shots, grids, h) for h in sizes]
     return Whitener(noise)(np.array(found).T)
 
 
@@ -220,7 +225,7 @@ def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Plac
     grids = [shot.setup.grid(own[None])[0] for shot, own in zip(shots, z, strict=True)]
     white, old = Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
-    parts["y"] = parts["y"] - white(_change(one, shots, grids, places)[:, None])
+    parts["y"] = parts["y"] - white(_change(one, shots, grids, places.h[one.label])[:, None])
     parts["unnamed"] = white(np.vstack([_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)]))
     parts[one.label] = white(_signature(one, shots, grids, places)[:, None])
     parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
@@ -233,11 +238,9 @@ def _places_of(parts: Mapping[str, Array]) -> dict[str, slice]:
     return {name: slice(int(a), int(b)) for name, a, b in zip(parts, ends, ends[1:], strict=False)}
 
 
-def _change(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], places: Places) -> Array:
-    """(n,) change of all records where the places have the effect."""
-    h = places.h[one.label]
-    if one.fault is None:
-        return h * _signature(one, shots, grids, places)
+def _change(one: Suspect, shots: Sequence[Shot], grids: Sequence[Array], h: float) -> Array:
+    """(n,) change of all records by an instrument's fault of size h."""
+    assert one.fault is not None, "a response is a multiple of its signature"
     parts = [
         shot.instrument_change(one.fault, grid, h) if _acts(one, shot) else np.zeros(len(shot.record.values))
         for shot, grid in zip(shots, grids, strict=True)

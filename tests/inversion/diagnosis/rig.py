@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured, write_measured
+from birdstrike.data.histories import Histories
 from birdstrike.inversion.diagnosis.plan import make_plan
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.effects.registry import effects
@@ -48,6 +50,22 @@ def tiny() -> Case:
         },
         "tiny",
     )  # fmt: skip
+
+
+def as_solver(formula: Callable[[Case], Histories]) -> Callable[..., Histories]:
+    """A formula in the solver's place: it takes what `simulate` takes, and needs none of it."""
+
+    @wraps(formula)
+    def strike(
+        case: Case,
+        *,
+        step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
+        threads: int | None = None,  # noqa: ARG001
+        progress: Callable[[float], None] | None = None,  # noqa: ARG001
+    ) -> Histories:
+        return formula(case)
+
+    return strike
 
 
 @contextmanager

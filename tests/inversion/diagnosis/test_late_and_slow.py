@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions
 from birdstrike.inversion.estimation.refinement import PAYS
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.sensors.instrument import Instrument, recorded
-from tests.inversion.diagnosis.rig import few_simulations, tiny
+from tests.inversion.diagnosis.rig import as_solver, few_simulations, tiny
 
 TIME = np.linspace(0.0, 0.9e-3, 181)
 NOISE = 1.5e-5  # m
@@ -35,13 +34,8 @@ def deflections(viscosity: float, speed: float, thickness: float) -> dict[str, A
     return {CENTRE: size * rise * (slow + 0.25 * fast), SIDE: 0.7 * size * rise * (slow - 0.15 * fast)}
 
 
-def strike(
-    case: Case,
-    *,
-    step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
-    threads: int | None = None,  # noqa: ARG001
-    progress: Callable[[float], None] | None = None,  # noqa: ARG001
-) -> Histories:
+@as_solver
+def strike(case: Case) -> Histories:
     """What a simulation would give, each with a little of its own; every other sensor reads a mixture of the two."""
     viscosity, particles = case.bird.material.viscosity, case.bird.particles
     rng = np.random.default_rng([int(1e3 * viscosity), particles, int(1e9 * case.plate.thickness)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
@@ -14,7 +14,7 @@ from birdstrike.data.curves import Measured
 from birdstrike.data.histories import Histories
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
 from birdstrike.solver.case.case import Case
-from tests.inversion.diagnosis.rig import tiny
+from tests.inversion.diagnosis.rig import as_solver, tiny
 
 TIME = np.linspace(0.0, 1.0e-3, 51)
 NOISE = 1e-5
@@ -27,13 +27,8 @@ def shot(speed: float) -> Case:
     return tiny().overlaid({"impact": {"speed": f"{speed} m/s"}})
 
 
-def strike(
-    case: Case,
-    *,
-    step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
-    threads: int | None = None,  # noqa: ARG001
-    progress: Callable[[float], None] | None = None,  # noqa: ARG001
-) -> Histories:
+@as_solver
+def strike(case: Case) -> Histories:
     """A pulse whose size and period follow from the bulk modulus, its tail from strength and viscosity.
 
     A solid that fails erodes the more, the lower its failure strain.

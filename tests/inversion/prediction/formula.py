@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +18,7 @@ from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.train_and_invert import train_and_invert
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.version import SOLVER_VERSION
-from tests.inversion.diagnosis.rig import tiny
+from tests.inversion.diagnosis.rig import as_solver, tiny
 from tests.inversion.models.rig import TIME, record
 
 VISCOSITY = 300.0  # Pa s, of the record
@@ -36,13 +36,8 @@ def deflection(viscosity: float, speed: float) -> Array:
     return largest(viscosity, speed) * np.sin(np.pi * TIME / TIME[-1])
 
 
-def strike(
-    case: Case,
-    *,
-    step_factor: float = 1.0,  # noqa: ARG001 (a solver takes it)
-    threads: int | None = None,  # noqa: ARG001
-    progress: Callable[[float], None] | None = None,  # noqa: ARG001
-) -> Histories:
+@as_solver
+def strike(case: Case) -> Histories:
     """The side moves by six tenths of the centre; a plate of less than 3 mm tears."""
     y = deflection(case.bird.material.viscosity, case.impact.speed)
     channels = {"displacement_centre": y, "displacement_side": 0.6 * y}
