@@ -360,7 +360,11 @@ def of_effects() -> Iterator[Row]:
         signs = "above 0" if effect.one_sided(case) else "both signs"
         size = f"{signs}; a plausible size is {shown(effect, effect.size(case)).lstrip('+')}"
         meaning = effect.meaning[0].upper() + effect.meaning[1:] + "."
-        yield f"`effects.{name}`", SHOWN.get(effect.unit, effect.unit) or "number", size, "0", meaning
+        unit = SHOWN.get(effect.unit, effect.unit) or "number"
+        yield f"`effects.{name}`", unit, size, "0", meaning
+        if effect.alone is not None:
+            alone = f"The same of one set of nodes alone, beside `effects.{name}`; of a target with several supports."
+            yield f"`effects.{name}.<set>`", unit, size, "0", alone
 
 
 def inversion() -> Iterator[Row]:

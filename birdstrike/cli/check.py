@@ -176,12 +176,12 @@ def _check_external(given: str, case: Case, settings: list[str]) -> dict[str, An
     from birdstrike.doe.external.external import program_of
     from birdstrike.doe.solvers import solver_for
     from birdstrike.solver.case.case import case_hash
-    from birdstrike.solver.effects.registry import effects
+    from birdstrike.solver.effects.registry import effects_of
 
     solver = solver_for(case)
     names = ", ".join(parameter.name for parameter in case.parameters())
     say(f"No errors. The deck's template holds every sought parameter: {names or 'none is sought'}.")
-    unsupported = {name: one.refuses(case) or unsupported_by_deck(case, name) for name, one in effects().items()}
+    unsupported = {name: one.refuses(case) or unsupported_by_deck(case, name) for name, one in effects_of(case).items()}
     say(f"Effects that the deck carries: {', '.join(name for name, reason in unsupported.items() if not reason)}.")
     for name, reason in unsupported.items():
         if reason:

@@ -10,7 +10,7 @@ from birdstrike.data.errors import CaseError
 from birdstrike.doe.external.template import NAMED, case_values, filled
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.overlay import at
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named
 
 
 def missing_in_deck(case: Case, changed: Case) -> tuple[str, ...]:
@@ -36,7 +36,7 @@ def unsupported_by_deck(case: Case, name: str) -> str:
     if case.solver.name != "external":
         return ""
     bare = case.with_effects({other: size for other, size in case.effects.items() if other != name})
-    size = case.effects.get(name, effects()[name].size(bare))
+    size = case.effects.get(name, effect_named(name).size(bare))
     try:
         changed = bare.with_effects({**bare.effects, name: size})
         missing = missing_in_deck(bare, changed)

@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
 from birdstrike.inversion.diagnosis.plan import OTHER_LATTICE
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named, effects
 from birdstrike.solver.sensors.instrument import Instrument
 
 CLEAN, SINGLE, PAIR, OUTSIDE = "clean", "single", "pair", "outside"
@@ -87,7 +87,7 @@ def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
         labels = [label_of(case, rng) for _ in range(count)]
         if len({name_of(label) for label in labels}) < count:
             continue
-        acting = {label: _magnitude(case, name_of(label), rng) for label in labels}
+        acting = {label: _magnitude(case, label, rng) for label in labels}
         try:
             with_effects_of(case, acting, SHOTS[0]).resolved()
         except UserError:
@@ -97,12 +97,14 @@ def _bearable(case: Case, count: int, rng: Generator) -> dict[str, float]:
 
 
 def label_of(case: Case, rng: Generator) -> str:
-    """One effect: a family, an effect of it, then a sensor or a shot, each as likely, as in the diagnosis' prior."""
+    """One effect: a family, an effect of it, then a sensor, a set of nodes or a shot, as likely as in the diagnosis."""
     families: dict[str, list[str]] = {}
     for name, effect in effects().items():
         if not effect.refuses(case):
             families.setdefault(family_of(name), []).append(name)
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
+    if places := effects()[name].places(case):
+        return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
     if name in SENSOR_FAULTS:
         return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(case, name))]))
     return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
@@ -120,8 +122,14 @@ def name_of(label: str) -> str:
     return label.split("@")[0].split(".")[0]
 
 
-def _magnitude(case: Case, name: str, rng: Generator) -> float:
-    effect = effects()[name]
+def sensor_of(label: str) -> str:
+    """The sensor in a label such as `sensor_gain.displacement_centre`; empty of other effects, of one set or of all."""
+    name, _, place = label.split("@")[0].partition(".")
+    return place if name in SENSOR_FAULTS else ""
+
+
+def _magnitude(case: Case, label: str, rng: Generator) -> float:
+    effect = effect_named(name_of(label) if sensor_of(label) else label.split("@")[0])
     sign = 1.0 if effect.one_sided(case) else float(rng.choice([-1.0, 1.0]))
     return sign * float(rng.uniform(SMALLEST, LARGEST)) * effect.size(case)
 
@@ -224,12 +232,12 @@ def _merged(raw: Any, table: Mapping[str, Any]) -> Raw:
 def with_effects_of(case: Case, effects: Mapping[str, float], shot: str) -> Case:
     """The case with effects by their labels (SI), those of another shot left out."""
     acting = {label: value for label, value in effects.items() if value and label.partition("@")[2] in ("", shot)}
-    common = {name_of(label): value for label, value in acting.items() if "." not in label}
+    common = {label.split("@")[0]: value for label, value in acting.items() if not sensor_of(label)}
     found = case.with_effects({**case.effects, **common}) if common else case
     table = {}
     for label, value in acting.items():
-        if "." in label:
-            name, sensor = label.split("@")[0].split(".", 1)
+        if sensor := sensor_of(label):
+            name = name_of(label)
             table.setdefault(sensor, {}).update(_fault(name, value, found.instrument.get(sensor, Instrument())))
     return found.overlaid({"instrument": table}) if table else found
 

@@ -16,7 +16,17 @@ from scipy.linalg import block_diag, cholesky, solve_triangular
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array, Histories
-from birdstrike.inversion.audit.draws import CLEAN, HELDOUT, OWN, SHOTS, SINGLE, WITHOUT, name_of, with_effects_of
+from birdstrike.inversion.audit.draws import (
+    CLEAN,
+    HELDOUT,
+    OWN,
+    SHOTS,
+    SINGLE,
+    WITHOUT,
+    name_of,
+    sensor_of,
+    with_effects_of,
+)
 from birdstrike.inversion.audit.records import Truth
 from birdstrike.inversion.diagnosis.answer import ATTRIBUTED
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, family_of
@@ -91,13 +101,13 @@ def equivalent(label: str, truth: str, channels: Sequence[str], shots: int) -> b
 def listed(label: str, ranked: Sequence[str], channels: Sequence[str], shots: int) -> str:
     """A planted label as the answer lists it: where a fault can be of one sensor only, the common one stands for it."""
     known = any(equivalent(one, label, channels, shots) for one in ranked)
-    return label if known or "." not in label else name_of(label)
+    return name_of(label) if not known and sensor_of(label) else label
 
 
 def reduced(label: str, channels: Sequence[str], shots: int) -> str:
     """A label without the shot or the sensor that goes without saying."""
     base, _, shot = label.partition("@")
-    base = name_of(base) if len(channels) == 1 else base
+    base = name_of(base) if len(channels) == 1 and sensor_of(base) else base
     return f"{base}@{shot}" if shot and shots > 1 else base
 
 

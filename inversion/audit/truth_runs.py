@@ -31,7 +31,9 @@ from birdstrike.inversion.audit.draws import (
     WITHOUT,
     Drawn,
     draw,
+    name_of,
     roles,
+    sensor_of,
 )
 from birdstrike.inversion.audit.records import CURVES, TRUTH, Truth, curves_text, truth_text
 from birdstrike.solver.case.case import Case
@@ -150,8 +152,8 @@ def _drifts(case: Case, drawn: Drawn, role: str) -> dict[str, float]:
         return {}
     found = {}
     for label, value in drawn.effects.items():
-        name, _, sensor = label.split("@")[0].partition(".")
-        if name == "sensor_drift":
+        if name_of(label) == "sensor_drift":
+            sensor = sensor_of(label)
             those = [sensor] if sensor else [n for n, s in case.sensors.items() if s.kind == "displacement"]
             found.update(dict.fromkeys(those, value))
     return found
@@ -161,7 +163,7 @@ def visible(drawn: Drawn, layout: Layout) -> dict[str, float]:
     """The effects of a truth that a record can show: a fault of a sensor that it does not have is not there."""
     shown = {}
     for label, value in drawn.effects.items():
-        sensor = label.split("@")[0].partition(".")[2]
+        sensor = sensor_of(label)
         if not sensor or sensor in layout.channels:
             shown[label] = value
     return shown

@@ -34,7 +34,7 @@ from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import rounded
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ def magnitude_words(one: EffectFigures) -> str:
     """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
-    effect = effects().get(one.name.split(".")[0].split("@")[0])
+    effect = effects().get(kind_of(one.name.split("@")[0]))
     if effect is None:
         return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
@@ -454,7 +454,7 @@ def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None])
 
 
 def _meaning(label: str, name: str) -> str:
-    text = effects()[name].meaning
+    text = effect_named(name).meaning
     if "." in label:
         return f"{text}: {label.split('.', 1)[1].replace('_', ' ')} alone"
     return f"{text}, in shot {label.split('@', 1)[1]} alone" if "@" in label else text

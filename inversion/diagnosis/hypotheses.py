@@ -1,8 +1,8 @@
 """The models that are compared, and their prior probabilities.
 
 none: 1/2. The other half: pairs and something else at stated shares, the rest equally among families, then among a
-family's effects, then among an effect's sensors and shots. Equal shares at each level are the maximum-entropy choice
-for who knows only the taxonomy (Jaynes, Probability Theory, 2003, ch. 11-12).
+family's effects, then among an effect's sensors, sets of nodes and shots. Equal shares at each level are the
+maximum-entropy choice for who knows only the taxonomy (Jaynes, Probability Theory, 2003, ch. 11-12).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import combinations
 from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.responses import Response
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 NONE, SOMETHING_ELSE = "none", "something_else"
 PRIOR_NONE = 0.5  # a model that is suspected is as likely right as wrong
@@ -46,8 +46,11 @@ OF_SHOT = (
 
 @dataclass(frozen=True)
 class Suspect:
-    """One effect where it acts. label: as in the answer; shots: names of the shots, response or fault: what it does;
-    seen: whether a sensor that is used can show it."""
+    """One effect where it acts.
+
+    label: as in the answer; name: of the effect, of one set of nodes with that; shots: names of the shots, response or
+    fault: what it does; seen: whether a sensor that is used can show it.
+    """
 
     label: str
     name: str
@@ -75,7 +78,7 @@ class Suspect:
     @property
     def unit(self) -> str:
         """SI unit of the magnitude."""
-        return effects()[self.name].unit
+        return effect_named(self.name).unit
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -132,14 +135,15 @@ def _by_shot(one: Suspect) -> list[Suspect]:
 
 def family_of(name: str) -> str:
     """support, plate, impact, bird, instrument; a user's own effects are a family too."""
-    return FAMILY.get(name) or GROUP_FAMILY.get(effects()[name].group, "user")
+    kind = kind_of(name)
+    return FAMILY.get(kind) or GROUP_FAMILY.get(effects()[kind].group, "user")
 
 
 def hypotheses(found: Sequence[Suspect]) -> tuple[Hypothesis, ...]:
     """none, singles, pairs of different effects, something else, with their priors."""
     single = _single_priors(found, 1.0 - PRIOR_NONE - PRIOR_PAIRS - PRIOR_ELSE)
     singles = [Hypothesis(one.label, (one,), single[one.label], one.family) for one in found]
-    couples = [(a, b) for a, b in combinations(found, 2) if a.name != b.name]
+    couples = [(a, b) for a, b in combinations(found, 2) if kind_of(a.name) != kind_of(b.name)]
     weight = {(a.label, b.label): single[a.label] * single[b.label] for a, b in couples}
     total = sum(weight.values()) or 1.0
     pairs = [
@@ -152,10 +156,10 @@ def hypotheses(found: Sequence[Suspect]) -> tuple[Hypothesis, ...]:
 
 
 def _single_priors(found: Sequence[Suspect], share: float) -> dict[str, float]:
-    """Equally among families, their effects, and an effect's sensors and shots."""
+    """Equally among families, their effects, and an effect's sensors, sets of nodes and shots."""
     tree: dict[str, dict[str, list[str]]] = {}
     for one in found:
-        tree.setdefault(one.family, {}).setdefault(one.name, []).append(one.label)
+        tree.setdefault(one.family, {}).setdefault(kind_of(one.name), []).append(one.label)
     return {
         label: share / len(tree) / len(names) / len(labels)
         for names in tree.values()

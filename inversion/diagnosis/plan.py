@@ -23,7 +23,7 @@ from birdstrike.doe.external.deck import unsupported_by_deck
 from birdstrike.inversion.estimation.mesh_correction import FINE_RUNS, FINER_SHELLS, fine_mesh, spread
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.effect import Effect
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effects_of
 
 COARSE_PARTICLES, COARSEST_SHELLS = 1000, 12
 """Particles of the campaign (a quarter of a second a particle-millisecond is bought here), least shells a side."""
@@ -224,7 +224,7 @@ def meshes(case: Case) -> tuple[Case, Case]:
 def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     """Effects that take a simulation and that the case can carry, and why it cannot carry the others."""
     known, refused = [], dict[str, str]()
-    for name, effect in effects().items():
+    for name, effect in effects_of(case).items():
         if name in INSTRUMENT:
             continue
         if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
@@ -236,6 +236,8 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
 
 
 def _declared(case: Case, name: str) -> str:
+    if "@" in name or "+" in name:
+        return "a set of nodes whose name holds @ or + could not be told from shots and pairs in an answer; rename it"
     return "the case states it already" if name in case.effects else ""
 
 

@@ -20,7 +20,7 @@ from birdstrike.inversion.diagnosis.plan import INSTRUMENT
 from birdstrike.inversion.prediction.distance import other_rig
 from birdstrike.inversion.prediction.learnt import Explanation, Learnt
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 OF_PLATE = (
     "plate_thickness",
@@ -69,11 +69,11 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
         if label in left_out or name in left_out:
             found[label] = Carried(label, name, "", DROPPED, size, (), False)
             continue
-        if name not in known:
+        if kind_of(name) not in known:
             errors.append(f"effect {name} is not in the library: load the package or script that registers it first")
             continue
         one = _carried(label, name, size, learnt, case)
-        if name not in INSTRUMENT and (reason := known[name].refuses(case)):
+        if name not in INSTRUMENT and (reason := effect_named(name).refuses(case)):
             errors.append(
                 f"{case.name} cannot carry {label}, which {learnt.folder} found: {reason}; give a case with that part, "
                 f"or leave it behind with --leave-behind {label}"
@@ -107,7 +107,7 @@ def _carried(label: str, name: str, size: float, learnt: Learnt, case: Case) -> 
         return Carried(label, name, "sensor", how, size, there, name == "sensor_bandwidth")
     if name == "time_offset":
         return Carried(label, name, "shot", ANEW, size, tuple(case.sensors), False)
-    effect = effects()[name]
+    effect = effect_named(name)
     sided = not effect.refuses(case) and effect.one_sided(case)
     if name in OF_SHOT:
         return Carried(label, name, "shot", ANEW, size, (), sided)

@@ -16,7 +16,7 @@ from birdstrike.reports.export.fixed_columns import card, columns, comments
 from birdstrike.solver.build import direction_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effects, kind_of
 
 FIRST_NUMBER = 1001
 """Numbers of the cards of effects begin here, apart from the birds'."""
@@ -29,7 +29,7 @@ WIDE = 20
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with sensor or shot.
+    """One effect of a diagnosis; magnitude, interval_95 in SI; whole: its name in diagnosis.json, with place or shot.
 
     changed: the declared case with it, None where the case cannot carry it.
     """
@@ -65,14 +65,16 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
     declared = load_case(_declared(path, case))
     known, found = effects(), []
     for entry in listed:
-        name = entry["name"].partition("@")[0].partition(".")[0]
+        whole = entry["name"].partition("@")[0]
+        name = kind_of(whole)
         if name not in known or entry["magnitude"] in (None, 0.0):
             continue
         if entry["name"] in named or entry["probability"] >= LEAST:
             limits = entry["interval_95"]
             interval = None if limits is None else (float(limits[0]), float(limits[1]))
             about = (name, entry["name"], float(entry["magnitude"]), interval, float(entry["probability"]))
-            found.append(FoundEffect(*about, declared, _changed(declared, name, float(entry["magnitude"]))))
+            acting = whole if known[name].alone is not None else name  # a fault of one sensor has no card
+            found.append(FoundEffect(*about, declared, _changed(declared, acting, float(entry["magnitude"]))))
     return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
 
 
@@ -160,6 +162,8 @@ class _Writer:
         """Stiffness of the frame per length of edge in the system's unit, and what it is."""
         key, unit, where = SPRINGS[effect.name]
         held = [case.plate.edges] if case.target is None else list(case.target.supports.values())
+        if case.target is not None and (alone := effect.whole.partition(".")[2]):
+            held = [case.target.supports[alone]]
         springs = {getattr(one, key) for one in held if not isinstance(one, str)} - {None, 0.0}
         stiffest, softest = (self.system.value(of(springs), unit) for of in (max, min))
         about = f"stiffness {where} per length of edge; a node has it times the length of edge that belongs to it"

@@ -36,7 +36,7 @@ from birdstrike.solver.case.sections import Impact, Time, quantity_at
 from birdstrike.solver.case.settings import DiagnosisSettings, InversionSettings, SolverSettings
 from birdstrike.solver.case.target import Target, parts_of_mesh, with_envelope
 from birdstrike.solver.effects.effect import SECTIONS
-from birdstrike.solver.effects.registry import EFFECTS, effects
+from birdstrike.solver.effects.registry import EFFECTS, effect_named, kind_of
 from birdstrike.solver.fields import Section
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS, SENSORS
@@ -127,8 +127,7 @@ class Case(Section):
 
     def with_effects(self, magnitudes: Mapping[str, float]) -> Case:
         """The case with these magnitudes (SI) under `effects`, in place of those it states; raises CaseError."""
-        known = effects()
-        stated = {name: magnitude_text(known[name], value) for name, value in magnitudes.items()}
+        stated = {name: magnitude_text(effect_named(name), value) for name, value in magnitudes.items()}
         return case_from_table(self._raw | {"effects": stated}, self._name)
 
     def resolved(self) -> Case:
@@ -187,7 +186,7 @@ class Case(Section):
             BIRD_MATERIALS.sources([material.model])
             | EQUATIONS_OF_STATE.sources(laws)
             | SENSORS.sources(sensor.kind for sensor in self.sensors.values())
-            | EFFECTS.sources(self.effects)
+            | EFFECTS.sources({kind_of(name) for name in self.effects})
         )
 
 

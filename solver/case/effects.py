@@ -16,7 +16,7 @@ from birdstrike.data.errors import CaseError
 from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
 from birdstrike.solver.case.overlay import Raw, overlay
 from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect
-from birdstrike.solver.effects.registry import effects
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 from birdstrike.solver.fields import checked, complaint, each_of
 from birdstrike.solver.sensors.registry import DEFAULT_SENSORS
 
@@ -111,19 +111,35 @@ Effects = Annotated[dict[str, float], Magnitudes()]
 def _section(value: Any) -> dict[str, float]:
     if not isinstance(value, Mapping):
         raise complaint('must be a table such as { plate_thickness = "0.2 mm" }')
-    found = each_of(value, magnitude)
+    found = each_of(_by_place(value), magnitude)
     return {name: size for name, size in found.items() if size}
+
+
+def _by_place(value: Mapping[str, Any]) -> dict[str, Any]:
+    """The section with `clamp_rotation = { frame = "..." }` as `clamp_rotation.frame`, for effects of one place."""
+    found: dict[str, Any] = {}
+    for name, given in value.items():
+        effect = effects().get(name)
+        if isinstance(given, Mapping) and effect is not None and effect.alone is not None:
+            found |= {f"{name}.{place}": one for place, one in given.items()}
+        else:
+            found[name] = given
+    return found
 
 
 def magnitude(name: str, value: Any) -> float:
     """SI magnitude of an effect as a case states it; raises PydanticCustomError."""
-    known = effects()
-    if name not in known:
-        close = difflib.get_close_matches(name, known, n=1)
+    known, (kind, dot, place) = effects(), name.partition(".")
+    if kind not in known:
+        close = difflib.get_close_matches(kind, known, n=1)
         raise complaint(
             f"is no effect; did you mean {close[0]}?" if close else f"is no effect; known: {', '.join(known)}"
         )
-    unit = known[name].unit
+    if dot and known[kind].alone is None:
+        raise complaint(_no_table(kind, {place: value}))
+    if dot and not place:
+        raise complaint("names no set of nodes behind its dot")
+    unit = known[kind].unit
     if isinstance(value, Mapping):
         raise complaint(_no_table(name, value))
     if not unit:
@@ -132,7 +148,7 @@ def magnitude(name: str, value: Any) -> float:
         return float(value)
     if not isinstance(value, str):
         raise complaint(f'has no unit; write text such as "1 {SHOWN.get(unit, unit)}"')
-    return _in_unit(known[name], value)
+    return _in_unit(known[kind], value)
 
 
 OF_ONE_SENSOR = {
@@ -172,9 +188,9 @@ def magnitude_text(effect: Effect, value: float) -> str | float:
 
 def stated(case: Stating) -> list[str]:
     """One line an effect of the case: `effects.plate_thickness = +0.2 mm: a thicker plate`."""
-    known = effects()
     return [
-        f"effects.{name} = {shown(known[name], size)}: {known[name].meaning}" for name, size in case.effects.items()
+        f"effects.{name} = {shown(one := effect_named(name), size)}: {one.meaning}"
+        for name, size in case.effects.items()
     ]
 
 
@@ -185,7 +201,8 @@ def with_effects(case: C, raw: Raw, rebuild: Callable[[Raw], C]) -> C:
     """
     table = {key: value for key, value in raw.items() if key != "effects"}
     acted, sizes = rebuild(table), case.effects
-    for effect in (effect for name, effect in effects().items() if name in sizes):
+    order = list(effects())
+    for effect in map(effect_named, sorted(sizes, key=lambda name: order.index(kind_of(name)))):
         size = sizes[effect.name]
         errors = _refusals(effect, acted, size)
         if errors:

@@ -67,7 +67,8 @@ class Effect:
     case and a magnitude to the tables of the case that it sets, written as in a file; size: a plausible magnitude for
     a case, SI, positive; least: the smallest magnitude that means anything (0: one-sided; -inf: none); refuses: why a
     case cannot carry it, empty where it can; source: where its model is described; alternative: another SI unit in
-    which a case may state the magnitude, and the magnitude of a value in it.
+    which a case may state the magnitude, and the magnitude of a value in it; places: parts of a case of which each can
+    have the effect alone, and `alone` the effect of one of them, which a case states as `effects.<name>.<place>`.
     """
 
     name: str
@@ -80,6 +81,8 @@ class Effect:
     group: str = "user"
     source: str = ""
     alternative: tuple[str, Callable[[float], float]] | None = None
+    places: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    alone: Callable[[str], Effect] | None = None
 
     def one_sided(self, case: Declared) -> bool:
         """Whether only magnitudes above 0 make sense for the case."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from birdstrike.data.units import quantity_text
@@ -48,9 +50,10 @@ def _compliance(held: Any, key: str) -> float:
     return math.inf if free else 0.0
 
 
-def _stiffest(case: Declared, key: str) -> float:
-    """Least compliance of the supports; infinite where none holds."""
-    return min((_compliance(held, key) for held in _holds(case).values()), default=math.inf)
+def _stiffest(case: Declared, key: str, alone: str | None = None) -> float:
+    """Least compliance of the supports, or of one set alone; infinite where none holds."""
+    held = {name: one for name, one in _holds(case).items() if alone in (None, name)}
+    return min((_compliance(one, key) for one in held.values()), default=math.inf)
 
 
 def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str]:
@@ -66,19 +69,49 @@ def _springs(held: Any, key: str, unit: str, compliance: float) -> dict[str, str
     return springs
 
 
-def _edges(case: Declared, key: str, unit: str, compliance: float) -> Table:
-    """Springs in series with every support that holds; those that leave this freedom free stay as they are."""
+def _edges(case: Declared, key: str, unit: str, compliance: float, alone: str | None = None) -> Table:
+    """Springs in series with every support that holds, or with one set alone; freedoms that are free stay so."""
     given = {
         name: _springs(held, key, unit, compliance)
         for name, held in _holds(case).items()
-        if math.isfinite(_compliance(held, key))
+        if alone in (None, name) and math.isfinite(_compliance(held, key))
     }
     return {"plate": {"edges": given[""]}} if case.target is None else {"target": {"supports": given}}
 
 
-def _no_edges(key: str, case: Declared) -> str:
-    loose = math.isinf(_stiffest(case, key))
+def _no_edges(key: str, case: Declared, alone: str | None = None) -> str:
+    if alone is not None and alone not in (known := _holds(case) if case.target is not None else {}):
+        sets = f"its supports are {', '.join(known)}" if known else "it has no supports by name"
+        return f'the target is not held by a set of nodes "{alone}"; {sets}'
+    loose = math.isinf(_stiffest(case, key, alone))
     return _rigid(case) or ("the declared edges do not hold it at all" if loose else "")
+
+
+def _sets(key: str, case: Declared) -> tuple[str, ...]:
+    """Sets of nodes that hold a target, where there are several; a single one is the whole support."""
+    held = {} if case.target is None else _holds(case)
+    holding = tuple(name for name, one in held.items() if math.isfinite(_compliance(one, key)))
+    return holding if len(holding) > 1 else ()
+
+
+def _support(name: str, meaning: str, of: tuple[str, str, str], size: Callable[[Any], float], source: str) -> Effect:
+    """A support that gives way, all of it or one set of nodes alone; of: freedom, unit of its stiffness and of 1/it."""
+    key, stiffness, unit = of
+
+    def effect(alone: str | None) -> Effect:
+        return Effect(
+            name if alone is None else f"{name}.{alone}",
+            meaning,
+            unit,
+            lambda case, x: _edges(case, key, stiffness, x, alone),
+            size,
+            lambda case: -_stiffest(case, key, alone),
+            lambda case: _no_edges(key, case, alone),
+            GROUP,
+            source,
+        )
+
+    return replace(effect(None), places=lambda case: _sets(key, case), alone=effect)
 
 
 def _material(case: Declared, key: str, unit: str, change: float) -> Table:
@@ -116,29 +149,21 @@ def _rivets(case: Declared, change: float) -> Table:
 
 
 PLATE = (
-    Effect(
+    _support(
         "clamp_rotation",
         "a clamp that lets the plate's edges rotate",
-        "rad/N",
-        lambda case, x: _edges(case, "rotational", "N m/rad/m", x),
+        ("rotational", "N m/rad/m", "rad/N"),
         lambda case: 0.25 * min(case.plate.length, case.plate.width) / (4.0 * bending_stiffness(case)),
-        lambda case: -_stiffest(case, "rotational"),
-        lambda case: _no_edges("rotational", case),
-        GROUP,
         "rotational springs along the edge: Leissa, Vibration of Plates, NASA SP-160 (1969), sect. 4.5; compliance, "
         "1/stiffness per length of edge, so that 0 is the rigid clamp",
     ),
-    Effect(
+    _support(
         "edge_slip",
         "a frame that lets the plate's edges slip inwards",
-        "m^2/N",
-        lambda case, x: _edges(case, "in_plane", "Pa", x),
+        ("in_plane", "Pa", "m^2/N"),
         lambda case: (
             0.5 * min(case.plate.length, case.plate.width) / (case.plate.material.young * case.plate.thickness)
         ),
-        lambda case: -_stiffest(case, "in_plane"),
-        lambda case: _no_edges("in_plane", case),
-        GROUP,
         "springs in the plate's plane along the edge; compliance against the plate's own, b / E h",
     ),
     Effect(

@@ -5,6 +5,8 @@ An installed package adds its own by entry points `birdstrike.effects`, a script
 
 from __future__ import annotations
 
+from typing import Any
+
 from birdstrike.solver.effects.bird import BIRD
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.impact import CONTACT, IMPACT
@@ -44,3 +46,29 @@ def unregister(name: str) -> None:
 def effects() -> dict[str, Effect]:
     """Every effect by name: the library in its order, then those of installed packages, then one's own."""
     return dict(EFFECTS)
+
+
+def effects_of(case: Any) -> dict[str, Effect]:
+    """Every effect by name, and after each that acts in several places of the case those of one place alone."""
+    found: dict[str, Effect] = {}
+    for name, effect in EFFECTS.items():
+        found[name] = effect
+        if effect.alone is not None:
+            found |= {f"{name}.{place}": effect.alone(place) for place in effect.places(case)}
+    return found
+
+
+def kind_of(name: str) -> str:
+    """An effect's name without its place: `clamp_rotation` of `clamp_rotation.frame`."""
+    return name.partition(".")[0]
+
+
+def effect_named(name: str) -> Effect:
+    """An effect by its name, with or without a place; raises KeyError where there is none of that name."""
+    kind, dot, place = name.partition(".")
+    effect = EFFECTS[kind]
+    if not dot:
+        return effect
+    if effect.alone is None or not place:
+        raise KeyError(name)
+    return effect.alone(place)

@@ -11,9 +11,9 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
-from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, hypotheses
+from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
-from birdstrike.inversion.diagnosis.plan import Block, Known, make_plan, two_level
+from birdstrike.inversion.diagnosis.plan import Block, Known, library, make_plan, two_level
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
@@ -219,6 +219,24 @@ def test_priors_sum_to_one_and_families_share_alike() -> None:
     prior = {one.label: one.prior for one in models}
     assert prior[NONE] == 0.5
     assert prior["impact_speed"] == pytest.approx(prior["plate_modulus"] + prior["plate_density"])
+
+
+def test_an_effect_shares_its_prior_among_the_sets_of_nodes_that_it_may_have_alone() -> None:
+    labels = ("edge_slip", "clamp_rotation", "clamp_rotation.left", "clamp_rotation.right")
+    found = [Suspect(n, n, family_of(n), ("shot",)) for n in labels]
+    models = {one.label: one.prior for one in hypotheses(found)}
+    clamp = [models[n] for n in labels[1:]]
+    assert clamp == pytest.approx([models["edge_slip"] / 3.0] * 3)
+    assert "clamp_rotation.left+clamp_rotation.right" not in models
+    assert "edge_slip+clamp_rotation.right" in models
+
+
+def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> None:
+    known, refused = library(load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"}))
+    names = [one.name for one in known]
+    assert {"clamp_rotation.cell_8", "edge_slip.cell_1", "edge_slip"} <= set(names)
+    assert "states it already" in refused["edge_slip.cell_2"]
+    assert names.index("clamp_rotation") < names.index("clamp_rotation.cell_1") < names.index("edge_slip")
 
 
 def test_the_library_has_the_new_effects() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,10 +15,11 @@ from birdstrike.data.errors import CaseError
 from birdstrike.data.units import to_si
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown, stated
+from birdstrike.solver.case.write import case_toml
 from birdstrike.solver.effects.bird import porous_points
 from birdstrike.solver.effects.effect import Effect
 from birdstrike.solver.effects.plate import PLATE, bending_stiffness
-from birdstrike.solver.effects.registry import effects, register, unregister
+from birdstrike.solver.effects.registry import effects, effects_of, register, unregister
 from birdstrike.solver.sensors.instrument import recorded
 
 CASE = load_case("virtual_strike")
@@ -77,6 +79,45 @@ def test_springs_stand_in_series_with_the_declared_edges() -> None:
     case = load_case("virtual_strike", table).with_effects({"clamp_rotation": 1e-5})
     assert not isinstance(case.plate.edges, str)
     assert case.plate.edges.rotational == pytest.approx(1.0 / (1e-5 + 1e-5))
+
+
+def test_one_set_of_nodes_can_give_way_alone() -> None:
+    case = load_case("flat_plate_002", {"effects.clamp_rotation.cell_3": "5 mrad/kN"})
+    assert case.target is not None
+    held = {name: springs.rotational for name, springs in case.target.supports.items() if not isinstance(springs, str)}
+    assert held.pop("cell_3") == pytest.approx(1e5)  # 200 kN m/rad per m in series with as much
+    assert set(held.values()) == {2e5}
+    assert case.effects == {"clamp_rotation.cell_3": pytest.approx(5e-6)}
+    assert stated(case)[0].startswith("effects.clamp_rotation.cell_3 = +5 mrad/kN")
+    assert load_case(tomllib.loads(case_toml(case))).canonical() == case.canonical()
+
+
+def test_sets_are_those_that_hold_the_target_and_a_single_one_is_the_whole_support() -> None:
+    cells = effects_of(load_case("flat_plate_002"))
+    assert [name for name in cells if name.startswith("edge_slip.")] == [f"edge_slip.cell_{i}" for i in range(1, 9)]
+    pinned = effects_of(load_case("flat_plate_002", {"target.supports.cell_2": "pinned"}))
+    assert set(cells) - set(pinned) == {"clamp_rotation.cell_2"}
+    assert list(effects_of(load_case("openradioss_panel"))) == list(effects())
+    assert list(effects_of(CASE)) == list(effects())
+
+
+@pytest.mark.parametrize(
+    ("case", "key", "message"),
+    [
+        ("flat_plate_002", "clamp_rotation.cell_9", r'no.*set of nodes "cell_9"; its supports are cell_1, cell_2'),
+        ("virtual_strike", "clamp_rotation.left", r'set of nodes "left"; it has no supports by name'),
+        ("flat_plate_002", "bird_friction.cell_1", "must be one magnitude"),
+    ],
+)
+def test_a_place_that_an_effect_does_not_have_is_named(case: str, key: str, message: str) -> None:
+    with pytest.raises(CaseError, match=message):
+        load_case(case, {f"effects.{key}": "5 mrad/kN"})
+
+
+def test_a_name_without_its_set_is_an_error() -> None:
+    table = {"extends": "flat_plate_002", "effects": {"clamp_rotation.": "5 mrad/kN"}}
+    with pytest.raises(CaseError, match="names no set of nodes"):
+        load_case(table)
 
 
 def test_mass_and_length_keep_what_they_promise() -> None:

@@ -71,6 +71,24 @@ def test_a_soft_clamp_has_the_first_frequency_of_a_plate_on_those_springs(sizes:
     assert bare() - found == pytest.approx(lowered, rel=0.02)
 
 
+@pytest.mark.parametrize("places", [("cell_1", "cell_5"), ("cell_3", "cell_7")])
+def test_sets_that_give_way_each_alone_add_up_to_all_of_them(places: tuple[str, str]) -> None:
+    """To first order a spring changes the square of a frequency by its own work in the mode (Rayleigh).
+
+    Sets that lie opposite each other work alike.
+    """
+    case, step = load_case("flat_plate_002", {"target.generator.element_size": "50 mm"}), 1e-8
+
+    def square(magnitudes: dict[str, float]) -> float:
+        return first(build_plate(case.with_effects(magnitudes))) ** 2
+
+    rigid = square({})
+    alone = {f"cell_{i}": rigid - square({f"clamp_rotation.cell_{i}": step}) for i in range(1, 9)}
+    assert sum(alone.values()) == pytest.approx(rigid - square({"clamp_rotation": step}), rel=0.01)
+    assert alone[places[0]] == pytest.approx(alone[places[1]], rel=1e-4)
+    assert min(alone.values()) > 0.0
+
+
 def test_a_frame_that_slips_leaves_small_vibrations_alone() -> None:
     """In-plane compliance acts by the membrane, at second order of the deflection (Timoshenko, sect. 96)."""
     slipping = plate_with(edge_slip=size("edge_slip"))
