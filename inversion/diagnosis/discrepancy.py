@@ -111,6 +111,7 @@ class Amplitudes:
     in `learnt` baselines show the part that shots share: it is fixed, because the shots' difference hardly holds it,
     and each shot's own part is marginalised. Of the others a mixture of both is marginalised (`OWN_SHARE`), and a
     shot's own part is fixed. source: where they come from, for the user.
+    kept: numbers of the combinations of nodes that are worth computing, where there are many; None: all.
     """
 
     nodes: Mapping[str, Array]
@@ -118,16 +119,27 @@ class Amplitudes:
     fixed: Mapping[str, float]
     source: str
     learnt: frozenset[str] = frozenset()
+    kept: tuple[int, ...] | None = None
 
     def combinations(self) -> Array:
-        """(q, kinds) every combination of the kinds' nodes."""
+        """(q, kinds) the combinations of the kinds' nodes: every one, or those that are kept."""
         mesh = np.meshgrid(*self.nodes.values(), indexing="ij")
-        return np.stack([one.ravel() for one in mesh], axis=1)
+        return self._of_kept(np.stack([one.ravel() for one in mesh], axis=1))
 
     def log_weights(self) -> Array:
         """(q,) prior of the combinations."""
         mesh = np.meshgrid(*self.log_prior.values(), indexing="ij")
-        return np.sum([one.ravel() for one in mesh], axis=0)
+        return self._of_kept(np.sum([one.ravel() for one in mesh], axis=0))
+
+    def thinned(self) -> Amplitudes:
+        """With every other node of each kind, from the second on, where it has several."""
+        numbers = np.arange(int(np.prod([len(own) for own in self.nodes.values()])))
+        places = np.unravel_index(numbers, [len(own) for own in self.nodes.values()])
+        odd = [(own % 2 == 1) | (len(nodes) == 1) for own, nodes in zip(places, self.nodes.values(), strict=True)]
+        return replace(self, kept=tuple(np.flatnonzero(np.all(odd, axis=0)).tolist()))
+
+    def _of_kept(self, values: Array) -> Array:
+        return values if self.kept is None else values[list(self.kept)]
 
     def only(self, kinds: set[str]) -> Amplitudes:
         """Of some kinds of sensors."""

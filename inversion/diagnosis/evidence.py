@@ -57,6 +57,7 @@ class Evidence:
 
 Indices = NDArray[np.intp]
 SAME = 1e-9  # relative difference of two signatures that are one
+MOST_NUMBERS = 4e7  # in the matrices of the nodes that are reduced at once: 320 MB
 NEGLIGIBLE = 1e-3  # weight of a node of amplitudes, of the best one's, that moves no answer
 
 
@@ -257,14 +258,35 @@ class ModelTester:
         held: (r,) of the calibrated parameters, in the coordinates of `columns`, where they are not integrated out.
         """
         out = directions or self.directions()
-        d, r = self.deviations_of(out, nodes), len(out.columns)
-        whole = grams.at(nodes, [*out.columns, *columns])
-        if held is not None:
-            turned = np.eye(whole.shape[-1])
-            turned[: len(held), r] = -held
-            whole = turned.T @ whole @ turned
-            d[:, : len(held)] = 0.0
-        return Reduced(*_integrated(whole, d), out)
+        r, c, every = len(out.columns), len(columns), [*out.columns, *columns]
+        S, W, logdet = np.empty((len(nodes), c, c)), np.empty((len(nodes), r, c)), np.empty(len(nodes))
+        step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
+        for first in range(0, len(nodes), step):
+            part = slice(first, first + step)
+            whole, d = grams.at(nodes[part], every), self.deviations_of(out, nodes[part])
+            if held is not None:
+                turned = np.eye(r + c)
+                turned[: len(held), r] = -held
+                whole = turned.T @ whole @ turned
+                d[:, : len(held)] = 0.0
+            S[part], W[part], logdet[part] = _integrated(whole, d)
+        return Reduced(S, W, logdet, out)
+
+    def likely_combinations(self, labels: Sequence[str], share: float) -> set[int]:
+        """Numbers of the combinations of amplitudes whose posterior weight is `share` of the best one's or more.
+
+        The signatures of `labels` are integrated out all together. Unnamed errors and the birds' distance at the ends
+        of what they may be, the likelier of these.
+        """
+        ends = np.isin(self.unnamed, (self.unnamed.min(), self.unnamed.max()))
+        ends &= np.isin(self.apart, (self.apart.min(), self.apart.max()))
+        nodes, at = np.flatnonzero(ends), [self.system.at[label].start for label in labels]
+        widest = np.full(len(at), self.deviations.max())
+        directions = Directions(np.concatenate([self.free, np.array(at, dtype=int)]), widest)
+        found = self.reduced(self.grams, nodes, [0], directions)
+        logs = self.log_weights[nodes] - 0.5 * (found.S[:, 0, 0] + self.grams.logdet[nodes] + found.logdet)
+        best = logs.reshape(-1, len(self.known.combinations())).max(axis=0)
+        return set(np.flatnonzero(best > best.max() + np.log(share)).tolist())
 
     @cached_property
     def singles(self) -> tuple[dict[str, int], Reduced]:

@@ -2,13 +2,14 @@
 
 For each model that may be true and each other, the squared distance of their curves with parameters and the other's
 magnitude free, whitened by all errors (Box & Hill, Technometrics 9 (1967) 57). A further sensor adds information to
-every distance, so that it can never make the expected answer worse.
+every distance, so that it can never make the expected answer worse. No missing effect is one of the models. Where the
+baselines are of another bird, which keeps every name from being attributed, a baseline of the shot's own comes first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,24 +17,29 @@ import numpy as np
 from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import remainder, shape_of, started
 from birdstrike.inversion.diagnosis.evidence import ModelTester
-from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING
 from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot
-from birdstrike.inversion.diagnosis.system import PRIOR_SD
+from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 from birdstrike.solver.sensors.sensor import Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
 NOISE = 0.005  # of its peak: noise of a sensor that nobody has bought yet
 BASELINE = "baseline"  # candidate's name of a clean shot
+CLEAN_SHOT = "a shot at the same rig in which nothing is changed, passed with --baseline"
+OWN_BIRD = "a shot at the same rig with a bird of the record's own recipe, nothing changed, passed with --baseline"
 LITTLE = 0.02  # of expected probability: a measurement that brings less is no advice
 POINTS = 60  # instants of a candidate
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: best first."""
+    """channel: candidate's name; what: in words; expected, now: probability of the truth; candidates: best first.
+
+    needed: why nothing is attributed without it; empty of a measurement that only tells more.
+    """
 
     channel: str
     separates: tuple[str, ...]
@@ -41,47 +47,64 @@ class Proposal:
     now: float
     what: str
     candidates: tuple[Mapping[str, Any], ...] = field(default=())
+    needed: str = ""
 
     @property
     def sentence(self) -> str:
         """For the user."""
+        if self.needed:
+            return f"{self.what}: {self.needed}"
         if self.expected - self.now < LITTLE:
             return (
                 f"nothing that was looked at would tell much more: the best, {self.what}, raises the expected "
                 f"probability of the right one from {self.now:.2f} to {self.expected:.2f}"
             )
-        compared = ", ".join(self.separates)
+        compared = ", ".join("no missing effect" if label == NONE else label for label in self.separates)
         return (
             f"{self.what}: of those compared it separates {compared} best; the expected probability of the right one "
             f"rises from {self.now:.2f} to {self.expected:.2f}"
         )
 
 
-def propose(ranking: Ranking, shot: Shot) -> Proposal | None:
-    """The best candidate; None where there are no two models or nothing to add."""
-    likely = [label for label in ranking.seen if ranking.shares[label] >= LEAST]
-    compared = sorted(likely, key=lambda label: -ranking.shares[label])[:MOST]
-    if len(compared) < 2:
+def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal | None:
+    """The best candidate; None where there are no two models or nothing to add.
+
+    other_bird: whether the baselines' bird keeps every name from being attributed.
+    """
+    likely = sorted((n for n in (*ranking.seen, NONE) if ranking.shares[n] >= LEAST), key=lambda n: -ranking.shares[n])
+    separates = tuple(likely[:MOST])
+    compared = [label for label in separates if label != NONE]
+    if not compared or (len(separates) < 2 and not other_bird):
         return None
     gram, columns = record_information(ranking.fits[NONE].tester, compared, _likeliest(ranking, compared))
     sizes = np.array([float(ranking.evidence[label].h[0]) for label in compared])
-    weights = np.array([ranking.shares[label] for label in compared])
-    now = expected(gram, columns, sizes, weights)
-    found = [*_baseline(ranking, compared, sizes, weights)]
+    weights = np.array([ranking.shares[label] for label in separates if label != NONE])
+    none = ranking.shares[NONE] if NONE in separates else 0.0
+    now = expected(gram, columns, sizes, weights, none)
+    found = [*_baseline(ranking, compared, sizes, weights, none)]
     for name, sensor in shot.setup.plan.coarse.sensors.items():
         if name in (*shot.channels, *shot.setup.unpredictable) or sensor.kind == "contact_force":
             continue
         more = sensor_information(ranking, shot, name, compared)
         if more is not None:
             found.append(
-                (expected(gram + more, columns, sizes, weights), name, f"a sensor more, {described(name, sensor)}")
+                (
+                    expected(gram + more, columns, sizes, weights, none),
+                    name,
+                    f"a sensor more, {described(name, sensor)}",
+                )
             )
+    found.sort(reverse=True)
+    needed = ""
+    if other_bird:
+        own = expected(*_beside_own_bird(ranking, compared), sizes, weights, none)
+        found.insert(0, (max(own, now), BASELINE, OWN_BIRD))
+        needed = "beside a baseline of another bird nothing is attributed, because model error changes with the bird"
     if not found:
         return None
-    found.sort(reverse=True)
     best, name, what = found[0]
     listed = tuple({"channel": n, "expected_probability": p, "what": w} for p, n, w in found)
-    return Proposal(name, tuple(compared), best, now, what, listed)
+    return Proposal(name, separates, best, now, what, listed, needed)
 
 
 def _likeliest(ranking: Ranking, compared: list[str]) -> int:
@@ -89,7 +112,18 @@ def _likeliest(ranking: Ranking, compared: list[str]) -> int:
     return int(ranking.evidence[compared[0]].weights.argmax())
 
 
-def _baseline(ranking: Ranking, compared: list[str], sizes: Array, weights: Array) -> list[tuple[float, str, str]]:
+def _beside_own_bird(ranking: Ranking, compared: list[str]) -> tuple[Array, int]:
+    """As `record_information`, of the measured shots where a baseline shows all of the model error that they share."""
+    problem, fit = ranking.problem, ranking.fits[NONE]
+    known = replace(problem.known, fixed={**problem.known.fixed, **dict.fromkeys(problem.known.learnt, 0.0)})
+    shots = tuple(shot for shot in problem.shots if not shot.baseline)
+    found = replace(problem, shots=shots, known=known).tested(NOTHING, Places(fit.places.z, {}))
+    return record_information(found.tester, compared, int(found.evidence.weights.argmax()))
+
+
+def _baseline(
+    ranking: Ranking, compared: list[str], sizes: Array, weights: Array, none: float
+) -> list[tuple[float, str, str]]:
     """A clean shot as a candidate, where there is none: the model error that it leaves is the usual remainder."""
     problem, fit = ranking.problem, ranking.fits[NONE]
     if any(shot.baseline for shot in problem.shots):
@@ -99,8 +133,8 @@ def _baseline(ranking: Ranking, compared: list[str], sizes: Array, weights: Arra
     left = np.minimum(now, [remainder(kind) for kind in fit.tester.kinds])
     own = (float(fit.tester.unnamed[node]),)
     tester = ModelTester(fit.system, problem.known, fit.tester.places, fit.tester.scale, left[None], own)
-    value = expected(*record_information(tester, compared, 0), sizes, weights)
-    return [(value, BASELINE, "a shot at the same rig in which nothing is changed, passed with --baseline")]
+    value = expected(*record_information(tester, compared, 0), sizes, weights, none)
+    return [(value, BASELINE, CLEAN_SHOT)]
 
 
 def record_information(tester: ModelTester, compared: list[str], node: int) -> tuple[Array, int]:
@@ -113,23 +147,26 @@ def record_information(tester: ModelTester, compared: list[str], node: int) -> t
     return gram, len(free)
 
 
-def expected(gram: Array, r: int, sizes: Array, weights: Array) -> float:
-    """Expected posterior probability of the truth among those compared; weights: as likely as each is now."""
-    prior = weights / weights.sum()
-    total = 0.0
+def expected(gram: Array, r: int, sizes: Array, weights: Array, none: float = 0.0) -> float:
+    """Expected posterior probability of the truth among those compared; weights, none: as likely as each is now.
+
+    Where no effect is missing every effect explains the record as well; it loses by what it could have done (Occam
+    factor: MacKay, Neural Comput. 4 (1992) 415) with a prior of one plausible size.
+    """
+    unlike = [_unexplained(gram, r, i, None) for i in range(len(sizes))]
+    total = none / (1.0 + sum(1.0 / np.sqrt(1.0 + own) for own in unlike))
     for i, size in enumerate(sizes):
-        odds = 0.0
-        for j in range(len(sizes)):
-            if i == j:
-                continue
-            free = np.array([*range(r), r + j])
-            cross = gram[r + i, free]
-            left = gram[r + i, r + i] - cross @ np.linalg.solve(
-                gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free)), cross
-            )
-            odds += np.exp(-0.5 * max(float(left), 0.0) * size**2)
-        total += prior[i] / (1.0 + odds)
-    return total
+        left = [_unexplained(gram, r, i, j) for j in range(len(sizes)) if j != i] + ([unlike[i]] if none else [])
+        total += weights[i] / (1.0 + sum(np.exp(-0.5 * own * size**2) for own in left))
+    return float(total / (weights.sum() + none))
+
+
+def _unexplained(gram: Array, r: int, i: int, other: int | None) -> float:
+    """Information on effect i that parameters, and the other effect where there is one, cannot take up."""
+    free = np.array([*range(r), *([] if other is None else [r + other])])
+    cross = gram[r + i, free]
+    inner = gram[np.ix_(free, free)] + 1e-9 * np.eye(len(free))
+    return max(float(gram[r + i, r + i] - cross @ np.linalg.solve(inner, cross)), 0.0)
 
 
 def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[str]) -> Array | None:

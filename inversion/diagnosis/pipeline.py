@@ -149,11 +149,12 @@ class Pipeline:
         options, apart = SystemOptions(self.options.parameter_length), birds_apart(self.options.baseline_bird)
         found, scale = suspects(shots), self.options.magnitude_scale
         if not self.baselines.shots:
-            return Problem(shots, found, known, meshes, options, scale, apart)
+            return Problem(shots, found, known, meshes, options, scale, apart).manageable()
         own = baseline_shapes(self.baselines.fits, meshes)
         alone = Problem(shots, found, known, own, options, scale, apart)
         grown = replace(known, source=f"{known.source}; in time also as simulations on two meshes differ")
-        return likelier(alone, replace(alone, known=grown, shapes=larger_shapes(own, meshes)))
+        both = (alone, replace(alone, known=grown, shapes=larger_shapes(own, meshes)))
+        return likelier(*(one.manageable() for one in both))
 
     def _known(self, kinds: Sequence[str]) -> Amplitudes:
         """The discrepancy's amplitudes from baselines, from the case, or unknown."""
@@ -192,7 +193,8 @@ class Pipeline:
         """The answer's figures."""
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
         ahead = ranking.ahead(_likeliest(ranking))
-        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, self._same_bird(ranking), ahead)
+        bird = self._same_bird(ranking)
+        verdict = verdict_of(ranking.presence, p, self.options.alpha, credible, bird, ahead)
         chosen = self._chosen(ranking, verdict)
         close = _close(ranking, chosen, ahead)
         ranking = ranking.refitted(chosen) if chosen else ranking
@@ -204,7 +206,7 @@ class Pipeline:
             close = [*close, *_worse_held_out(chosen, held)]
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
-        proposal = propose(ranking, shot)
+        proposal = propose(ranking, shot, verdict != NO_RESIDUAL and of_another_bird(bird))
         best = runs.get(f"{shot.name} after")
         found = Diagnosis(
             alpha=self.options.alpha,
@@ -285,7 +287,7 @@ class Pipeline:
         if not self.baselines.shots:
             return None
         known = unknown_or_stated(kinds_of(self.shots), {})
-        alone = Problem(self.shots, suspects(self.shots), known, mesh_shapes(self.shots))
+        alone = Problem(self.shots, suspects(self.shots), known, mesh_shapes(self.shots)).manageable()
         none = alone.refit(NOTHING, steps=3)
         models = {one.label: one for one in hypotheses(alone.found) if len(one.members) < 2}
         without = Ranking(alone, models, {NONE: Standing.refitted(none)})

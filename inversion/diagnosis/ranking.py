@@ -62,6 +62,10 @@ def each(work: Callable[[A], B], tasks: Iterable[A]) -> list[B]:
         return list(pool.map(work, tasks))
 
 
+MOST_COMBINATIONS = 300  # of amplitudes: three kinds of sensors have 216, of which none is dropped
+DROPPED = 1e-4  # weight of a combination, of the best one's, below which it is dropped
+
+
 @dataclass(frozen=True)
 class Fit:
     """A model where it fits: system about there, its tester, its evidence there."""
@@ -119,6 +123,22 @@ class Problem:
         ]
         fits = each(lambda place: bare.refit(NOTHING, place, FIRST_STEPS), places)
         return max(fits, key=lambda fit: fit.joint).places
+
+    def manageable(self) -> Problem:
+        """With the combinations of amplitudes that count, where there are too many to compute them all in every fit.
+
+        With four kinds of sensors there are a thousand, of which the records leave a few. Dropped are those that are
+        negligible for the model without an effect and for all effects at once, between which every model lies. Both
+        are judged where the model without an effect fits on every other node.
+        """
+        if len(self.known.combinations()) <= MOST_COMBINATIONS:
+            return self
+        place = replace(self, known=self.known.thinned(), found=()).refit(NOTHING).places
+        system = build(self.shots, self.found, place, self.known, self.shapes, self.options)
+        tester = ModelTester(system, self.known, scale=self.scale, apart=self.apart)
+        every = [one.label for one in self.found]
+        kept = tester.likely_combinations([], DROPPED) | tester.likely_combinations(every, DROPPED)
+        return replace(self, known=replace(self.known, kept=tuple(sorted(kept))), begin=place)
 
     def refit(self, hypothesis: Hypothesis, start: Places | None = None, steps: int = STEPS) -> Fit:
         """Gauss-Newton with the amplitudes' posterior, to where the posterior mean is the place itself.

@@ -164,6 +164,10 @@ def test_a_stated_bird_stands_in_the_answer_and_beside_another_one_nothing_is_at
     assert found["baseline"]["bird"]["stated"] == "other"
     assert sum(found["baseline"]["bird"]["records"].values()) == pytest.approx(1.0)
     assert any("bird" in line and "none is attributed" in line for line in found["warnings"])
+    following = found["next_measurement"]
+    assert following["channel"] == "baseline"
+    assert "a bird of the record's own recipe" in following["sentence"]
+    assert following["expected"] >= following["now"]
     page = html.unescape((folder / "unlike" / "diagnosis.html").read_text(encoding="utf-8"))
     assert "Stated of its bird: unlike the shot's" in page
     assert "By the records alone" in page

@@ -116,6 +116,25 @@ def test_evidence_is_the_marginal_likelihood_of_a_gaussian(label: str) -> None:
     )  # amplitudes of less than a thousandth of the weight are left out
 
 
+def test_amplitudes_that_are_negligible_without_effects_and_with_all_can_be_dropped() -> None:
+    """They are for every model between; those that another model needs stay."""
+    s = system(0, np.random.default_rng(3).standard_normal(POINTS) * 4.0 + 30.0 * system(0).columns[:, 6])
+    every = known(np.geomspace(1e-4, 1.0, 25))
+    whole = ModelTester(s, every)
+    kept = whole.likely_combinations([], 1e-4) | whole.likely_combinations([f"e{i}" for i in range(EFFECTS)], 1e-4)
+    assert 3 < len(kept) < 25
+    few = ModelTester(s, replace(every, kept=tuple(sorted(kept))))
+    for one in models().values():
+        assert few.model(one).log_evidence == pytest.approx(whole.model(one).log_evidence, abs=2e-3)
+
+
+def test_thinned_amplitudes_are_every_other_one_of_each_kind() -> None:
+    nodes = {"displacement": np.arange(4.0), "strain": np.array([9.0]), "contact_force": np.arange(3.0)}
+    found = Amplitudes(nodes, {kind: 0.0 * own for kind, own in nodes.items()}, {}, "test").thinned()
+    assert found.combinations().tolist() == [[1.0, 9.0, 1.0], [3.0, 9.0, 1.0]]
+    assert len(found.log_weights()) == 2
+
+
 def alarm_of(y: np.ndarray, nodes: np.ndarray) -> float:
     """p-value of none for a record of the made-up shot."""
     every = models() | {SOMETHING_ELSE: Hypothesis(SOMETHING_ELSE, (), 0.05, SOMETHING_ELSE)}

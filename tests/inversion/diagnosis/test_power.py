@@ -11,6 +11,7 @@ import pytest
 
 from birdstrike.inversion.diagnosis.evidence import ModelTester
 from birdstrike.inversion.diagnosis.hypotheses import NONE
+from birdstrike.inversion.diagnosis.next_measurement import expected
 from birdstrike.inversion.diagnosis.power import scatter_of_sizes
 from tests.inversion.diagnosis.test_evidence import POINTS, known, models, system
 
@@ -37,3 +38,23 @@ def test_an_estimated_size_scatters_as_stated(lattice_size: float) -> None:
     )
     weight = np.linalg.solve(C, signature)
     assert np.std(weight @ y / (weight @ signature)) == pytest.approx(stated, rel=0.05)
+
+
+@pytest.mark.parametrize("size", [0.5, 2.0])
+def test_a_sensor_that_would_tell_an_effect_from_none_is_worth_what_it_adds(size: float) -> None:
+    """No effect loses nothing to one beside it, which has the Occam factor; an effect loses to none by its distance."""
+    told = []
+    for distance in (0.1, 1.0, 10.0, 100.0):
+        found = expected(np.array([[1.0, 0.0], [0.0, distance]]), 1, np.array([size]), np.array([0.3]), none=0.6)
+        absent = 1.0 / (1.0 + 1.0 / np.sqrt(1.0 + distance))
+        there = 1.0 / (1.0 + np.exp(-0.5 * distance * size**2))
+        assert found == pytest.approx((0.6 * absent + 0.3 * there) / 0.9)
+        told.append(found)
+    assert told == sorted(told)
+
+
+def test_a_model_without_a_share_takes_no_part() -> None:
+    gram = np.diag([1.0, 4.0, 9.0])
+    sizes, weights = np.array([1.0, 1.0]), np.array([0.5, 0.5])
+    apart = 0.5 / (1.0 + np.exp(-2.0)) + 0.5 / (1.0 + np.exp(-4.5))
+    assert expected(gram, 1, sizes, weights) == pytest.approx(apart)
