@@ -24,7 +24,7 @@ from birdstrike.solver.target.files.abaqus_mesh import read_abaqus
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
-from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, included, lines_of, named_by, no_shells
+from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, no_shells
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -289,14 +289,7 @@ def included_files(path: Path) -> Iterator[str]:
     """
     if path.suffix.lower() not in READERS:
         return
-    left, seen, root = [path], set[Path](), path.parent.resolve()
-    while left:
-        one = left.pop()
-        for name in named_by(lines_of(one)):
-            file = included(name, one, 0)
-            if file not in seen:
-                seen.add(file)
-                left.append(file)
-    for file in sorted(seen):
-        if file.resolve().is_relative_to(root):
-            yield file.resolve().relative_to(root).as_posix()
+    root = path.parent.resolve()
+    for file in sorted({file.resolve() for file in READERS[path.suffix.lower()](str(path)).files}):
+        if file.is_relative_to(root):
+            yield file.relative_to(root).as_posix()
