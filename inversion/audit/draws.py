@@ -18,7 +18,8 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
-from birdstrike.inversion.diagnosis.plan import OTHER_LATTICE
+from birdstrike.inversion.diagnosis.plan import OTHER_LATTICE, can_be_told
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.registry import effect_named, effects
@@ -103,7 +104,7 @@ def label_of(case: Case, rng: Generator) -> str:
         if not effect.refuses(case):
             families.setdefault(family_of(name), []).append(name)
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
-    if places := effects()[name].places(case):
+    if places := [one for one in effects()[name].places(case) if can_be_told(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
     if name in SENSOR_FAULTS:
         return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(case, name))]))
@@ -119,12 +120,12 @@ def able_sensors(case: Case, name: str) -> list[str]:
 
 def name_of(label: str) -> str:
     """The effect's name in a label such as `sensor_gain.displacement_centre` or `impact_speed@shot1`."""
-    return label.split("@")[0].split(".")[0]
+    return label_parts(label)[0]
 
 
 def sensor_of(label: str) -> str:
     """The sensor in a label such as `sensor_gain.displacement_centre`; empty of other effects, of one set or of all."""
-    name, _, place = label.split("@")[0].partition(".")
+    name, place, _ = label_parts(label)
     return place if name in SENSOR_FAULTS else ""
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.formatting import in_words, plain, quantity
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws, largest
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
@@ -108,5 +108,5 @@ def _dominant(draws: SensorDraws) -> str:
         return "the bird"
     x = np.stack([(c - c.mean()) / c.std() for c in columns.values()], axis=1)
     slopes = np.linalg.lstsq(x, draws.nominal - draws.nominal.mean(), rcond=None)[0]
-    names = [key.removeprefix(EFFECT) for key in columns]
-    return plain(names[int(np.abs(slopes).argmax())], names)
+    strongest = list(columns)[int(np.abs(slopes).argmax())]
+    return in_words(strongest.removeprefix(EFFECT)) if strongest.startswith(EFFECT) else plain(strongest, columns)
