@@ -77,7 +77,7 @@ def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) 
     library = {name: effects()[name] for name in sought}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.process_pool", ThreadPoolExecutor)
-        patch.setattr("birdstrike.inversion.diagnosis.plan.effects", lambda: library)
+        patch.setattr("birdstrike.inversion.diagnosis.plan.effects_of", lambda _: library)
         patch.setattr("birdstrike.inversion.diagnosis.plan.COARSE_PARTICLES", particles)
         patch.setattr("birdstrike.inversion.diagnosis.plan.FINE_RUNS", 5)
         patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
