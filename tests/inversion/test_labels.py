@@ -18,7 +18,7 @@ from birdstrike.inversion.audit.records import Truth, truth_text
 from birdstrike.inversion.diagnosis.answer import _meaning
 from birdstrike.inversion.diagnosis.next_measurement import _response
 from birdstrike.inversion.formatting import in_words, label_parts
-from birdstrike.inversion.prediction.budget import _dominant
+from birdstrike.inversion.prediction.budget import _dominant, _remedy
 from birdstrike.reports.explore import explore
 from birdstrike.reports.explore.kinds.diagnosis import _effect
 from birdstrike.solver.case.case import load_case
@@ -81,6 +81,10 @@ def test_what_is_to_be_determined_better_is_named_with_its_effect() -> None:
     for key, said in {"effects.clamp_rotation.cell_3": "clamp rotation, cell 3", [*values][1]: "viscosity"}.items():
         draws: Any = SimpleNamespace(sample=SimpleNamespace(values=values), nominal=values[key])
         assert _dominant(draws) == said
+    learnt: Any = SimpleNamespace(source="diagnose", next_measurement="")
+    assert _remedy("tolerances", draws, learnt, ["impact.speed", "effects.clamp_rotation.cell_3"], "") == (
+        "measure speed and clamp rotation, cell 3 of the new shot"
+    )
 
 
 def test_an_audit_plants_no_set_whose_name_a_label_cannot_hold() -> None:
