@@ -122,6 +122,16 @@ def test_data_that_stand_in_another_file_are_read(tmp_path):
     ]  # fmt: skip
 
 
+def test_an_included_file_that_has_changed_is_read_anew(tmp_path):
+    text = INP.replace("\n".join(NODE_LINES), "*INCLUDE, INPUT=nodes.inp")
+    for height in (50.0, 60.0):
+        (tmp_path / "nodes.inp").write_text("\n".join(NODE_LINES).replace(", 50.0, 0.0", f", {height}, 0.0") + "\n")
+        if height == 50.0:
+            (tmp_path / "m.inp").write_text(text + "\n")
+        assert np.ptp(read_mesh(str(tmp_path / "m.inp"), "mm").nodes[:, 1]) == pytest.approx(1e-3 * height)
+    assert read_mesh(str(tmp_path / "m.inp"), "mm") is read_mesh(str(tmp_path / "m.inp"), "mm")
+
+
 def test_an_offset_of_shells_is_told(tmp_path):
     (said,) = warnings(tmp_path / "m.inp", f"{INP}\n*SHELL SECTION, ELSET=skin, OFFSET=SPOS\n2.")
     assert said.startswith("OFFSET of *SHELL SECTION is not read")
