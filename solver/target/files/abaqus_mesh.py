@@ -10,7 +10,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, lines_of, no_shells, whole
+from birdstrike.solver.target.files.text_mesh import (
+    Files,
+    Shell,
+    TextMesh,
+    decimal,
+    is_zero,
+    lines_of,
+    no_shells,
+    whole,
+)
 
 MOVED = ("INSTANCE", "SYSTEM", "NMAP")
 """Keywords that move nodes."""
@@ -265,7 +274,7 @@ def _left_out(sections: list[Section], mesh: TextMesh) -> None:
         if count > 1:
             raise UserError(f"{count} *INSTANCE place the part {part}, which is not read; write each out as a part")
     mesh.held += [f"*{word}" for word in JOINED if word in keywords]
-    if any(one.keyword in SHELL_SECTIONS and one.options.get("OFFSET", "0").strip("+-0.") for one in sections):
+    if any(one.keyword in SHELL_SECTIONS and not is_zero(one.options.get("OFFSET", "")) for one in sections):
         mesh.told.append("OFFSET of *SHELL SECTION is not read: shells are taken to lie in their nodes")
     moved = [f"*{word}" for word in MOVED if any(one.keyword == word and one.data for one in sections)]
     if any(one.options.get("SYSTEM", "R").upper() != "R" for one in sections if one.keyword == "NODE"):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, lines_of, whole
+from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, is_zero, lines_of, whole
 
 ENDINGS = (".k", ".key", ".dyn")
 """Of the files that are read as keyword files."""
@@ -269,3 +269,11 @@ def _left_out(blocks: list[Block], mesh: TextMesh) -> None:
         mesh.told.append(
             f"{', '.join(moved)} is not read: nodes stay where they are written, and what it brings is not there"
         )
+    if any(_off_middle(block) for block in blocks if block.keyword.startswith("SECTION_SHELL")):
+        mesh.told.append("NLOC of *SECTION_SHELL is not read: shells are taken to lie in their nodes")
+
+
+def _off_middle(block: Block) -> bool:
+    """Whether a block's first section has its shells beside their nodes: NLOC, the fifth field of its second line."""
+    second = 2 if block.keyword.endswith("_TITLE") else 1
+    return any(not is_zero(block.fields(line, (10,) * 5)[4]) for line in block.lines[second : second + 1])

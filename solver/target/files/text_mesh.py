@@ -151,3 +151,11 @@ def decimal(text: str, line: str, keyword: str) -> float:
         return float(text.upper().replace("D", "E")) if text.strip() else 0.0
     except ValueError:
         raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no number') from None
+
+
+def is_zero(text: str) -> bool:
+    """Whether nothing or 0 stands there, and no word or parameter either."""
+    try:
+        return not text or float(text) == 0.0
+    except ValueError:
+        return False

@@ -326,6 +326,10 @@ def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
         (("*ELEMENT_BEAM", "       9       3       1       2"), "*ELEMENT_BEAM left out: their stiffness"),
         (("*element_mass", "       9       1             0.5"), "*ELEMENT_MASS left out"),
         (("*CONSTRAINED_SPOTWELD", ten(1, 2)), "*CONSTRAINED_SPOTWELD left out"),
+        (
+            ("*SECTION_SHELL_TITLE", "skin", ten(1, 2), ten(2.0, 2.0, 2.0, 2.0, 1.0)),
+            "NLOC of *SECTION_SHELL is not read",
+        ),
         (("*NODE_TRANSFORM", ten(1, 5)), "*NODE_TRANSFORM is not read: nodes stay"),
         (("*INCLUDE_TRANSFORM", "o.k"), "*INCLUDE_TRANSFORM is not read"),
         (("*SET_NODE_GENERAL", ten(5), ten("BOX", 1)), "*SET_NODE_GENERAL is not read: there is no set_5"),
@@ -334,6 +338,13 @@ def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
 def test_what_a_keyword_file_has_besides_is_told(tmp_path, more, said):
     (found,) = warnings(tmp_path / "m.k", keywords(*more))
     assert said in found
+
+
+@pytest.mark.parametrize(
+    "lines", [(), (ten(1, 2),), (ten(1, 2), ten(2.0, 2.0, 2.0, 2.0)), (ten(1, 2), "2., 2., 2., 2., 0.")]
+)
+def test_a_section_about_its_nodes_is_nothing_to_tell(tmp_path, lines):
+    assert warnings(tmp_path / "m.k", keywords("*SECTION_SHELL", *lines)) == []
 
 
 def test_a_keyword_file_s_included_one_is_read(tmp_path):
