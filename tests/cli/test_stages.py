@@ -123,7 +123,9 @@ def test_an_effect_whose_size_is_a_builtin_has_a_digest(size: Callable[..., Any]
 
 def test_where_an_effect_acts_alone_is_in_its_digest() -> None:
     found = []
-    for more in ({}, {"places": dir}, {"places": dir, "alone": vars}):
+    places: Any = dir
+    alone: Any = vars
+    for more in ({}, {"places": places}, {"places": places, "alone": alone}):
         register(Effect("own_gap", "a gap", "m", lambda *_: {}, abs, **more))
         found.append(effects_digest())
         unregister("own_gap")
