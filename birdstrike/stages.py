@@ -112,7 +112,8 @@ def effects_digest() -> str:
     whole = hashlib.sha256(source_digest("solver/effects").encode())
     for name, effect in effects().items():
         whole.update(f"{name} {effect.unit} {effect.meaning} {effect.group}".encode())
-        for function in (effect.change, effect.size, effect.least, effect.refuses):
+        functions = (effect.change, effect.size, effect.least, effect.refuses, effect.places, effect.alone)
+        for function in filter(None, functions):
             whole.update(digest_of_function(function).encode())
     return whole.hexdigest()
 

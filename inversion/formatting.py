@@ -39,6 +39,24 @@ def runs_near_the_fits(refinement: Mapping[str, Any]) -> str:
     return f"runs near the fits: {refinement['added']} added; the emulator adds {shares} to an interval's variance"
 
 
+def label_parts(label: str) -> tuple[str, str, str]:
+    """Effect, place and shot of an effect's label in a diagnosis, "" where it has none.
+
+    place: the one sensor or set of nodes that it acts on, as in `sensor_gain.displacement_centre`; shot: as in
+    `impact_speed@speed_91.1`, whose name may hold dots.
+    """
+    name, _, shot = label.partition("@")
+    effect, _, place = name.partition(".")
+    return effect, place, shot
+
+
+def in_words(model: str) -> str:
+    """A model's name as words: "sensor_gain.displacement_centre" is "sensor gain, displacement centre"."""
+    members = [label_parts(label) for label in model.split("+")]
+    words = [", ".join(filter(None, (effect, place, shot and f"shot {shot}"))) for effect, place, shot in members]
+    return " + ".join(words).replace("_", " ")
+
+
 def changes(before: Mapping[str, float], after: Mapping[str, float] | None, units: Mapping[str, str]) -> str:
     """SI values by sensor before and, if any, after: "displacement centre 0.4 mm -> 0.16 mm; ..."."""
     return "; ".join(

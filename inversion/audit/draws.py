@@ -18,7 +18,8 @@ from numpy.random import Generator
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.inversion.diagnosis.hypotheses import OF_SHOT, family_of
-from birdstrike.inversion.diagnosis.plan import OTHER_LATTICE
+from birdstrike.inversion.diagnosis.plan import INSTRUMENT, OTHER_LATTICE, can_be_told
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.case.case import Case, case_from_table
 from birdstrike.solver.case.overlay import Raw
 from birdstrike.solver.effects.registry import effect_named, effects
@@ -37,7 +38,6 @@ STEP = 0.05  # of a parameter's range: of the differences that give its sensitiv
 TRIES = 50
 SHOTS = ("shot1", "shot2", "shot3")
 BASELINE, HELDOUT, WITHOUT, SLOPE = "baseline", "heldout", "without", "slope"
-SENSOR_FAULTS = ("sensor_gain", "time_offset", "sensor_bandwidth", "sensor_drift")
 OWN, HEXAHEDRA, OTHER_LAW = "own model", "hexahedral bird", "other equation of state"
 
 
@@ -103,9 +103,9 @@ def label_of(case: Case, rng: Generator) -> str:
         if not effect.refuses(case):
             families.setdefault(family_of(name), []).append(name)
     name = str(rng.choice(families[str(rng.choice(list(families)))]))
-    if places := effects()[name].places(case):
+    if places := [one for one in effects()[name].places(case) if can_be_told(one)]:
         return str(rng.choice([name, *(f"{name}.{place}" for place in places)]))
-    if name in SENSOR_FAULTS:
+    if name in INSTRUMENT:
         return str(rng.choice([name, *(f"{name}.{sensor}" for sensor in able_sensors(case, name))]))
     return f"{name}@{SHOTS[0]}" if name in OF_SHOT and rng.uniform() < 0.5 else name
 
@@ -119,13 +119,13 @@ def able_sensors(case: Case, name: str) -> list[str]:
 
 def name_of(label: str) -> str:
     """The effect's name in a label such as `sensor_gain.displacement_centre` or `impact_speed@shot1`."""
-    return label.split("@")[0].split(".")[0]
+    return label_parts(label)[0]
 
 
 def sensor_of(label: str) -> str:
     """The sensor in a label such as `sensor_gain.displacement_centre`; empty of other effects, of one set or of all."""
-    name, _, place = label.split("@")[0].partition(".")
-    return place if name in SENSOR_FAULTS else ""
+    name, place, _ = label_parts(label)
+    return place if name in INSTRUMENT else ""
 
 
 def _magnitude(case: Case, label: str, rng: Generator) -> float:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -82,7 +83,10 @@ def truth_text(truth: Truth, curves: str) -> str:
     """TOML of a truth file; SI; curves: name of the file of noise-free curves."""
     lines = ["schema_version = 2", f'kind = "{truth.kind}"', f'draw = "{truth.draw}"', f'form = "{truth.form}"']
     lines += [f'what = "{truth.what}"', f'curves = "{curves}"', "\n[effects]"]
-    lines += [f'"{label}" = {value!r}  # {unit_of(label)}' for label, value in truth.effects.items()]
+    lines += [
+        f"{json.dumps(label, ensure_ascii=False)} = {value!r}  # {unit_of(label)}"
+        for label, value in truth.effects.items()
+    ]
     lines += ["\n[parameters]", *(f'"{name}" = {value!r}' for name, value in truth.parameters.items())]
     return "\n".join(lines) + "\n"
 

@@ -31,10 +31,10 @@ from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
-from birdstrike.inversion.formatting import rounded
+from birdstrike.inversion.formatting import label_parts, rounded
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
-from birdstrike.solver.effects.registry import effect_named, effects, kind_of
+from birdstrike.solver.effects.registry import effect_named, effects
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ def magnitude_words(one: EffectFigures) -> str:
     """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
-    effect = effects().get(kind_of(one.name.split("@")[0]))
+    effect = effects().get(label_parts(one.name)[0])
     if effect is None:
         return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
@@ -455,9 +455,10 @@ def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None])
 
 def _meaning(label: str, name: str) -> str:
     text = effect_named(name).meaning
-    if "." in label:
-        return f"{text}: {label.split('.', 1)[1].replace('_', ' ')} alone"
-    return f"{text}, in shot {label.split('@', 1)[1]} alone" if "@" in label else text
+    _, place, shot = label_parts(label)
+    if place:
+        return f"{text}: {place.replace('_', ' ')} alone"
+    return f"{text}, in shot {shot} alone" if shot else text
 
 
 def consistency(log_evidence: float, best: float) -> float:

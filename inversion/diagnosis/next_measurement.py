@@ -23,6 +23,7 @@ from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.sensors.sensor import Sensor
 
 MOST, LEAST = 6, 0.01  # models compared; posterior probability below which a model is left out
@@ -214,7 +215,7 @@ def _response(
     if shot.name not in one.shots:
         return np.zeros(len(t))
     if one.response is None:
-        clock = one.name == "time_offset" and "." not in label
+        clock = label_parts(label)[:2] == ("time_offset", "")
         return -one.size * np.gradient(curve, t) if clock else np.zeros(len(t))
     return signatures.get(one.name, np.zeros(len(t)))
 

@@ -235,8 +235,13 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
     return tuple(known), refused
 
 
+def can_be_told(name: str) -> bool:
+    """Whether an effect's name, with its set of nodes, can stand in a label beside those of others."""
+    return "@" not in name and "+" not in name
+
+
 def _declared(case: Case, name: str) -> str:
-    if "@" in name or "+" in name:
+    if not can_be_told(name):
         return "a set of nodes whose name holds @ or + could not be told from shots and pairs in an answer; rename it"
     return "the case states it already" if name in case.effects else ""
 

@@ -9,13 +9,13 @@ source alone vary about the median curve. The shares are of the sum of these six
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.inversion.formatting import plain, quantity
+from birdstrike.inversion.formatting import in_words, plain, quantity
 from birdstrike.inversion.prediction.curves import PARTS, SensorDraws, largest
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.sample import EFFECT
@@ -87,7 +87,7 @@ def _remedy(source: str, draws: SensorDraws, learnt: Learnt, tolerances: Sequenc
             return f"decide between the explanations: {learnt.next_measurement}"
         return "decide between the explanations: repeat the learnt shot with a further sensor and diagnose both"
     if source == "tolerances":
-        named = " and ".join(plain(key, tolerances) for key in tolerances) or "what differs from shot to shot"
+        named = " and ".join(_named(key, tolerances) for key in tolerances) or "what differs from shot to shot"
         return f"measure {named} of the new shot"
     if source == "mesh":
         return "simulate the new case on a finer mesh"
@@ -108,5 +108,11 @@ def _dominant(draws: SensorDraws) -> str:
         return "the bird"
     x = np.stack([(c - c.mean()) / c.std() for c in columns.values()], axis=1)
     slopes = np.linalg.lstsq(x, draws.nominal - draws.nominal.mean(), rcond=None)[0]
-    names = [key.removeprefix(EFFECT) for key in columns]
-    return plain(names[int(np.abs(slopes).argmax())], names)
+    return _named(list(columns)[int(np.abs(slopes).argmax())], columns)
+
+
+def _named(key: str, among: Iterable[str]) -> str:
+    """A column of the draws, a parameter's or an effect's, in words."""
+    if key.startswith(EFFECT):
+        return in_words(key.removeprefix(EFFECT))
+    return plain(key, (one for one in among if not one.startswith(EFFECT)))

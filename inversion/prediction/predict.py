@@ -37,7 +37,7 @@ from birdstrike.inversion.prediction.curves import DRAWS, SensorDraws, Setting, 
 from birdstrike.inversion.prediction.distance import distance
 from birdstrike.inversion.prediction.learnt import Learnt
 from birdstrike.inversion.prediction.reading import read_learnt
-from birdstrike.inversion.prediction.sample import EFFECT, FEWEST, affordable, draw, shares_of, tolerances_of
+from birdstrike.inversion.prediction.sample import FEWEST, affordable, draw, shares_of, tolerances_of
 from birdstrike.solver.case.case import Case, CaseSource, as_case
 from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.target.section import can_fail
@@ -201,7 +201,7 @@ def _assembled(
             "modelled": bool(campaign.torn.any()) or tears(new),
         },
         sources={name: shares(one) for name, one in draws.items()},
-        narrowing=narrowing(draws, learnt, [key.removeprefix(EFFECT) for key in setting.held], first),
+        narrowing=narrowing(draws, learnt, list(setting.held), first),
         explanations=tuple(_told(learnt, setting.carried)),
         posterior=learnt.said,
         tolerances={k: {"value": t.value, "sigma": t.sigma, "unit": t.unit} for k, t in setting.tolerances.items()},

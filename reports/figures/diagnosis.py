@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from birdstrike.data.units import display, to_display
+from birdstrike.inversion.formatting import in_words
 from birdstrike.reports.figures.style import (
     BLACK,
     BLUE,
@@ -78,11 +79,6 @@ def shown_models(content: Mapping[str, Any]) -> list[str]:
     kept = dict.fromkeys(["none", *likely[: MOST_ROWS - 3], *sorted(needs, key=lambda name: needs[name])[:2]])
     totals = content["families"]
     return sorted(kept, key=lambda n: (-totals.get(family.get(n, "pairs"), 0.0), -shares.get(n, 0.0)))
-
-
-def in_words(name: str) -> str:
-    """A model's name as words: "sensor_gain.displacement_centre" is "sensor gain, displacement centre"."""
-    return name.replace(".", ", ").replace("@", ", shot ").replace("+", " + ").replace("_", " ")
 
 
 def _bar(axes: Axes, y: float, probability: float, colour: str, inside: bool) -> None:

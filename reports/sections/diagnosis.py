@@ -14,10 +14,10 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
 from birdstrike.inversion.diagnosis.answer import headline, least
 from birdstrike.inversion.diagnosis.diagnose import curve_files
-from birdstrike.inversion.formatting import plain, runs_near_the_fits
+from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
-from birdstrike.reports.figures.diagnosis import curves_figure, in_words, probability_figure, residual_figure
+from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
 from birdstrike.solver.case.effects import SHOWN
 
 MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5

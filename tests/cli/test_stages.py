@@ -121,6 +121,17 @@ def test_an_effect_whose_size_is_a_builtin_has_a_digest(size: Callable[..., Any]
     assert effects_digest() == before
 
 
+def test_where_an_effect_acts_alone_is_in_its_digest() -> None:
+    found = []
+    places: Any = dir
+    alone: Any = vars
+    for more in ({}, {"places": places}, {"places": places, "alone": alone}):
+        register(Effect("own_gap", "a gap", "m", lambda *_: {}, abs, **more))
+        found.append(effects_digest())
+        unregister("own_gap")
+    assert len(set(found)) == 3
+
+
 def test_a_function_of_a_package_is_followed_through_all_files_of_the_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,7 @@ from birdstrike.inversion.diagnosis.answer import headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
 from birdstrike.inversion.diagnosis.model_file import FILE
-from birdstrike.inversion.formatting import plain
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.reports.explore.kinds.kind import Kind
 from birdstrike.reports.explore.view import Table, View, answer, channel, parameter, preset, record, runs, unit_of
 from birdstrike.solver.case.case import Case, load_case
@@ -85,7 +85,7 @@ def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Tabl
 
     single: the one sensor that it acts on, where it has no other, and what the case states of its instrument.
     """
-    single = one["sensors"][0] if one["sensors"] and "." in one["label"] else None
+    single = one["sensors"][0] if one["sensors"] and label_parts(one["label"])[1] else None
     stated = case.instrument.get(single or "", Instrument())
     return {
         **{key: one[key] for key in ("label", "name", "family", "size", "low", "high", "shots", "sensors")},
@@ -103,10 +103,8 @@ def _effect(one: Mapping[str, Any], told: Mapping[str, Any], case: Case) -> Tabl
 
 def _title(one: Mapping[str, Any]) -> str:
     """`clamp rotation`, `sensor gain, displacement centre`, `impact speed, shot 2 alone`."""
-    name, _, sensor = one["label"].split("@")[0].partition(".")
-    shot = one["label"].split("@")[1:]
-    parts = [plain(name), *([plain(sensor)] if sensor else []), *(f"shot {s} alone" for s in shot)]
-    return ", ".join(parts)
+    effect, place, shot = label_parts(one["label"])
+    return ", ".join(filter(None, (*(one.replace("_", " ") for one in (effect, place)), shot and f"shot {shot} alone")))
 
 
 KIND = Kind("diagnose", holds, read)

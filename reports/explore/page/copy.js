@@ -3,6 +3,7 @@
 // Ten digits: what is pasted simulates what is drawn.
 const written = (si, quantity) => `${Number((si * quantity.factor).toPrecision(10))} ${quantity.unit}`.trim();
 const quotedToml = (text) => `"${text.replace(/\\/g, "\\\\").replace(/"/g, '\\"')}"`;
+const keyToml = (text) => (/^[A-Za-z0-9_-]+$/.test(text) ? text : quotedToml(text));
 const quotedShell = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`);
 
 // How a fault of one sensor stands in a case: key under instrument.<sensor>, and its value in TOML.
@@ -16,13 +17,13 @@ const INSTRUMENT = {
 // [section, key, value in TOML, note] of every parameter, and of every effect that is there.
 const keysOf = (view, point) => {
   const rows = view.parameters.map((axis, i) => {
-    const parts = axis.key.split("."), key = parts.pop();
+    const parts = axis.key.split(".").map(keyToml), key = parts.pop();
     return [parts.join("."), key, axis.unit ? quotedToml(written(point.theta[i], axis)) : String(Number(point.theta[i].toPrecision(10))), ""];
   });
   view.effects.filter((effect) => point.effects[effect.label]).forEach((effect) => {
     const x = point.effects[effect.label], alone = effect.label.split("@")[1], note = alone ? `of shot ${alone} alone` : "";
-    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x, effect.stated); rows.push([`instrument.${effect.single}`, key, value, note]); return; }
-    rows.push(["effects", effect.name, effect.unit ? quotedToml(written(x, effect)) : String(Number(x.toPrecision(10))), note]);
+    if (effect.single) { const [key, value] = INSTRUMENT[effect.name](x, effect.stated); rows.push([`instrument.${keyToml(effect.single)}`, key, value, note]); return; }
+    rows.push(["effects", keyToml(effect.name), effect.unit ? quotedToml(written(x, effect)) : String(Number(x.toPrecision(10))), note]);
   });
   return rows;
 };

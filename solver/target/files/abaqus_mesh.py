@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +11,11 @@ from typing import Any, NamedTuple
 
 from birdstrike.data.errors import UserError
 from birdstrike.solver.target.files.text_mesh import (
+    Files,
     Shell,
     TextMesh,
     decimal,
-    included,
+    is_zero,
     lines_of,
     no_shells,
     whole,
@@ -27,6 +30,12 @@ JOINED = (
 """Those that hold nodes together or load them with mass."""
 LOOSE = ("MASS", "ROTARYI", "SPRING", "DASHPOT", "CONN")
 """How the kinds of elements of that sort begin."""
+INCLUDE = "*INCLUDE"
+WITH_INPUT = ("*NODE", "*ELEMENT")
+"""Keywords whose data may stand in another file."""
+FLAGS = ("GENERATE", "UNSORTED", "INTERNAL")
+"""Options of a set that have no value."""
+SHELL_SECTIONS = ("SHELL SECTION", "SHELL GENERAL SECTION")
 GENERATED = ("ELGEN", "ELCOPY")
 """Keywords that make elements of others."""
 
@@ -69,8 +78,9 @@ class Sets:
 
 def read_abaqus(path: str) -> TextMesh:
     """An input file with all that it includes; raises UserError for what is no mesh of shells."""
-    sections = list(_sections(_lines(Path(path))))
-    mesh, elsets = TextMesh(), Sets("ELSET")
+    files = Files(Path(path))
+    sections = list(_sections(_lines(files.first, files)))
+    mesh, elsets = TextMesh(files=files.found), Sets("ELSET")
     nsets = _nodes(sections, mesh)
     _elements(sections, mesh, elsets)
     numbered: dict[int, list[int]] = {}
@@ -90,16 +100,20 @@ def read_abaqus(path: str) -> TextMesh:
     return mesh
 
 
-def _lines(path: Path, depth: int = 0) -> Iterator[str]:
-    """Lines of a file and of those that it includes, without comments and blank ones."""
-    for line in lines_of(path):
-        if line.startswith("**") or not line.strip():
+def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:
+    """Lines of a file and of those that it includes, without comments, blank ones and blanks at their ends.
+
+    The data of a keyword with INPUT stand in a file of their own.
+    """
+    for line in map(str.strip, lines_of(path)):
+        if line.startswith("**") or not line:
             continue
-        words = line.split(",")
-        if words[0].strip().upper() == "*INCLUDE":
-            yield from _lines(included(words[-1].split("=")[-1], path, depth + 1), depth + 1)
-        else:
+        keyword, _, said = line.partition(",")
+        name = _options(said).get("INPUT") if line.startswith("*") else None
+        if name is None or keyword.strip().upper() != INCLUDE:
             yield line
+        if name is not None and keyword.strip().upper() in (INCLUDE, *WITH_INPUT):
+            yield from _lines(files.included(name, path, depth + 1), files, depth + 1)
 
 
 def _sections(lines: Iterator[str]) -> Iterator[Section]:
@@ -110,7 +124,7 @@ def _sections(lines: Iterator[str]) -> Iterator[Section]:
             yield section
             keyword, _, said = line[1:].partition(",")
             section = Section(keyword.strip().upper(), _options(said), [])
-        elif goes_on and "=" in line:
+        elif goes_on and ("=" in line or line.upper() in FLAGS):
             section.options.update(_options(line))
         else:
             section.data.append(line)
@@ -121,8 +135,19 @@ def _sections(lines: Iterator[str]) -> Iterator[Section]:
 
 def _options(said: str) -> dict[str, str]:
     """Of a keyword, by their names in capitals; those without a value have none."""
-    pairs = (word.partition("=") for word in said.split(",") if word.strip())
+    pairs = (word.partition("=") for word in _words(said))
     return {key.strip().upper(): value.strip() for key, _, value in pairs}
+
+
+def _words(said: str) -> list[str]:
+    """What stands between commas; a name in quotation marks, without these, may hold some."""
+    found = (word.replace('"', "").strip() for word in re.findall(r'(?:[^,"]|"[^"]*"?)+', said))
+    return [word for word in found if word]
+
+
+def _generates(section: Section) -> bool:
+    """Whether a set is given by ranges: GENERATE, which need not be spelt out."""
+    return any("GENERATE".startswith(key) for key in section.options)
 
 
 def _name(section: Section) -> str:
@@ -212,8 +237,8 @@ def _members(section: Section, sets: Sets, numbered: dict[int, list[int]] | None
     """What a set's block names: numbers, other sets, or ranges; of elements their places, those that are shells."""
     found: list[int] = []
     for line in section.data:
-        words = [word.strip() for word in line.split(",") if word.strip()]
-        if "GENERATE" in section.options:
+        words = _words(line)
+        if _generates(section):
             found += _placed(_range(words, line, section), numbered)
             continue
         for word in words:
@@ -244,7 +269,13 @@ def _left_out(sections: list[Section], mesh: TextMesh) -> None:
     for word in GENERATED:
         if word in keywords:
             raise UserError(f"it makes elements by *{word}, which is not read; write them out")
+    placed = Counter(one.options.get("PART", "").upper() for one in sections if one.keyword == "INSTANCE")
+    for part, count in placed.items():
+        if count > 1:
+            raise UserError(f"{count} *INSTANCE place the part {part}, which is not read; write each out as a part")
     mesh.held += [f"*{word}" for word in JOINED if word in keywords]
+    if any(one.keyword in SHELL_SECTIONS and not is_zero(one.options.get("OFFSET", "")) for one in sections):
+        mesh.told.append("OFFSET of *SHELL SECTION is not read: shells are taken to lie in their nodes")
     moved = [f"*{word}" for word in MOVED if any(one.keyword == word and one.data for one in sections)]
     if any(one.options.get("SYSTEM", "R").upper() != "R" for one in sections if one.keyword == "NODE"):
         moved.append("SYSTEM of *NODE")

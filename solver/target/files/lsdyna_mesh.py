@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_mesh import Shell, TextMesh, decimal, included, lines_of, whole
+from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, is_zero, lines_of, whole
 
 ENDINGS = (".k", ".key", ".dyn")
 """Of the files that are read as keyword files."""
@@ -56,7 +56,8 @@ def read_keywords(path: str) -> TextMesh:
     A part or a set is called by its heading or title, by heading and number where several have the same, and without
     one part_<number> or set_<number>. Raises UserError for a file that is no mesh of shells.
     """
-    mesh, blocks = TextMesh(), list(_blocks(Path(path)))
+    files = Files(Path(path))
+    mesh, blocks = TextMesh(files=files.found), list(_blocks(files.first, files))
     headings: dict[int, str] = {}
     for block in blocks:
         if block.keyword == "NODE":
@@ -78,7 +79,7 @@ def read_keywords(path: str) -> TextMesh:
     return mesh
 
 
-def _blocks(path: Path, long: bool = False, depth: int = 0) -> Iterator[Block]:
+def _blocks(path: Path, files: Files, long: bool = False, depth: int = 0) -> Iterator[Block]:
     """A file's blocks up to *END, those of included files in their place."""
     block = Block("", long, [])
     for line in [*lines_of(path), "*END"]:
@@ -88,7 +89,7 @@ def _blocks(path: Path, long: bool = False, depth: int = 0) -> Iterator[Block]:
             continue
         if block.keyword == "INCLUDE":
             for name in _names_of_files(block.lines):
-                yield from _blocks(included(name, path, depth + 1), long, depth + 1)
+                yield from _blocks(files.included(name, path, depth + 1), files, long, depth + 1)
         elif block.keyword:
             yield block
         keyword, *words = line[1:].upper().split() or [""]
@@ -99,7 +100,8 @@ def _blocks(path: Path, long: bool = False, depth: int = 0) -> Iterator[Block]:
             long = "LONG=Y" in said or (long and "LONG=" not in said)
         if "%" in words or keyword.endswith("%"):
             raise UserError(f"*{keyword} is in the I10 format (%), which is not read; write it in the standard format")
-        own = keyword.endswith("+") or (long and not keyword.endswith("-"))
+        sign = {keyword[-1:], *words}
+        own = "+" in sign or (long and "-" not in sign)
         block = Block(keyword.rstrip("+-"), own, [])
 
 
@@ -127,10 +129,8 @@ def _shells(block: Block, mesh: TextMesh) -> None:
     if unknown:
         raise UserError(f"*{block.keyword} is not read; write its shells as *ELEMENT_SHELL")
     each = 1 + any(word in WITH_LINE for word in options) + ("OFFSET" in options) + ("DOF" in options)
-    lines = [line for line in block.lines if line.strip()]
-    if len(lines) % each:
-        raise UserError(f"*{block.keyword} has {len(lines)} lines, of {each} for each shell; is the file cut short?")
-    for line in lines[::each]:
+    lines = list(_own_lines(block, each))
+    for line in lines:
         eid, pid, *nodes = (block.number(text, line) for text in block.fields(line, (8,) * 10))
         if any(nodes[4:]):
             raise UserError(
@@ -142,6 +142,21 @@ def _shells(block: Block, mesh: TextMesh) -> None:
     for word, what in (("THICKNESS", "thicknesses are those of target.parts"), ("OFFSET", "shells lie in their nodes")):
         if word in options and lines:
             mesh.told.append(f"{word} of *{block.keyword} is not read: {what}")
+
+
+def _own_lines(block: Block, each: int) -> Iterator[str]:
+    """The first of `each` lines of every shell; those behind it may be blank, as their values have defaults."""
+    lines, at = block.lines, 0
+    while at < len(lines):
+        if not lines[at].strip():
+            at += 1
+            continue
+        if at + each > len(lines):
+            raise UserError(
+                f"*{block.keyword} has {len(lines)} lines, of {each} for each shell; is the file cut short?"
+            )
+        yield lines[at]
+        at += each
 
 
 def _headings(block: Block) -> dict[int, str]:
@@ -184,9 +199,26 @@ def _node_sets(blocks: list[Block], mesh: TextMesh, parts: dict[int, list[int]])
             mesh.told.append(f"*{block.keyword} is not read: there is no {_called('set', sid, titles)} of its nodes")
             continue
         (sums if "ADD" in options else sets).setdefault(sid, []).extend(found)
-    for sid, added in sums.items():
-        sets[sid] = [node for one in added for node in sets.get(one, ())]
+    for sid in sums:
+        sets[sid] = sets.get(sid, []) + list(_summed(sid, sums, sets, titles))
     mesh.node_sets = {_called("set", sid, titles): sets[sid] for sid in sets}
+
+
+def _summed(
+    sid: int, sums: dict[int, list[int]], sets: dict[int, list[int]], titles: dict[int, str], depth: int = 0
+) -> Iterator[int]:
+    """Nodes of the sets that a set adds up, wherever these stand and whatever they add up themselves."""
+    for one in sums[sid]:
+        if depth > len(sums):
+            raise UserError(f"the set {_called('set', sid, titles)} adds itself up; leave it out of its own sum")
+        yield from sets.get(one, ())
+        if one in sums:
+            yield from _summed(one, sums, sets, titles, depth + 1)
+        elif one not in sets:
+            raise UserError(
+                f"the set {_called('set', sid, titles)} adds the set {one}, which is not there or not read; list its "
+                "nodes instead"
+            )
 
 
 def _listed(
@@ -237,3 +269,11 @@ def _left_out(blocks: list[Block], mesh: TextMesh) -> None:
         mesh.told.append(
             f"{', '.join(moved)} is not read: nodes stay where they are written, and what it brings is not there"
         )
+    if any(_off_middle(block) for block in blocks if block.keyword.startswith("SECTION_SHELL")):
+        mesh.told.append("NLOC of *SECTION_SHELL is not read: shells are taken to lie in their nodes")
+
+
+def _off_middle(block: Block) -> bool:
+    """Whether a block's first section has its shells beside their nodes: NLOC, the fifth field of its second line."""
+    second = 2 if block.keyword.endswith("_TITLE") else 1
+    return any(not is_zero(block.fields(line, (10,) * 5)[4]) for line in block.lines[second : second + 1])

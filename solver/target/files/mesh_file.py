@@ -10,10 +10,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
-from functools import lru_cache
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ from birdstrike.solver.target.files.abaqus_mesh import read_abaqus
 from birdstrike.solver.target.files.lsdyna_mesh import ENDINGS, read_keywords
 from birdstrike.solver.target.files.mesh_quality import FAULT, WARNING, Finding, findings_of, size_fault
 from birdstrike.solver.target.files.nastran_mesh import NASTRAN, read_nastran
-from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, included, lines_of, named_by, no_shells
+from birdstrike.solver.target.files.text_mesh import NUMBER, TextMesh, no_shells
 from birdstrike.solver.target.mesh import border_sides, is_triangle, sides_of
 from birdstrike.solver.target.part_mesh import PartMesh
 
@@ -63,18 +62,43 @@ def read_mesh(path: str, unit: str, origin: tuple[float, float, float] = (0.0, 0
 
 def inspect_mesh(path: str, unit: str, origin: tuple[float, float, float]) -> tuple[PartMesh, tuple[Finding, ...]]:
     """The mesh of a file, however bad its shells are, and all that is found about them; raises UserError for none."""
+    key = path, unit, origin
     try:
-        return _read(path, unit, origin, Path(path).stat().st_mtime_ns)
+        Path(path).stat()
+        kept = _KEPT.get(key)
+        if kept is None or any(_changed(file) != at for file, at in kept.changed.items()):
+            kept = _KEPT[key] = _read(*key)
+        if len(_KEPT) > MOST_KEPT:
+            _KEPT.pop(next(iter(_KEPT)), None)
+        return kept.mesh, kept.findings
     except (OSError, ValueError) as error:  # the latter for a name that no file can have
         reason = getattr(error, "strerror", None) or error
         raise UserError(f"target.mesh = {shortened(path)} cannot be read: {reason}") from error
 
 
-@lru_cache(maxsize=8)
-def _read(
-    path: str, unit: str, origin: tuple[float, float, float], _changed: int
-) -> tuple[PartMesh, tuple[Finding, ...]]:
-    file, left_out = _file(path)
+class Kept(NamedTuple):
+    """What was read, and when each of the files in which it stands had been changed [ns]."""
+
+    mesh: PartMesh
+    findings: tuple[Finding, ...]
+    changed: dict[Path, int]
+
+
+_KEPT: dict[tuple[str, str, tuple[float, float, float]], Kept] = {}
+MOST_KEPT = 8
+
+
+def _changed(file: Path) -> int:
+    """When a file was changed last [ns]; -1 of one that is not there."""
+    try:
+        return file.stat().st_mtime_ns
+    except OSError:
+        return -1
+
+
+def _read(path: str, unit: str, origin: tuple[float, float, float]) -> Kept:
+    file, left_out, files = _file(path)
+    changed = {one: _changed(one) for one in (Path(path), *files)}
     other = sorted({block.type for block in file.cells} - {*SHELLS, *GROUPED})
     if other or not any(block.type in SHELLS for block in file.cells):
         raise UserError(f"target.mesh = {path}: {no_shells(other)}")
@@ -101,18 +125,18 @@ def _read(
     mesh = PartMesh(nodes, quads, part, names, {FREE: free_edges(quads)} | sets, numbers=whole)
     if wrong := list(size_fault(nodes, unit, METRES)):
         raise UserError(f"target.mesh = {path}: {fault}" for fault in wrong)
-    return mesh, (*findings_of(mesh), *lost)
+    return Kept(mesh, (*findings_of(mesh), *lost), changed)
 
 
-def _file(path: str) -> tuple[Any, list[str]]:
-    """A file as meshio has it, and what it has besides that would change the answer, in sentences."""
+def _file(path: str) -> tuple[Any, list[str], list[Path]]:
+    """A file as meshio has it, what it has besides that would change the answer, in sentences, and what it includes."""
     ending = Path(path).suffix.lower()
     try:
         if ending not in READERS:
             file = _by_meshio(path)
-            return file, _left_out([] if ending == ".msh" else _loose(file))  # Gmsh's lines and points are groups
+            return file, _left_out([] if ending == ".msh" else _loose(file)), []  # Gmsh's lines and points are groups
         text = READERS[ending](path)
-        return text.meshio(), [*text.told, *_left_out(text.held)]
+        return text.meshio(), [*text.told, *_left_out(text.held)], text.files
     except UserError as error:
         raise UserError(f"target.mesh = {path}: {line}" for line in error.errors) from error
 
@@ -289,14 +313,7 @@ def included_files(path: Path) -> Iterator[str]:
     """
     if path.suffix.lower() not in READERS:
         return
-    left, seen, root = [path], set[Path](), path.parent.resolve()
-    while left:
-        one = left.pop()
-        for name in named_by(lines_of(one)):
-            file = included(name, one, 0)
-            if file not in seen:
-                seen.add(file)
-                left.append(file)
-    for file in sorted(seen):
-        if file.resolve().is_relative_to(root):
-            yield file.resolve().relative_to(root).as_posix()
+    root = path.parent.resolve()
+    for file in sorted({file.resolve() for file in READERS[path.suffix.lower()](str(path)).files}):
+        if file.is_relative_to(root):
+            yield file.relative_to(root).as_posix()

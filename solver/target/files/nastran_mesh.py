@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 
 from birdstrike.data.errors import UserError
-from birdstrike.solver.target.files.text_mesh import Shell, TextMesh, decimal, included, lines_of, no_shells, whole
+from birdstrike.solver.target.files.text_mesh import Files, Shell, TextMesh, decimal, lines_of, no_shells, whole
 
 NASTRAN = (".bdf", ".nas", ".fem")
 """Endings of the files that are read as bulk data."""
@@ -22,8 +23,9 @@ Card = list[str]
 
 def read_nastran(path: str) -> TextMesh:
     """Bulk data with all that it includes; raises UserError for what is no mesh of shells."""
-    mesh, names, offset = TextMesh(), dict[str, int](), 0
-    for card in _cards(_bulk(_lines(Path(path)))):
+    files = Files(Path(path))
+    mesh, names, offset = TextMesh(files=files.found), dict[str, int](), 0
+    for card in _cards(_bulk(_lines(files.first, files))):
         name, fields = card[0], [*card[1:], *[""] * 8]
         names[name] = names.get(name, 0) + 1
         line = " ".join(card)
@@ -37,6 +39,8 @@ def read_nastran(path: str) -> TextMesh:
             mesh.shells.append(Shell(whole(fields[0], line, name), nodes, part))
             above = "" if name == "CSHEAR" else _exponent(fields[3 + corners])
             offset += decimal(above, line, name) != 0.0
+    if any(name.startswith("=") for name in names):
+        raise UserError("it repeats cards by =, which is not read; write them out")
     others = sorted(name for name in names if name.startswith(OTHERS) and name not in CORNERS)
     if others or not mesh.shells:
         raise UserError(no_shells(others))
@@ -61,23 +65,21 @@ def _exponent(text: str) -> str:
     return text if "E" in text else text[:1] + text[1:].replace("+", "E+").replace("-", "E-")
 
 
-def _lines(path: Path, depth: int = 0) -> Iterator[str]:
+def _lines(path: Path, files: Files, depth: int = 0) -> Iterator[str]:
     """Lines of a file and of those that it includes, without comments and blank ones."""
     for line in lines_of(path):
         said = line.split("$")[0].rstrip()
         if said[:7].upper() == "INCLUDE":
-            yield from _lines(included(said[7:].lstrip(" ="), path, depth + 1), depth + 1)
+            yield from _lines(files.included(said[7:].lstrip(" ="), path, depth + 1), files, depth + 1)
         elif said.strip():
             yield said
 
 
 def _bulk(lines: Iterator[str]) -> Iterator[str]:
     """What stands between BEGIN BULK, where that is, and ENDDATA."""
-    every = list(lines)
-    heads = [" ".join(line.upper().split()) for line in every]
-    start = next((i + 1 for i, head in enumerate(heads) if head.startswith("BEGIN")), 0)
-    end = next((i for i, head in enumerate(heads) if head.startswith("ENDDATA") and i >= start), len(heads))
-    yield from every[start:end]
+    every = list(takewhile(lambda line: not line.lstrip().upper().startswith("ENDDATA"), lines))
+    start = next((i + 1 for i, line in enumerate(every) if line.lstrip().upper().startswith("BEGIN")), 0)
+    yield from every[start:]
 
 
 def _cards(lines: Iterator[str]) -> Iterator[Card]:

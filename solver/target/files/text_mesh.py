@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.paths import is_file
 
 NUMBER = "element_number"
 """Array of a mesh's cells that holds the file's numbers of its elements."""
 PROPERTY = "nastran:ref"
 """Array of a mesh's cells that holds the numbers of their properties, as meshio calls it."""
-INCLUDE = "*INCLUDE"
 DEEPEST = 20
 """Files that include each other, one in the other."""
 Place = tuple[float, float, float]
@@ -34,7 +34,8 @@ class Shell(NamedTuple):
 class TextMesh:
     """Nodes by number, shells in the file's order, sets of nodes (numbers) and of shells (places in `shells`).
 
-    held: what joins, loads or stiffens in the file and is not read, by name; told: other warnings, whole sentences.
+    held: what joins, loads or stiffens in the file and is not read, by name; told: other warnings, whole sentences;
+    files: those that the file includes.
     """
 
     places: dict[int, Place] = field(default_factory=dict)
@@ -43,6 +44,7 @@ class TextMesh:
     shell_sets: dict[str, list[int]] = field(default_factory=dict)
     held: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
 
     def add_node(self, number: int, place: Place) -> None:
         """Raises UserError for a number that stands for two places."""
@@ -106,22 +108,33 @@ def no_shells(kinds: Iterable[str]) -> str:
 
 
 def lines_of(path: str | Path) -> list[str]:
-    """Of a text file, whatever its encoding."""
-    return Path(path).read_text(encoding="utf-8", errors="replace").splitlines()
+    """Of a text file, whatever its encoding, without the mark that some editors begin it with."""
+    return Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
 
 
-def included(name: str, beside: Path, depth: int) -> Path:
-    """The file that another one includes; raises UserError where it is not there, or includes itself."""
-    name = name.strip().strip("'\"")
-    if depth > DEEPEST:
-        raise UserError(f"it includes {name}, and that at last itself; leave one of the lines out")
-    for path in (beside.parent / name, Path(name)):
-        if path.is_file():
-            return path
-    raise UserError(
-        f"it includes {name}, which is not there; put it beside {beside.name}, or leave the line out where it brings "
-        "no nodes, shells or sets"
-    )
+@dataclass
+class Files:
+    """A text file and all that it includes; found: these, in the order in which they are read."""
+
+    first: Path
+    found: list[Path] = field(default_factory=list)
+
+    def included(self, name: str, beside: Path, depth: int) -> Path:
+        """The file that another one includes, beside that, beside the first or where we are.
+
+        Raises UserError where it is not there, or includes itself.
+        """
+        name = name.strip().strip("'\"")
+        if depth > DEEPEST:
+            raise UserError(f"it includes {name}, and that at last itself; leave one of the lines out")
+        for path in (beside.parent / name, self.first.parent / name, Path(name)):
+            if is_file(path):
+                self.found.append(path)
+                return path
+        raise UserError(
+            f"it includes {name}, which is not there; put it beside {beside.name}, or leave the line out where it "
+            "brings no nodes, shells or sets"
+        )
 
 
 def whole(text: str, line: str, keyword: str) -> int:
@@ -133,23 +146,16 @@ def whole(text: str, line: str, keyword: str) -> int:
 
 
 def decimal(text: str, line: str, keyword: str) -> float:
-    """A number, 0 where nothing stands; raises UserError with the line that it stands in."""
+    """A number, its exponent behind E or D, 0 where nothing stands; raises UserError with the line it stands in."""
     try:
-        return float(text) if text.strip() else 0.0
+        return float(text.upper().replace("D", "E")) if text.strip() else 0.0
     except ValueError:
         raise UserError(f'{keyword}: "{text.strip()}" in the line "{line.strip()}" is no number') from None
 
 
-def named_by(lines: Iterable[str]) -> Iterator[str]:
-    """Names of the files that the lines of a text file include, as Abaqus, LS-DYNA or Nastran write it."""
-    keyword = ""
-    for line in lines:
-        if line.startswith("*"):
-            keyword, comma, said = line.partition(",")
-            if comma and keyword.strip().upper() == INCLUDE:
-                yield said.split("=")[-1]
-                keyword = ""
-        elif keyword.strip().upper() == INCLUDE and not line.startswith("$"):
-            yield line
-        elif line[:7].upper() == INCLUDE[1:]:
-            yield line[7:].lstrip(" =")
+def is_zero(text: str) -> bool:
+    """Whether nothing or 0 stands there, and no word or parameter either."""
+    try:
+        return not text or float(text) == 0.0
+    except ValueError:
+        return False

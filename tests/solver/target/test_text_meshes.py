@@ -13,7 +13,7 @@ import pytest
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.setup_warnings import doubtful_shells, free_target
-from birdstrike.solver.target.files.mesh_file import inspect_mesh, read_mesh
+from birdstrike.solver.target.files.mesh_file import included_files, inspect_mesh, read_mesh
 from birdstrike.solver.target.part_mesh import PartMesh
 from tests.solver.target.test_mesh_file import table_with
 
@@ -58,6 +58,9 @@ def test_a_comment_takes_nothing_from_a_block(tmp_path, before):
     [
         ("*NSET, NSET=a\n3, 4\n*NSET, NSET=A\n5", "a", [1, 2, 3, 4, 5]),
         ("*NSET, NSET=both, UNSORTED\na, b\n7", "both", [1, 2, 7, 9]),
+        ("*NSET, NSET=c, GEN\n1, 5, 2", "c", [1, 3, 5]),
+        ("*NSET, NSET=c,\nGENERATE\n1, 5, 2", "c", [1, 3, 5]),
+        ('*NSET, NSET="rim, left"\n3\n*NSET, NSET=c\n"rim, left", 4', "c", [3, 4]),
         ("*NSET, NSET=both\n7, a", "both", [1, 2, 7]),
         ("*NSET, NSET=a, GENERATE\n3, 7, 2\n9, 10", "a", [1, 2, 3, 5, 7, 9, 10]),
         ("*NSET, NSET=of, ELSET=end\n*ELSET, ELSET=more\nend\n*NSET, NSET=of, ELSET=more", "of", [7, 8, 9, 10]),
@@ -80,7 +83,14 @@ def test_sets_of_elements_grow_and_may_name_others(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "head", ["*Element, type=S4,\nELSET=skin", "*ELEMENT , Elset = skin, TYPE=S4R,", "*ELEMENT, TYPE=S4"]
+    "head",
+    [
+        "*Element, type=S4,\nELSET=skin",
+        "*ELEMENT , Elset = skin, TYPE=S4R,",
+        "*ELEMENT, TYPE=S4",
+        "  *ELEMENT, TYPE=S4, ELSET=skin",
+        '*ELEMENT, ELSET="skin", TYPE=S4',
+    ],
 )
 def test_a_keyword_s_options_may_go_on_in_the_next_line(tmp_path, head):
     mesh = read(tmp_path / "m.inp", INP.replace("*ELEMENT, TYPE=S4, ELSET=skin", head))
@@ -96,6 +106,38 @@ def test_several_blocks_and_an_included_file_are_one_mesh(tmp_path):
     assert read(tmp_path / "m.inp", text).nodes == pytest.approx(1e-3 * np.array(NODES))
 
 
+def test_data_that_stand_in_another_file_are_read(tmp_path):
+    """INPUT of *NODE and *ELEMENT; an included file's own are looked for beside the first one too."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "all.inp").write_text("*NODE, INPUT=parts/nodes.inp\n*INCLUDE, INPUT=shells.inp\n")
+    (tmp_path / "parts" / "nodes.inp").write_text("\n".join(NODE_LINES).replace("50.0", "5.D+1") + "\n")
+    (tmp_path / "parts" / "shells.inp").write_text("\n".join(["*ELEMENT, TYPE=S4", *SHELL_LINES[:3]]) + "\n")
+    (tmp_path / "last.inp").write_text(SHELL_LINES[3] + "\n")
+    text = "\ufeff*INCLUDE, INPUT=parts/all.inp\n*ELEMENT, TYPE=S4, INPUT=last.inp"
+    mesh = read(tmp_path / "m.inp", text)
+    assert mesh.nodes == pytest.approx(1e-3 * np.array(NODES))
+    assert np.array_equal(mesh.quads + 1, QUADS)
+    assert list(included_files(tmp_path / "m.inp")) == [
+        "last.inp", "parts/all.inp", "parts/nodes.inp", "parts/shells.inp"
+    ]  # fmt: skip
+
+
+def test_an_included_file_that_has_changed_is_read_anew(tmp_path):
+    text = INP.replace("\n".join(NODE_LINES), "*INCLUDE, INPUT=nodes.inp")
+    for height in (50.0, 60.0):
+        (tmp_path / "nodes.inp").write_text("\n".join(NODE_LINES).replace(", 50.0, 0.0", f", {height}, 0.0") + "\n")
+        if height == 50.0:
+            (tmp_path / "m.inp").write_text(text + "\n")
+        assert np.ptp(read_mesh(str(tmp_path / "m.inp"), "mm").nodes[:, 1]) == pytest.approx(1e-3 * height)
+    assert read_mesh(str(tmp_path / "m.inp"), "mm") is read_mesh(str(tmp_path / "m.inp"), "mm")
+
+
+def test_an_offset_of_shells_is_told(tmp_path):
+    (said,) = warnings(tmp_path / "m.inp", f"{INP}\n*SHELL SECTION, ELSET=skin, OFFSET=SPOS\n2.")
+    assert said.startswith("OFFSET of *SHELL SECTION is not read")
+    assert warnings(tmp_path / "m.inp", f"{INP}\n*SHELL SECTION, ELSET=skin, OFFSET=0.0\n2.") == []
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -107,6 +149,7 @@ def test_several_blocks_and_an_included_file_are_one_mesh(tmp_path):
         (INP + "\n*NSET, NSET=c\n99", "the set of nodes c refers to 99, which is not there"),
         (INP + "\n*ELGEN\n1, 2, 3, 4", "it makes elements by *ELGEN, which is not read"),
         (INP + "\n*INCLUDE, INPUT=lost.inp", "it includes lost.inp, which is not there; put it beside m.inp"),
+        (INP + "\n*INSTANCE, PART=p\n*INSTANCE, PART=P\n1., 0., 0.", "2 *INSTANCE place the part P, which is not read"),
         (INP + "\n*INCLUDE, INPUT=m.inp", "it includes m.inp, and that at last itself"),
         (INP.replace("4, 7", "4, x"), '*ELEMENT: "x" in the line "4, x, 9, 10, 8" is no whole number'),
     ],
@@ -190,8 +233,16 @@ def test_nastran_s_included_cards_are_read_and_offsets_are_told(tmp_path):
     (tmp_path / "shells.bdf").write_text("\n".join(f"{card}{'':8s}     1.5" for card in CARDS) + "\n")
     (said,) = warnings(tmp_path / "m.bdf", bulk(["INCLUDE 'shells.bdf'"]))
     assert said.startswith("ZOFFS of 4 shells is not read")
+    text = bulk(["INCLUDE 'shells.bdf' $ 'the shells'"]) + "\nINCLUDE 'behind_the_end.bdf'"
+    assert len(read(tmp_path / "m.bdf", text).quads) == 4
+    assert list(included_files(tmp_path / "m.bdf")) == ["shells.bdf"]
     with pytest.raises(UserError, match=r"it includes lost.bdf, which is not there"):
         read(tmp_path / "m.bdf", bulk(CARDS, "INCLUDE 'lost.bdf'"))
+
+
+def test_nastran_s_repeated_cards_are_refused(tmp_path):
+    with pytest.raises(UserError, match=r"it repeats cards by =, which is not read"):
+        read(tmp_path / "m.bdf", bulk(CARDS, "=,*1,=,*2,*2,*2,*2", "=(2)"))
 
 
 def keywords(*more: str, shells: str = "*ELEMENT_SHELL", second: tuple[str, ...] = (), wide: int = 8) -> str:
@@ -217,6 +268,13 @@ THICK = "".join(f"{2.0:16.4f}" for _ in range(4))
         keywords().lower(),
         keywords(wide=20),
         keywords(shells="*ELEMENT_SHELL_THICKNESS", second=(THICK,)),
+        keywords(shells="*ELEMENT_SHELL_THICKNESS", second=("",)),
+        keywords(shells="*ELEMENT_SHELL_THICKNESS_OFFSET", second=("", "")),
+        keywords(wide=20)
+        .replace(" LONG=Y", "")
+        .replace("*NODE", "*NODE +")
+        .replace("_SHELL", "_SHELL+")
+        .replace("*PART", "*PART+"),
         keywords(shells="*ELEMENT_SHELL_THICKNESS_OFFSET", second=(THICK, f"{1.0:16.4f}")),
         keywords()
         .replace("\n       3       8", "\n*ELEMENT_SHELL_THICKNESS\n       3       8", 1)
@@ -241,6 +299,14 @@ def test_a_keyword_file_s_shells_are_read_in_every_form(tmp_path, text):
         (("*SET_NODE_COLUMN", ten(5), ten(3, 1.0), ten(4, 1.0)), "set_5", [3, 4]),
         (("*SET_NODE_GENERAL", ten(5), ten("NODE", 1), ten("PART", 8), ten("DNODE", 5)), "set_5", [1, 6, 7, 8, 9, 10]),
         (("*SET_NODE", ten(1), ten(3), "*SET_NODE_ADD", ten(5), ten(1)), "set_5", [3]),
+        (
+            (
+                *("*SET_NODE_ADD", ten(5), ten(4, 1), "*SET_NODE_ADD", ten(4), ten(2)),
+                *("*SET_NODE", ten(1), ten(3), "*SET_NODE", ten(2), ten(9)),
+            ),
+            "set_5",
+            [3, 9],
+        ),
     ],
 )
 def test_a_keyword_file_s_sets_are_read_in_every_form(tmp_path, block, name, nodes):
@@ -260,6 +326,10 @@ def test_parts_and_sets_of_one_name_are_told_apart_by_their_numbers(tmp_path):
         (("*ELEMENT_BEAM", "       9       3       1       2"), "*ELEMENT_BEAM left out: their stiffness"),
         (("*element_mass", "       9       1             0.5"), "*ELEMENT_MASS left out"),
         (("*CONSTRAINED_SPOTWELD", ten(1, 2)), "*CONSTRAINED_SPOTWELD left out"),
+        (
+            ("*SECTION_SHELL_TITLE", "skin", ten(1, 2), ten(2.0, 2.0, 2.0, 2.0, 1.0)),
+            "NLOC of *SECTION_SHELL is not read",
+        ),
         (("*NODE_TRANSFORM", ten(1, 5)), "*NODE_TRANSFORM is not read: nodes stay"),
         (("*INCLUDE_TRANSFORM", "o.k"), "*INCLUDE_TRANSFORM is not read"),
         (("*SET_NODE_GENERAL", ten(5), ten("BOX", 1)), "*SET_NODE_GENERAL is not read: there is no set_5"),
@@ -270,15 +340,27 @@ def test_what_a_keyword_file_has_besides_is_told(tmp_path, more, said):
     assert said in found
 
 
+@pytest.mark.parametrize(
+    "lines", [(), (ten(1, 2),), (ten(1, 2), ten(2.0, 2.0, 2.0, 2.0)), (ten(1, 2), "2., 2., 2., 2., 0.")]
+)
+def test_a_section_about_its_nodes_is_nothing_to_tell(tmp_path, lines):
+    assert warnings(tmp_path / "m.k", keywords("*SECTION_SHELL", *lines)) == []
+
+
 def test_a_keyword_file_s_included_one_is_read(tmp_path):
     (tmp_path / "sets.k").write_text("*SET_NODE\n" + ten(5) + "\n" + ten(1) + "\n*END\n")
-    assert nodes_of(read(tmp_path / "m.k", keywords("*INCLUDE", "sets.k")), "set_5") == [1]
+    more = ("*PART", "included spar", ten(8), "*INCLUDE", "se +", "ts.k", "")
+    text = keywords(*more) + "\n*INCLUDE\nbehind_the_end.k"
+    assert nodes_of(read(tmp_path / "m.k", text), "set_5") == [1]
+    assert list(included_files(tmp_path / "m.k")) == ["sets.k"]
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         (keywords("*INCLUDE", "lost.k"), "it includes lost.k, which is not there"),
+        (keywords("*SET_NODE_ADD", ten(5), ten(1)), "the set set_5 adds the set 1, which is not there or not read"),
+        (keywords("*SET_NODE_ADD", ten(5), ten(5)), "the set set_5 adds itself up"),
         (keywords(shells="*ELEMENT_SHELL_COMPOSITE"), "*ELEMENT_SHELL_COMPOSITE is not read"),
         (
             keywords(shells="*ELEMENT_SHELL_OFFSET", second=("1.0",)).replace("\n1.0\n*PART", "\n*PART"),
