@@ -34,7 +34,7 @@ from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import rounded
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
-from birdstrike.solver.effects.registry import effect_named, effects, kind_of
+from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
@@ -454,7 +454,7 @@ def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None])
 
 
 def _meaning(label: str, name: str) -> str:
-    text = effect_named(name).meaning
+    text = effects()[kind_of(name)].meaning
     if "." in label:
         return f"{text}: {label.split('.', 1)[1].replace('_', ' ')} alone"
     return f"{text}, in shot {label.split('@', 1)[1]} alone" if "@" in label else text
