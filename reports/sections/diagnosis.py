@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import headline, least
+from birdstrike.inversion.diagnosis.answer import beyond, headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -301,7 +302,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return f"at least {_sized(least(one['magnitude'], one['interval_95']), one['unit'])}"
+        return beyond(one["magnitude"], one["interval_95"], partial(_sized, unit=one["unit"]))
     low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
     shown = SHOWN.get(one["unit"], one["unit"]) or ""
     return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
