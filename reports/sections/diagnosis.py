@@ -151,13 +151,14 @@ def _parameters(content: Mapping[str, Any]) -> Table:
 def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
     content = results.content
-    head = ("model", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
+    head = ("effect", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
     listed = content["effects"][:MOST_ROWS]
     rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in listed)
     words = (
-        f"The {len(rows)} likeliest of {len(content['effects'])} models. Least detectable: the magnitude that a shot "
-        "like this shows four times of five, at a false-alarm rate of 5 %. Most alike: cosine between the changes of "
-        "the record, once the parameters have taken their part; at 1 no record of these sensors separates the two."
+        f"The {len(rows)} likeliest of {len(content['effects'])}; a probability is that of an effect alone and in "
+        "pairs. Least detectable: the magnitude that a shot like this shows four times of five, at a false-alarm rate "
+        "of 5 %. Most alike: cosine between the changes of the record, once the parameters have taken their "
+        "part; at 1 no record of these sensors separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
     pairs = [
