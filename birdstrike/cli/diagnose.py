@@ -154,11 +154,13 @@ def lines(found: Diagnosis) -> Iterator[str]:
 
 
 def table(found: Diagnosis) -> Table:
-    """The likeliest models."""
+    """The likeliest effects, each with its probability alone and in pairs; the sentence's is that of one model."""
     from birdstrike.inversion.diagnosis.answer import magnitude_words
 
-    shown_table = Table(title="models, the likeliest first; * in the 95 % set", title_justify="left")
-    shown_table.add_column("model", no_wrap=True)
+    shown_table = Table(
+        title="effects, alone and in pairs, the likeliest first; * alone in the 95 % set", title_justify="left"
+    )
+    shown_table.add_column("effect", no_wrap=True)
     for head in ("probability", "magnitude (95 %)", "required model error"):
         shown_table.add_column(head, overflow="fold", justify="left" if head.startswith("magnitude") else "right")
     for one in found.effects[:MOST_ROWS]:

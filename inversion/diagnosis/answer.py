@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -34,7 +34,7 @@ from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import label_parts, rounded
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.effects import SHOWN, shown
-from birdstrike.solver.effects.registry import effect_named, effects
+from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
 if TYPE_CHECKING:
@@ -276,7 +276,7 @@ def magnitude_words(one: EffectFigures) -> str:
     if effect is None:
         return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
-        return f"at least {shown(effect, least(one.magnitude, one.interval_95))}"
+        return beyond(one.magnitude, one.interval_95, partial(shown, effect))
     if one.interval_95 is None:
         return shown(effect, one.magnitude)
     unit = SHOWN.get(effect.unit, effect.unit)
@@ -284,15 +284,17 @@ def magnitude_words(one: EffectFigures) -> str:
     return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
 
 
-def least(magnitude: float, interval_95: Sequence[float] | None) -> float:
+def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
     """Of a magnitude at the largest that was looked at, what it is at least: its interval's end nearest to 0.
 
-    0 of an interval that holds 0, whose ends have both signs.
+    Of an interval that holds 0 there is no such thing: its other end, and that it reaches beyond what was looked at.
     """
     if interval_95 is None:
-        return magnitude
+        return f"at least {text(magnitude)}"
     low, high = interval_95
-    return 0.0 if low <= 0.0 <= high else min(low, high, key=abs)
+    if low <= 0.0 <= high:
+        return f"from {text(low if magnitude > 0.0 else high)} to beyond {text(magnitude)}"
+    return f"at least {text(min(low, high, key=abs))}"
 
 
 def headline(verdict: str, sentence: str) -> str:
@@ -454,9 +456,10 @@ def _figures(ranking: Ranking, label: str, required: Mapping[str, float | None])
 
 
 def _meaning(label: str, name: str) -> str:
-    text = effect_named(name).meaning
+    text = effects()[kind_of(name)].meaning
     _, place, shot = label_parts(label)
     if place:
+        text = text.replace("displacement transducer", "sensor")  # all transducers together, but any sensor alone
         return f"{text}: {place.replace('_', ' ')} alone"
     return f"{text}, in shot {shot} alone" if shot else text
 

@@ -36,8 +36,8 @@ OF_BIRD = ("bird_friction", "bird_porosity")
 """Effects of the bird's substance, whatever it strikes."""
 CARRIED, ANEW, DROPPED = "carried", "drawn anew", "left behind"
 SAME_PLACE = 1e-6  # m
-GAUGE = ("side", "direction", "along", "length", "radius")
-"""What two sensors of one kind at one place may differ in."""
+PLACE = {"at", "point", "noise"}
+"""Fields in which one sensor may differ from itself: its place within `SAME_PLACE`, and what is known of its noise."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +126,10 @@ def same_sensor(learnt: Case, case: Case, name: str) -> bool:
     one, other = learnt.sensors.get(name), case.sensors[name]
     if one is None or one.kind != other.kind:
         return False
-    if any(getattr(one, key, None) != getattr(other, key, None) for key in GAUGE):
+    if one.model_dump(exclude=PLACE) != other.model_dump(exclude=PLACE):
         return False
-    here, there = one.place or (0.0, 0.0), other.place or (0.0, 0.0)
-    return max(abs(a - b) for a, b in zip(here, there, strict=True)) <= SAME_PLACE
+    here, there = (getattr(each, "point", None) or each.place or (0.0, 0.0) for each in (one, other))
+    return max(abs(a - b) for a, b in zip(here, there, strict=False)) <= SAME_PLACE
 
 
 def refuse_another_bird(learnt: Learnt, case: Case) -> None:

@@ -155,9 +155,10 @@ def affordable(learnt: Learnt, budget: int) -> Learnt:
     lost = sum(one.probability for one in rest)
     if not rest:
         return replace(learnt, explanations=scaled)
+    alone = f"the likeliest {len(kept)}" if len(kept) > 1 else "the likeliest"
     text = (
-        f"{len(rest)} explanations with together {100.0 * lost:.2g} % of the probability are left out, for which the "
-        f"simulations do not suffice; --budget {EACH * len(likely)} takes all"
+        f"of these {alone} alone; the others, with {100.0 * lost:.2g} % of the probability, need more simulations than "
+        f"were allowed: --budget {EACH * len(likely)} takes all"
     )
     return replace(learnt, explanations=scaled, said=(*learnt.said, text))
 

@@ -16,7 +16,7 @@ from birdstrike.reports.export.fixed_columns import card, columns, comments
 from birdstrike.solver.build import direction_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown
-from birdstrike.solver.effects.registry import effects, kind_of
+from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 FIRST_NUMBER = 1001
 """Numbers of the cards of effects begin here, apart from the birds'."""
@@ -121,7 +121,8 @@ def _about(effect: FoundEffect) -> Iterator[str]:
     interval = "no interval"
     if limits is not None:
         interval = f"95 % interval {shown(known, limits[0], 4)} .. {shown(known, limits[1], 4)}"
-    yield f"Effect {effect.whole}: {known.meaning}"
+    meaning = known.meaning if known.alone is None else effect_named(effect.whole.partition("@")[0]).meaning
+    yield f"Effect {effect.whole}: {meaning}"
     yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pandas as pd
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import headline, least
+from birdstrike.inversion.diagnosis.answer import beyond, headline
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -150,13 +151,14 @@ def _parameters(content: Mapping[str, Any]) -> Table:
 def effects_section(results: DiagnosisResults) -> Section:
     """Every effect: probability, magnitude, required model error, what could have been detected."""
     content = results.content
-    head = ("model", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
+    head = ("effect", "probability", "magnitude (95 %)", "model error needed", "least detectable", "most alike")
     listed = content["effects"][:MOST_ROWS]
     rows = tuple(_row(one, content["minimum_detectable"].get(one["name"])) for one in listed)
     words = (
-        f"The {len(rows)} likeliest of {len(content['effects'])} models. Least detectable: the magnitude that a shot "
-        "like this shows four times of five, at a false-alarm rate of 5 %. Most alike: cosine between the changes of "
-        "the record, once the parameters have taken their part; at 1 no record of these sensors separates the two."
+        f"The {len(rows)} likeliest of {len(content['effects'])}; a probability is that of an effect alone and in "
+        "pairs. Least detectable: the magnitude that a shot like this shows four times of five, at a false-alarm rate "
+        "of 5 %. Most alike: cosine between the changes of the record, once the parameters have taken their "
+        "part; at 1 no record of these sensors separates the two."
     )
     blocks: list[Block] = [Table(head, rows, words, frozenset({1, 3, 4}))]
     pairs = [
@@ -301,7 +303,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return f"at least {_sized(least(one['magnitude'], one['interval_95']), one['unit'])}"
+        return beyond(one["magnitude"], one["interval_95"], partial(_sized, unit=one["unit"]))
     low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
     shown = SHOWN.get(one["unit"], one["unit"]) or ""
     return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"

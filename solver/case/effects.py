@@ -14,7 +14,7 @@ from pydantic_core import core_schema
 
 from birdstrike.data.errors import CaseError
 from birdstrike.data.units import UnitError, from_si, quantity_text, to_si
-from birdstrike.solver.case.overlay import Raw, overlay
+from birdstrike.solver.case.overlay import Raw, by_place, overlay
 from birdstrike.solver.effects.effect import SECTIONS, Declared, Effect
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 from birdstrike.solver.fields import checked, complaint, each_of
@@ -111,20 +111,8 @@ Effects = Annotated[dict[str, float], Magnitudes()]
 def _section(value: Any) -> dict[str, float]:
     if not isinstance(value, Mapping):
         raise complaint('must be a table such as { plate_thickness = "0.2 mm" }')
-    found = each_of(_by_place(value), magnitude)
+    found = each_of(by_place(value), magnitude)
     return {name: size for name, size in found.items() if size}
-
-
-def _by_place(value: Mapping[str, Any]) -> dict[str, Any]:
-    """The section with `clamp_rotation = { frame = "..." }` as `clamp_rotation.frame`, for effects of one place."""
-    found: dict[str, Any] = {}
-    for name, given in value.items():
-        effect = effects().get(name)
-        if isinstance(given, Mapping) and effect is not None and effect.alone is not None:
-            found |= {f"{name}.{place}": one for place, one in given.items()}
-        else:
-            found[name] = given
-    return found
 
 
 def magnitude(name: str, value: Any) -> float:
@@ -162,6 +150,9 @@ OF_ONE_SENSOR = {
 
 def _no_table(name: str, value: Mapping[str, Any]) -> str:
     """What to write where a table stands in place of an effect's magnitude."""
+    effect = effects().get(name)
+    if effect is not None and effect.alone is not None:  # of one place in both ways: `by_place` leaves it
+        return "names a set of nodes that is also named behind a dot, in quotes; keep one of the two"
     if name not in OF_ONE_SENSOR:
         return "must be one magnitude, not a table"
     key, example = OF_ONE_SENSOR[name]

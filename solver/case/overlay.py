@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from birdstrike.solver.bird.eos.registry import EQUATIONS_OF_STATE
 from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
+from birdstrike.solver.effects.registry import effects
 from birdstrike.solver.fields import Between
 
 Raw = dict[str, Any]
@@ -65,6 +66,7 @@ def at(raw: Any, key: str) -> Any:
 
 def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> Raw:
     """`base` with `over` laid on it, table by table; neither is changed."""
+    base, over = (base, over) if place else (_effects_apart(base), _effects_apart(over))
     base = base if place else _without_other_mesh(_without_idle(base, over), over)
     over = _with_slope(base, over) if place == ("impact",) else over
     merged = {key: value for key, value in base.items() if key not in _replaced(base, over, place)}
@@ -75,6 +77,27 @@ def overlay(base: Raw, over: Mapping[str, Any], place: tuple[str, ...] = ()) -> 
         nested = isinstance(value, Mapping) and isinstance(below, dict)
         merged[key] = overlay(cast(Raw, below), value, (*place, key)) if nested else value
     return merged
+
+
+def by_place(section: Mapping[str, Any]) -> Raw:
+    """The section `effects` with `clamp_rotation = { frame = "..." }` as `clamp_rotation.frame`.
+
+    Of effects that may act in one place alone: there the effect without a place is another one, which may stand beside
+    it. A place that the section names in both ways is left as it stands.
+    """
+    known, found = effects(), Raw()
+    for name, given in section.items():
+        effect = known.get(name)
+        placed = isinstance(given, Mapping) and effect is not None and effect.alone is not None
+        apart = {f"{name}.{place}": one for place, one in given.items()} if placed else {}
+        found |= {name: given} if not placed or apart.keys() & section.keys() else apart
+    return found
+
+
+def _effects_apart(raw: Mapping[str, Any]) -> Raw:
+    """The table with every effect of its section `effects` under a key of its own."""
+    section = raw.get("effects")
+    return {**raw, "effects": by_place(section)} if isinstance(section, Mapping) else dict(raw)
 
 
 def _replaced(base: Raw, over: Mapping[str, Any], place: tuple[str, ...]) -> set[str]:

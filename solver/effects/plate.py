@@ -101,7 +101,7 @@ def _support(name: str, meaning: str, of: tuple[str, str, str], size: Callable[[
     def effect(alone: str | None) -> Effect:
         return Effect(
             name if alone is None else f"{name}.{alone}",
-            meaning,
+            meaning if alone is None else f"{meaning}, at {alone} alone",
             unit,
             lambda case, x: _edges(case, key, stiffness, x, alone),
             size,

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, in_its_sense, magnitude_words
+from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, _meaning, in_its_sense, magnitude_words
 from birdstrike.reports.sections.diagnosis import magnitude
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
@@ -61,9 +61,26 @@ def test_no_other_effect_has_two_opposites_in_its_meaning() -> None:
 
 
 @pytest.mark.parametrize(
-    ("interval", "least"), [((2e-4, 3e-4), "+0.2 mm"), ((-3e-4, -2e-4), "-0.2 mm"), ((-1e-5, 3e-4), "0 mm")]
+    ("interval", "words"),
+    [
+        ((2e-4, 3e-4), "at least +0.2 mm"),
+        ((-3e-4, -2e-4), "at least -0.2 mm"),
+        ((-1e-5, 3e-4), "from -0.01 mm to beyond +0.3 mm"),
+        ((0.0, 3e-4), "from 0 mm to beyond +0.3 mm"),
+    ],
 )
-def test_at_least_is_the_intervals_end_nearest_to_0(interval: tuple[float, float], least: str) -> None:
-    at_bound = replace(figures("plate_thickness", interval), at_bound=True, unit="m")
-    assert magnitude_words(at_bound) == f"at least {least}"
-    assert magnitude(at_bound.figures()).replace("+0 mm", "0 mm") == f"at least {least}"
+def test_at_the_largest_looked_at_the_end_nearest_to_0_is_told_or_that_0_is_within(
+    interval: tuple[float, float], words: str
+) -> None:
+    size = max(interval, key=abs)
+    at_bound = replace(figures("plate_thickness", interval), magnitude=size, at_bound=True, unit="m")
+    assert magnitude_words(at_bound) == words
+    assert magnitude(at_bound.figures()).replace(" +0 mm", " 0 mm") == words
+
+
+@pytest.mark.parametrize(
+    ("label", "words"),
+    [("sensor_gain.cell_2", "a sensor with another gain: cell 2 alone"), ("sensor_gain", "a displacement transducer")],
+)
+def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: str, words: str) -> None:
+    assert _meaning(label, "sensor_gain").startswith(words)

@@ -282,6 +282,17 @@ def test_a_strain_gauge_in_another_direction_is_another_sensor() -> None:
     assert not same_sensor(one, tiny().overlaid({"sensors": {"gauge": {**gauge, "direction": "90 deg"}}}), "gauge")
 
 
+@pytest.mark.parametrize(
+    ("key", "value"), [("cell_1.support", "cell_2"), ("displacement_along.point", '["100 mm", "0 mm", "5 mm"]')]
+)
+def test_a_sensor_of_another_support_or_at_another_height_is_another_sensor(key: str, value: str) -> None:
+    one, name = load_case("flat_plate_002"), key.split(".")[0]
+    assert same_sensor(
+        one, load_case("flat_plate_002", {f"sensors.{name}.noise": "9 kN" if "cell" in name else "9 mm"}), name
+    )
+    assert not same_sensor(one, load_case("flat_plate_002", {f"sensors.{key}": value}), name)
+
+
 def test_an_effect_that_is_left_behind_need_not_be_registered() -> None:
     known = learnt(("none", 0.5), ("clamp_rotation", 0.5))
     gone = replace(known.explanations[1], members=("of_mine",), effects=("of_mine",))

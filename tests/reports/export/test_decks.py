@@ -382,3 +382,13 @@ def test_velocity_of_an_effect_is_along_the_impacts_direction(tmp_path: Path) ->
     lines = effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna")
     written_down = [float(line.split()[-1]) for line in lines if line.startswith("R v")]
     assert written_down == pytest.approx(bird.v[0].tolist(), rel=1e-3)
+
+
+def test_a_soft_support_of_one_set_says_of_which(tmp_path: Path) -> None:
+    one = {"name": "edge_slip.cell_3", "magnitude": 1e-9, "interval_95": None, "probability": 0.97}
+    content = {"verdict": "attributed", "confidence_set": [one["name"]], "effects": [one]}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content))
+    (tmp_path / "case.toml").write_text('extends = "flat_plate_002"\n')
+    found = read_effects(tmp_path)
+    assert found is not None
+    assert any("at cell_3 alone" in line for line in effect_lines(found, unit_system("m-s-kg-Pa"), "lsdyna"))

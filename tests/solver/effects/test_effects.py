@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -118,6 +119,31 @@ def test_a_name_without_its_set_is_an_error() -> None:
     table = {"extends": "flat_plate_002", "effects": {"clamp_rotation.": "5 mrad/kN"}}
     with pytest.raises(CaseError, match="names no set of nodes"):
         load_case(table)
+
+
+BESIDE = {"clamp_rotation": pytest.approx(5e-6), "clamp_rotation.cell_3": pytest.approx(2e-6)}
+
+
+@pytest.mark.parametrize("declared", ["5 mrad/kN", {"cell_3": "1 mrad/kN"}])
+def test_all_sets_and_one_alone_are_overridden_beside_each_other(declared: Any) -> None:
+    base = {"extends": "flat_plate_002", "effects": {"clamp_rotation": declared}}
+    whole, alone = {"effects.clamp_rotation": "5 mrad/kN"}, {"effects.clamp_rotation.cell_3": "2 mrad/kN"}
+    assert load_case(base, whole | alone).effects == BESIDE
+    one = alone if isinstance(declared, str) else whole
+    assert set(load_case(base, one).effects) == set(BESIDE)
+    none = {"effects.clamp_rotation": "0 mrad/kN", "effects.clamp_rotation.cell_3": "0 mrad/kN"}
+    assert load_case(base, none).effects == {}
+
+
+def test_one_set_that_is_named_in_two_ways_is_an_error() -> None:
+    twice = {"clamp_rotation": {"cell_3": "5 mrad/kN"}, "clamp_rotation.cell_3": "2 mrad/kN"}
+    with pytest.raises(CaseError, match="also named behind a dot"):
+        load_case({"extends": "flat_plate_002", "effects": twice})
+
+
+def test_the_line_of_one_set_says_which() -> None:
+    case = load_case("flat_plate_002", {"effects.edge_slip.cell_3": "1 mm^2/kN"})
+    assert stated(case)[0].endswith("slip inwards, at cell_3 alone")
 
 
 def test_mass_and_length_keep_what_they_promise() -> None:
