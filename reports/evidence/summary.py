@@ -11,6 +11,7 @@ from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.reports.evidence.sources import Sources, repeat_line
 from birdstrike.reports.evidence.verification_rows import Aspect
 from birdstrike.solver.case.case import case_hash
+from birdstrike.solver.case.effects import stated
 from birdstrike.solver.version import SOLVER_VERSION
 
 
@@ -96,6 +97,7 @@ def _validity(sources: Sources) -> Iterator[str]:
     yield "  targets are an extrapolation of the calibrated bird"
     if not case.plate.rigid and case.target is None:
         yield f"- Target: plate of {quantity(case.plate.thickness, 'm', 4)}, edges {case.plate.edge_words}"
+    yield from (f"- Effect that the case states: {line}" for line in stated(case))
     unknown = [n for n, one in _best(sources).items() if not one["identified"]]
     if unknown:
         yield f"- Not identified, and so only a place in its range: {', '.join(unknown)}"

@@ -12,7 +12,9 @@ from birdstrike.reports.results.results import CampaignResults, Results
 from birdstrike.solver.bird.materials.interface import BirdMaterial
 from birdstrike.solver.case.bird import Bird
 from birdstrike.solver.case.case import Case
+from birdstrike.solver.case.effects import stated
 from birdstrike.solver.case.target import Target
+from birdstrike.solver.sensors.instrument import Instrument
 
 
 def section(results: Results) -> Section:
@@ -74,7 +76,30 @@ def drawn(case: Case) -> SetUp:
 
 def _facts(case: Case) -> tuple[tuple[str, str], ...]:
     """The case in rows: what, value."""
-    return (*_plate(case), *_bird(case))
+    return (*_plate(case), *_bird(case), *_effects(case), *_instruments(case))
+
+
+def _effects(case: Case) -> tuple[tuple[str, str], ...]:
+    """What the case states under `effects`; the other rows have it in them."""
+    return tuple(("effect of the case", line) for line in stated(case))
+
+
+def _instruments(case: Case) -> tuple[tuple[str, str], ...]:
+    """What the case states of the sensors' instruments."""
+    return tuple(
+        (f"instrument of {words(name)}", _instrument(one, case.sensors[name].unit))
+        for name, one in case.instrument.items()
+    )
+
+
+def _instrument(one: Instrument, unit: str) -> str:
+    said = [
+        f"bandwidth {1e-3 * one.bandwidth:.4g} kHz" if one.bandwidth is not None else "",
+        f"gain {one.gain:.4g}" if one.gain != 1.0 else "",
+        f"time offset {quantity(one.time_offset, 's')}" if one.time_offset else "",
+        f"drift {one.drift:.3g} {unit}/s" if one.drift else "",
+    ]
+    return ", ".join(filter(None, said)) or "ideal"
 
 
 def _parts(target: Target) -> tuple[tuple[str, str], ...]:
