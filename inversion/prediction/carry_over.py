@@ -61,12 +61,12 @@ class Carried:
 def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) -> dict[str, Carried]:
     """Every effect of the explanations by its label; raises UserError for one that the case cannot carry.
 
-    left_out: labels or names that are left behind on the user's word.
+    left_out: labels or names that are left behind on the user's word; a name without a place takes all its places.
     """
     found: dict[str, Carried] = {}
     known, errors = effects(), list[str]()
     for label, name, size in _members(learnt.explanations):
-        if label in left_out or name in left_out:
+        if left_out and {label, name, kind_of(name)} & set(left_out):
             found[label] = Carried(label, name, "", DROPPED, size, (), False)
             continue
         if kind_of(name) not in known:
@@ -79,7 +79,8 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
                 f"or leave it behind with --leave-behind {label}"
             )
         found[label] = one
-    unknown = [name for name in left_out if name not in found and all(name != one.name for one in found.values())]
+    told = {name for one in found.values() for name in (one.label, one.name, kind_of(one.name))}
+    unknown = [name for name in left_out if name not in told]
     errors += [
         f"--leave-behind {name}: no explanation holds it; they hold {', '.join(found) or 'no effect'}"
         for name in unknown

@@ -94,6 +94,17 @@ def test_a_structure_without_the_effect_s_part_is_refused_by_name_unless_it_is_l
     assert carried_effects(every(), free, ["clamp_rotation"])["clamp_rotation"].how == "left behind"
 
 
+@pytest.mark.parametrize("word", ["clamp_rotation", "clamp_rotation.left"])
+def test_leaving_an_effect_behind_takes_that_of_one_set_of_nodes(word: str) -> None:
+    known, label = learnt(("clamp_rotation", 1.0)), ("clamp_rotation.left",)
+    known = replace(known, explanations=(replace(known.explanations[0], members=label, effects=label),))
+    with pytest.raises(UserError, match=r"--leave-behind clamp_rotation\.left"):
+        carried_effects(known, tiny())
+    assert carried_effects(known, tiny(), [word])["clamp_rotation.left"].how == "left behind"
+    with pytest.raises(UserError, match="no explanation holds it"):
+        carried_effects(known, tiny(), [word, "clamp_rotation.right"])
+
+
 def test_draws_have_the_probabilities_of_their_explanations_and_the_stated_tolerance() -> None:
     known, case = learnt(("none", 0.7), ("clamp_rotation", 0.3)), tiny()
     tolerances = tolerances_of(case, {"impact.speed": "2 m/s"}, known)
