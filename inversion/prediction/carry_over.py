@@ -66,7 +66,7 @@ def carried_effects(learnt: Learnt, case: Case, left_out: Sequence[str] = ()) ->
     found: dict[str, Carried] = {}
     known, errors = effects(), list[str]()
     for label, name, size in _members(learnt.explanations):
-        if left_out and {label, name, kind_of(name)} & set(left_out):
+        if {label, name, kind_of(name)} & set(left_out):
             found[label] = Carried(label, name, "", DROPPED, size, (), False)
             continue
         if kind_of(name) not in known:
