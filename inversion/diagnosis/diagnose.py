@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -122,9 +123,9 @@ def diagnose(
             return Pipeline(own, read_baselines(records, used), choice, simulations, (*lost, *warnings))
 
         with choice.display("Runs near the fits") as progress:
-            pipeline = refined(setups, prepared, simulations, choice, progress)
+            pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
         held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
-        found = pipeline.diagnosis(held)
+        found = pipeline.diagnosis(refinement, held)
     copy_case(shots[0].case, folder)
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
@@ -262,8 +263,8 @@ def refined(
     simulations: Simulations,
     choice: DiagnosisOptions,
     progress: Callable[[float], None],
-) -> Pipeline:
-    """The diagnosis with runs added to the campaigns near the fits, at most `choice.refine` of each case.
+) -> tuple[Pipeline, dict[str, Any]]:
+    """The diagnosis with runs added near the fits, at most `choice.refine` of each case, and what they did.
 
     Until the emulator adds less than a fifth to the variance of every parameter's interval, of the baselines and of the
     shots that a fit without an effect explains; what it leaves then is the runs' own scatter and the mesh. `refine` 0
@@ -294,8 +295,7 @@ def refined(
             if all(again[key] is setup for key, setup in setups.items()):
                 reason = "no run near the fits finished"
             setups, added = again, added + count
-    figures = {"added": added, "added_variance": shares, "reason": reason}
-    return replace(pipeline, refinement=figures)
+    return pipeline, {"added": added, "added_variance": shares, "reason": reason}
 
 
 def predicted_shots(

@@ -261,12 +261,13 @@ class ModelTester:
         r, c, every = len(out.columns), len(columns), [*out.columns, *columns]
         S, W, logdet = np.empty((len(nodes), c, c)), np.empty((len(nodes), r, c)), np.empty(len(nodes))
         step = max(int(MOST_NUMBERS / len(every) ** 2), 1)
+        turned = np.eye(r + c)
+        if held is not None:
+            turned[: len(held), r] = -held
         for first in range(0, len(nodes), step):
             part = slice(first, first + step)
             whole, d = grams.at(nodes[part], every), self.deviations_of(out, nodes[part])
             if held is not None:
-                turned = np.eye(r + c)
-                turned[: len(held), r] = -held
                 whole = turned.T @ whole @ turned
                 d[:, : len(held)] = 0.0
             S[part], W[part], logdet[part] = _integrated(whole, d)

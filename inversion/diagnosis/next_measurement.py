@@ -79,27 +79,25 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
         return None
     gram, columns = record_information(ranking.fits[NONE].tester, compared, _likeliest(ranking, compared))
     sizes = np.array([float(ranking.evidence[label].h[0]) for label in compared])
-    weights = np.array([ranking.shares[label] for label in separates if label != NONE])
+    weights = np.array([ranking.shares[label] for label in compared])
     none = ranking.shares[NONE] if NONE in separates else 0.0
-    now = expected(gram, columns, sizes, weights, none)
-    found = [*_baseline(ranking, compared, sizes, weights, none)]
+
+    def told(information: Array, r: int) -> float:
+        return expected(information, r, sizes, weights, none)
+
+    now, found = told(gram, columns), list[tuple[float, str, str]]()
+    if not any(one.baseline for one in ranking.problem.shots):
+        found.append((told(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
     for name, sensor in shot.setup.plan.coarse.sensors.items():
         if name in (*shot.channels, *shot.setup.unpredictable) or sensor.kind == "contact_force":
             continue
         more = sensor_information(ranking, shot, name, compared)
         if more is not None:
-            found.append(
-                (
-                    expected(gram + more, columns, sizes, weights, none),
-                    name,
-                    f"a sensor more, {described(name, sensor)}",
-                )
-            )
+            found.append((told(gram + more, columns), name, f"a sensor more, {described(name, sensor)}"))
     found.sort(reverse=True)
     needed = ""
     if other_bird:
-        own = expected(*_beside_own_bird(ranking, compared), sizes, weights, none)
-        found.insert(0, (max(own, now), BASELINE, OWN_BIRD))
+        found.insert(0, (max(told(*_beside_own_bird(ranking, compared)), now), BASELINE, OWN_BIRD))
         needed = "beside a baseline of another bird nothing is attributed, because model error changes with the bird"
     if not found:
         return None
@@ -122,20 +120,15 @@ def _beside_own_bird(ranking: Ranking, compared: list[str]) -> tuple[Array, int]
     return record_information(found.tester, compared, int(found.evidence.weights.argmax()))
 
 
-def _baseline(
-    ranking: Ranking, compared: list[str], sizes: Array, weights: Array, none: float
-) -> list[tuple[float, str, str]]:
-    """A clean shot as a candidate, where there is none: the model error that it leaves is the usual remainder."""
-    problem, fit = ranking.problem, ranking.fits[NONE]
-    if any(shot.baseline for shot in problem.shots):
-        return []
+def _beside_clean_shot(ranking: Ranking, compared: list[str]) -> tuple[Array, int]:
+    """As `record_information`, beside a clean shot: the model error that it leaves is the usual remainder."""
+    fit = ranking.fits[NONE]
     node = _likeliest(ranking, compared)
     now = fit.tester.combinations[node]
     left = np.minimum(now, [remainder(kind) for kind in fit.tester.kinds])
     own = (float(fit.tester.unnamed[node]),)
-    tester = ModelTester(fit.system, problem.known, fit.tester.places, fit.tester.scale, left[None], own)
-    value = expected(*record_information(tester, compared, 0), sizes, weights, none)
-    return [(value, BASELINE, CLEAN_SHOT)]
+    tester = ModelTester(fit.system, ranking.problem.known, fit.tester.places, fit.tester.scale, left[None], own)
+    return record_information(tester, compared, 0)
 
 
 def record_information(tester: ModelTester, compared: list[str], node: int) -> tuple[Array, int]:

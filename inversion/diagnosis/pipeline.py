@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -111,20 +111,19 @@ class DiagnosisOptions:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input.
-
-    refinement: runs added near the fits, as `strikes.refinement` of diagnosis.json has them.
-    """
+    """One diagnosis of measured shots beside their baselines; warnings: what the user must know of the input."""
 
     shots: tuple[Shot, ...]
     baselines: Baselines
     options: DiagnosisOptions
     simulations: Simulations
     warnings: tuple[str, ...] = ()
-    refinement: Mapping[str, Any] = field(default_factory=dict)
 
-    def diagnosis(self, heldout: Shot | None = None) -> Diagnosis:
-        """The whole procedure; heldout: a record that nothing is fitted to."""
+    def diagnosis(self, refinement: Mapping[str, Any], heldout: Shot | None = None) -> Diagnosis:
+        """The whole procedure; heldout: a record that nothing is fitted to.
+
+        refinement: runs added near the fits, as `strikes.refinement` of diagnosis.json has them.
+        """
         with threadpool_limits(limits=1, user_api="blas"), self.options.display("Comparison of the models") as progress:
             ranking = rank(self.problem, progress)
             for _ in range(UPDATES):
@@ -134,7 +133,7 @@ class Pipeline:
                 ranking = rank(again, progress)
             p = alarm(ranking, self.options.seed)
             measured = tuple(shot for shot in ranking.problem.shots if not shot.baseline)
-            return replace(self, shots=measured)._assembled(ranking, p, heldout)
+            return replace(self, shots=measured)._assembled(ranking, p, refinement, heldout)
 
     @cached_property
     def problem(self) -> Problem:
@@ -189,7 +188,7 @@ class Pipeline:
         settled = ranking.presence[best] >= max(SETTLED, ranking.shares[NONE])
         return best if settled and verdict != NO_RESIDUAL else None
 
-    def _assembled(self, ranking: Ranking, p: float, heldout: Shot | None) -> Diagnosis:
+    def _assembled(self, ranking: Ranking, p: float, refinement: Mapping[str, Any], heldout: Shot | None) -> Diagnosis:
         """The answer's figures."""
         credible, required = ranking.confidence_set, required_discrepancy(ranking)
         ahead = ranking.ahead(_likeliest(ranking))
@@ -232,7 +231,7 @@ class Pipeline:
             case_after=None,
             strikes={
                 **simulation_counts(ranking, self.simulations, shot, runs, chosen),
-                "refinement": dict(self.refinement),
+                "refinement": dict(refinement),
             },
             warnings=self._warnings(ranking, chosen, figures, failed, close),
             refused=shot.setup.refused,

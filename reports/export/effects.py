@@ -10,13 +10,14 @@ from typing import Any
 
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.data.unit_systems import UnitSystem
+from birdstrike.inversion.formatting import label_parts
 from birdstrike.reports.export import lsdyna_materials, radioss_materials
 from birdstrike.reports.export.cards import cards_of
 from birdstrike.reports.export.fixed_columns import card, columns, comments
 from birdstrike.solver.build import direction_of
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.case.effects import shown
-from birdstrike.solver.effects.registry import effect_named, effects, kind_of
+from birdstrike.solver.effects.registry import effect_named, effects
 
 FIRST_NUMBER = 1001
 """Numbers of the cards of effects begin here, apart from the birds'."""
@@ -65,17 +66,22 @@ def read_effects(folder: Path, case: str | Path | None = None) -> FoundEffects |
     declared = load_case(_declared(path, case))
     known, found = effects(), []
     for entry in listed:
-        whole = entry["name"].partition("@")[0]
-        name = kind_of(whole)
+        name = label_parts(entry["name"])[0]
         if name not in known or entry["magnitude"] in (None, 0.0):
             continue
         if entry["name"] in named or entry["probability"] >= LEAST:
             limits = entry["interval_95"]
             interval = None if limits is None else (float(limits[0]), float(limits[1]))
             about = (name, entry["name"], float(entry["magnitude"]), interval, float(entry["probability"]))
-            acting = whole if known[name].alone is not None else name  # a fault of one sensor has no card
-            found.append(FoundEffect(*about, declared, _changed(declared, acting, float(entry["magnitude"]))))
+            changed = _changed(declared, _acting(entry["name"]), float(entry["magnitude"]))
+            found.append(FoundEffect(*about, declared, changed))
     return FoundEffects(content["verdict"], content.get("sentence", ""), tuple(found))
+
+
+def _acting(label: str) -> str:
+    """An effect's name in a case: with its set of nodes; a fault of one sensor, which has no card, as that of all."""
+    name, place, _ = label_parts(label)
+    return f"{name}.{place}" if place and effects()[name].alone is not None else name
 
 
 def _named(confidence_set: list[str]) -> Iterator[str]:
@@ -115,14 +121,13 @@ def effect_lines(found: FoundEffects, system: UnitSystem, code: str) -> list[str
 
 
 def _about(effect: FoundEffect) -> Iterator[str]:
-    known = effects()[effect.name]
+    known = effect_named(_acting(effect.whole))
     magnitude = shown(known, effect.magnitude, 4)
     limits = effect.interval_95
     interval = "no interval"
     if limits is not None:
         interval = f"95 % interval {shown(known, limits[0], 4)} .. {shown(known, limits[1], 4)}"
-    meaning = known.meaning if known.alone is None else effect_named(effect.whole.partition("@")[0]).meaning
-    yield f"Effect {effect.whole}: {meaning}"
+    yield f"Effect {effect.whole}: {known.meaning}"
     yield f"magnitude {magnitude}, {interval}, probability {effect.probability:.3g}"
 
 
@@ -163,7 +168,7 @@ class _Writer:
         """Stiffness of the frame per length of edge in the system's unit, and what it is."""
         key, unit, where = SPRINGS[effect.name]
         held = [case.plate.edges] if case.target is None else list(case.target.supports.values())
-        if case.target is not None and (alone := effect.whole.partition(".")[2]):
+        if case.target is not None and (alone := label_parts(effect.whole)[1]):
             held = [case.target.supports[alone]]
         springs = {getattr(one, key) for one in held if not isinstance(one, str)} - {None, 0.0}
         stiffest, softest = (self.system.value(of(springs), unit) for of in (max, min))
