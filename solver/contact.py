@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,7 +56,10 @@ class SheetContact:
         """Nearest facet of every particle near the sheet, and which these are (k,)."""
         x, surface = bird.x[: bird.n], target.x[self.nodes]
         near = np.all((x > surface.min(axis=0) - self.reach) & (x < surface.max(axis=0) + self.reach), axis=1)
-        self.place(x, near, target)
+        if self.sheet.two_sided:
+            self.keep_touching(x, near, target)
+        else:
+            self.begin(np.flatnonzero(near), self.nearest(x[near], target))
         self.foot[~near, 2] = np.inf
         self.borders[self.number, ~near] = NOTHING
         followed = np.flatnonzero(near)
@@ -66,26 +71,53 @@ class SheetContact:
         height = self.distance if self.sheet.two_sided else self.foot[:, 2]
         self.watched = bird.active[: bird.n] & (height < self.reach)
         self.borders[self.number, ~self.watched] = NOTHING
-        self.followed = np.flatnonzero(self.watched)
+        watched = np.flatnonzero(self.watched)
+        self.followed = np.concatenate([watched[0::2], watched[1::2]])  # a hole's rim costs most: half of it a thread
 
-    def place(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
-        """Begin at the facet whose centre is nearest; on a sheet with two sides, those that touch stay where they are.
+    def keep_touching(self, x: Array, near: NDArray[np.bool_], target: Target) -> None:
+        """On a sheet with two sides, those that touch stay where they are, the others begin at their nearest facet.
 
-        Those that are far have no side, and those whose facet has torn touch nothing until they are clear.
+        In and out: near (n,), without those that cannot be watched. Those that are far have no side.
         """
-        moved = near
-        if self.sheet.two_sided:
-            torn = ~self.alive[self.facet]
-            self.past_rim |= torn & near
-            self.side[~near], self.past_rim[~near], self.barred[~near], self.distance[~near] = 0, False, False, np.inf
-            moved = near & (torn | (self.overlap == 0.0))
-        alive = np.flatnonzero(self.alive)
-        if len(alive):
-            from scipy.spatial import KDTree  # late: a tenth of a second that reading a case need not take
+        moved = np.flatnonzero(near & (~self.alive[self.facet] | (self.overlap == 0.0)))
+        facet = self.nearest(x[moved], target, self.reach)
+        near[moved[facet < 0]] = False
+        self.begin(moved[facet >= 0], facet[facet >= 0])
+        self.side[~near], self.past_rim[~near], self.barred[~near], self.distance[~near] = 0, False, False, np.inf
 
-            centres = target.x[self.quads[alive]].mean(axis=1)
-            self.facet[moved] = alive[KDTree(centres).query(x[moved])[1]]
-        self.foot[moved, :2] = 0.0
+    def tear(self, alive: NDArray[np.bool_], bird: BirdBody, target: Target) -> None:
+        """Facets have torn, alive (f,) of the target: what was over one begins at the nearest that is left.
+
+        On a sheet with two sides; it touches nothing until it is clear.
+        """
+        self.alive = alive[self.sheet.facets]
+        over = self.followed[~self.alive[self.facet[self.followed]]]
+        if len(over):
+            self.past_rim[over] = True
+            self.begin(over, self.nearest(bird.x[over], target))
+
+    def begin(self, particles: NDArray[np.int64], facet: NDArray[np.int64]) -> None:
+        """Look for the feet of these particles (k,) from these facets (k,) on."""
+        self.facet[particles], self.foot[particles, :2] = facet, 0.0
+
+    def nearest(self, points: Array, target: Target, within: float = math.inf) -> NDArray[np.int64]:
+        """The facet left whose centre is nearest to each point (k, 3); -1 where the sheet is farther than `within` [m].
+
+        Where none is left, the first.
+        """
+        left = np.flatnonzero(self.alive)
+        if not (len(points) and len(left)):
+            return np.zeros(len(points), np.int64)
+        from scipy.spatial import KDTree  # late: a tenth of a second that reading a case need not take
+
+        corners = target.x[self.quads[left]]
+        centres = corners.mean(axis=1)
+        within += float(np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max()))
+        close = np.all((centres > points.min(axis=0) - within) & (centres < points.max(axis=0) + within), axis=1)
+        if not close.any():
+            return np.full(len(points), -1)
+        found = KDTree(centres[close]).query(points, distance_upper_bound=within)[1]
+        return np.append(left[close], -1)[found]
 
     def follow(self, bird: BirdBody, target: Target, followed: NDArray[np.int64]) -> None:
         """Feet of these particles (k,) on the sheet as it is now; of one with two sides they are settled later."""
@@ -131,7 +163,7 @@ class Contact:
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
         self.searched_at: Array = np.full((bird.n, 3), np.inf)
-        self.alive_at_search = -1
+        self.left = int(np.count_nonzero(plate.alive))
         self.touching, self.deepest, self.stored, self.passed, self.squeezed = 0, 0.0, 0.0, 0, 0
         self.energies = {"contact": 0.0, "eroded": 0.0}
         self.friction = None
@@ -178,18 +210,26 @@ class Contact:
         for sheet, those in zip(self.sheets, near, strict=True):
             sheet.settle(alive, those)
             sheet.watch(bird)
-        self.searched_at, self.alive_at_search = bird.x[: bird.n].copy(), int(np.count_nonzero(alive))
+        self.searched_at = bird.x[: bird.n].copy()
 
-    def update_forces(self, bird: BirdBody, plate: Target) -> None:
-        """Forces of the present positions on particles and nodes."""
-        moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
+    def keep_up(self, bird: BirdBody, plate: Target) -> None:
+        """Release what was over facets that tore; search where the bird has moved far since the last search."""
         alive = plate.alive
-        torn = np.count_nonzero(alive) != self.alive_at_search
+        left = int(np.count_nonzero(alive))
+        torn, self.left = left != self.left, left
         if torn:
             for sheet in self.sheets:
                 self.release(~alive[sheet.sheet.facets[sheet.facet]], sheet.overlap)
-        if torn or not moved < (0.5 * BAND * self.spacing) ** 2:
+                if sheet.sheet.two_sided:
+                    sheet.tear(alive, bird, plate)
+        moved = largest_displacement_squared(bird.x[: bird.n], self.searched_at, STILL)
+        if not moved < (0.5 * BAND * self.spacing) ** 2 or (torn and plate.one_sided):
             self.search(bird, plate)
+
+    def update_forces(self, bird: BirdBody, plate: Target) -> None:
+        """Forces of the present positions on particles and nodes."""
+        self.keep_up(bird, plate)
+        alive = plate.alive
         for sheet in self.sheets:
             if len(sheet.followed):
                 sheet.follow(bird, plate, sheet.followed)

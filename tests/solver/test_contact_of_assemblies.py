@@ -260,6 +260,30 @@ def test_what_lies_over_a_border_that_a_tear_lays_bare_gains_nothing():
         bird.x[: bird.n] += 1e-6 * bird.v[: bird.n]
 
 
+@pytest.mark.parametrize("triangles", [False, True])
+def test_after_a_tear_a_particle_touches_what_a_search_of_the_whole_surface_finds(triangles):
+    """Particles that fly on over a skin that tears four times: forces as if all nearest facets were looked for anew."""
+    rng = np.random.default_rng(7)
+    start = rng.uniform([-0.05, -0.03, 0.0], [0.05, 0.03, 0.0], (400, 3))
+    start[:, 2] = 0.5 * (THICKNESS[0] + SPACING) + rng.uniform(-2e-4, 4e-3, 400)
+    speed = rng.normal(0.0, 30.0, (400, 3))
+    target = stiffened((-0.04, 0.04), triangles=triangles)
+    facets = np.flatnonzero(np.abs(target.x[target.quads][:, :, 2]).max(axis=1) == 0.0)
+    ours, anew = (Contact(particles(start, speed), target) for _ in range(2))
+    bird, touched = particles(start, speed), 0
+    for step in range(200):
+        if step % 50 == 25:
+            target.alive[rng.choice(facets, 4, replace=False)] = False
+        ours.update_forces(bird, target)
+        anew.update_forces(bird, target)
+        anew.search(bird, target)
+        assert ours.on_bird == pytest.approx(anew.on_bird, rel=1e-9, abs=1e-9 * np.abs(anew.on_bird).max())
+        touched += ours.touching
+        bird.v[: bird.n] += 1e-6 * ours.on_bird / bird.masses[:, None]
+        bird.x[: bird.n] += 1e-6 * bird.v[: bird.n]
+    assert touched > 1000, "it is tried"
+
+
 def test_overlapping_skins_are_touched_one_after_the_other():
     """Two parallel skins 6 mm apart: a particle above touches the upper alone, with the gap of its own thickness."""
     one = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
