@@ -30,6 +30,7 @@ from birdstrike.solver.case.case import Case
 MOST = 4  # effects brought up to date in one round; the next takes those that are within reach then
 LEAST_SIZE = 2.0  # plausible sizes, never beyond the design's own: a smaller change drowns in the runs' scatter
 FARTHER = 4.0  # times the largest magnitude, where a fit has reached it
+BEYOND = 2.0  # times the largest magnitude, where a fit lies near it on a response that bends
 BENT = 0.9  # of a linear response
 REPLICATES = 8  # pairs of runs, each on a lattice of its own and a little apart: their scatter is independent
 APART = 0.005  # of the ranges
@@ -153,14 +154,15 @@ def update(ranking: Ranking, simulations: Simulations) -> Problem:
 def _farther(response: Response, h: float) -> float:
     """A much larger magnitude, in plausible sizes, where a fit is at the limit or beyond a response that bends; else 0.
 
-    A support's response tends to that of a free edge: nearby simulations would follow it in small steps.
+    A support's response tends to that of a free edge: nearby simulations would follow it in small steps. How far the
+    magnitude's interval reaches hangs on how the response goes on beyond the fit.
     """
-    last = max(response.simulated, default=0.0)
-    if h >= 0.97 * response.limits[1]:
+    last = max((0.0, *response.simulated))
+    if response.known.one_sided and h >= 0.97 * response.limits[1]:
         return FARTHER * max(last, response.knots[-1][0])
-    if last and h > response.h(last) and _bent(response, last):
-        return FARTHER * last
-    return 0.0
+    if not last or not _bent(response, last) or h < response.h((1.0 - NEAR) * last):
+        return 0.0
+    return (FARTHER if h > response.h(last) else BEYOND) * last
 
 
 def _known(one: Wanted) -> bool:
@@ -208,9 +210,7 @@ def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
     assert one.response is not None
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
-    b = one.response.b(h)
-    if one.one_sided:
-        b = _farther(one.response, h) or b
+    b = _farther(one.response, h) or one.response.b(h)
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)

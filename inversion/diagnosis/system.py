@@ -26,6 +26,7 @@ from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
 SHARE = 0.2  # of a signature: how far the answers of two sound models to one effect lie apart
+IN_COMMON = 0.5  # of that variance: a model that answers more strongly does so in all channels
 PHYSICAL = 0.2  # of the variance of what a shot has for itself: speed, aim, support are never repeated exactly
 FAST = 0.3  # of that variance: ringing of shells and contact, which repeats in no record and no mesh, block by block
 UNSEEN_SHARE = 1e-6  # of the peak: a signature below it moves no sensor of that kind
@@ -509,16 +510,17 @@ def _learnt_error(one: Suspect, shots: Sequence[Shot], column: Array, places: Pl
 
 
 def _trends(shots: Sequence[Shot], column: Array, size: float) -> Array:
-    """(n, q) slow trends in time of a signature, in each channel by itself: what another sound model would answer."""
+    """(n, q) slow trends in time of a signature: what another sound model would answer, in common and by channel."""
     blocks: list[Array] = []
     for shot, own in zip(shots, _by_shot(shots, column), strict=True):
         if not np.any(own):
             blocks.append(np.zeros((len(own), 0)))
             continue
         x = 2.0 * shot.record.middle / float(shot.setup.time[-1]) - 1.0
-        trends = [np.sqrt(2.0 * k + 1.0) * eval_legendre(k, x) for k in range(TRENDS)]
+        trends = [np.sqrt((2.0 * k + 1.0) / TRENDS) * size * eval_legendre(k, x) * own for k in range(TRENDS)]
         of = shot.record.channel[:, None] == np.arange(len(shot.record.traces))
-        blocks.append(size * np.hstack([(own * trend)[:, None] * of for trend in trends]) / np.sqrt(TRENDS))
+        common = np.sqrt(IN_COMMON) * np.transpose(trends)
+        blocks.append(np.hstack([common, *(np.sqrt(1.0 - IN_COMMON) * trend[:, None] * of for trend in trends)]))
     return np.asarray(block_diag(*blocks))
 
 

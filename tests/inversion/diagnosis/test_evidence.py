@@ -39,9 +39,18 @@ from birdstrike.inversion.diagnosis.evidence import (
 from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
 from birdstrike.inversion.diagnosis.pipeline import DiagnosisOptions, Pipeline
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking, Standing, refit_pairs
-from birdstrike.inversion.diagnosis.responses import Change, Response, Uncertainty, scatter, updated
-from birdstrike.inversion.diagnosis.solver_update import wanted_effects
-from birdstrike.inversion.diagnosis.system import Block, Places, System, lattice_columns
+from birdstrike.inversion.diagnosis.responses import LINEAR, Change, Response, Uncertainty, scatter, updated
+from birdstrike.inversion.diagnosis.solver_update import _farther, wanted_effects
+from birdstrike.inversion.diagnosis.system import (
+    IN_COMMON,
+    SHARE,
+    TRENDS,
+    Block,
+    Places,
+    System,
+    _trends,
+    lattice_columns,
+)
 from birdstrike.solver.case.case import load_case
 from birdstrike.surrogate.run_scatter import common_factors
 from tests.solver.target.test_mesh_file import table_with, written
@@ -230,6 +239,24 @@ def test_an_interval_holds_an_effect_whose_signature_is_hardly_known(one_sided: 
         low, high = tester.interval(tester.model(model))
         held += (low <= h <= high) / draws
     assert held == pytest.approx(0.95, abs=0.03)
+
+
+@pytest.mark.parametrize("channels", [1, 16])
+def test_what_other_models_answer_is_not_averaged_away_by_many_sensors(channels: int) -> None:
+    """The size of a signature as all channels see it together; over time and channels its variance is SHARE squared."""
+    t = np.linspace(0.0, 1.0, 200)
+    record = SimpleNamespace(
+        values=np.zeros(200 * channels),
+        middle=np.tile(t, channels),
+        channel=np.repeat(np.arange(channels), 200),
+        traces=range(channels),
+    )
+    shot: Any = SimpleNamespace(record=record, setup=SimpleNamespace(time=t))
+    signature = np.ones(200 * channels)
+    errors = _trends([shot], signature, SHARE)
+    assert (errors**2).sum(axis=1).mean() == pytest.approx(SHARE**2, rel=0.02)
+    seen = float(((signature @ errors) ** 2).sum()) / len(signature) ** 2
+    assert seen == pytest.approx(SHARE**2 / TRENDS * (IN_COMMON + (1.0 - IN_COMMON) / channels), rel=0.02)
 
 
 def test_a_sharp_interval_is_that_of_the_gaussian() -> None:
@@ -488,6 +515,15 @@ def test_simulations_where_an_effect_matters_bend_its_response_to_them() -> None
     assert new.h(2.0) == pytest.approx(3.0, abs=0.05)
     assert np.allclose(new.h(2.0) * new.signature, changes.mean(axis=0))
     assert new.h(-1.0) == old.h(-1.0)
+
+
+def test_beyond_a_fit_on_a_response_that_bends_the_next_simulation_shows_how_it_goes_on() -> None:
+    old = response(np.ones(4), knots=((-5.0, -5.0), (0.0, 0.0), (2.0, 1.5), (5.0, 3.2)))
+    old = replace(old, known=SimpleNamespace(one_sided=False))  # pyright: ignore[reportArgumentType]
+    bent, straight = (replace(old, simulated=(2.0,), knots=k) for k in (old.knots, LINEAR))
+    assert _farther(bent, 1.5) == pytest.approx(4.0)
+    assert _farther(bent, 1.6) == pytest.approx(8.0)
+    assert _farther(bent, 1.0) == _farther(straight, 2.0) == _farther(old, 1.5) == 0.0
 
 
 def test_simulations_that_contradict_a_signature_leave_it_as_it_was() -> None:
