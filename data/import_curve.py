@@ -62,6 +62,7 @@ def import_record(path: str | Path, options: ImportOptions) -> Measured:
         raise MeasuredError(f"{path} is no nodout: --node has nothing to choose from; name a column instead")
     clock = _clock_place(table, options)
     columns = {name: _place(table, name, column, clock, nodout) for name, column in options.sensors.items()}
+    _refuse_other_clocks(table, clock, columns)
     time = _time(table, clock, options)
     sensors = [_column(table, index, name, options) for name, index in columns.items()]
     used = [*columns.values()] if clock is None else [clock, *columns.values()]
@@ -87,6 +88,33 @@ def _first_clock(table: LooseTable) -> int:
     return 1 if text and second is not None and si_unit(second) == "s" else 0
 
 
+def _refuse_other_clocks(table: LooseTable, clock: int | None, columns: Mapping[str, int]) -> None:
+    """Raises MeasuredError for sensors behind a clock of their own, as where each channel is saved with its times."""
+    if clock is None:
+        return
+    same = table.names[clock].lower()
+    clocks = [i for i in range(len(table.heads)) if _is_time(table, i) or table.names[i].lower() == same]
+    wrong = []
+    for name, index in columns.items():
+        own = max((i for i in clocks if i < index), default=clock)
+        if all(i in clocks for i in range(clock + 1, own)) or _same_times(table, clock, own):
+            continue
+        wrong.append(
+            f'{table.path}: column "{table.names[index]}" ({name}) stands behind a clock of its own, column {own + 1} '
+            f'"{table.names[own]}", whose times are not those of column {clock + 1} "{table.names[clock]}"; import it '
+            f"into a file of its own with --time {own + 1}, or bring the columns to one clock"
+        )
+    if wrong:
+        raise MeasuredError(wrong)
+
+
+def _same_times(table: LooseTable, first: int, second: int) -> bool:
+    """Whether two clocks show the same times wherever the second one has a value."""
+    sizes = [factor(table.heads[i].unit or "s") for i in (first, second)]
+    cells = [(row[first], row[second]) for _, row in table.rows if row[second]]
+    return all(a and Decimal(a) * sizes[0] == Decimal(b) * sizes[1] for a, b in cells)
+
+
 def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Column:
     """The clock in seconds, shifted as is asked for; raises MeasuredError and UnitError."""
     lines = tuple(line for line, _ in table.rows)
@@ -106,9 +134,9 @@ def _time(table: LooseTable, clock: int | None, options: ImportOptions) -> Colum
     return Column(name, lines[0], "time", "s", np.array(values), texts, lines)
 
 
-def _is_time(table: LooseTable) -> bool:
-    """Whether the first column's head gives it a unit of time."""
-    unit = table.heads[0].unit if table.heads else None
+def _is_time(table: LooseTable, index: int = 0) -> bool:
+    """Whether a column's head gives it a unit of time."""
+    unit = table.heads[index].unit if table.heads else None
     return unit is not None and si_unit(unit) == "s"
 
 

@@ -121,7 +121,9 @@ class Between:
     def _bare(self, value: Any) -> str:
         accepted = f"accepted units: {ACCEPTED[self.unit]}"
         if isinstance(value, int | float) and not isinstance(value, bool):
-            return f'has no unit; write "{value} {self.shown}" ({accepted})'
+            units = (self.shown, *ACCEPTED[self.unit].split(", "))
+            if unit := next((unit for unit in units if self.valid(f"{value} {unit}") is not None), ""):
+                return f'has no unit; write "{value} {unit}" ({accepted})'
         return f'must be text with a unit such as "{self.low}" ({accepted})'
 
     def validate(self, value: Any) -> float:

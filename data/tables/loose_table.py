@@ -148,6 +148,10 @@ def _utf_16(content: bytes) -> str:
     return {(True, False): "utf-16-be", (False, True): "utf-16-le"}.get((not any(start[::2]), not any(start[1::2])), "")
 
 
+_OF_A_CASE = re.compile(r"(displacement|strain|contact_force|reaction_force|pressure)(_[A-Za-z0-9_]+)?")
+"""Names of columns that are those of a case's sensors already."""
+
+
 def import_line(path: Path) -> str:
     """The `birdstrike import` line that makes a record of a foreign table; empty where the file holds none."""
     try:
@@ -155,10 +159,12 @@ def import_line(path: Path) -> str:
     except MeasuredError:
         return ""
     heads = table.heads or tuple(Head(name, None, name) for name in table.names)
-    shown_heads = [head for head in heads[1:] if head.text or head.name][:3]
-    sensors = [head.text or head.name for head in shown_heads]
-    names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(sensors) + 1))]
-    shown = [f"{name}={shlex.quote(sensor)}" for name, sensor in zip(names, sensors, strict=False)]
+    shown_heads = [head for head in heads[1:] if (head.text or head.name) and not head.name.endswith("_sigma")][:3]
+    names = ["displacement_centre", *(f"SENSOR_{i}" for i in range(2, len(shown_heads) + 1))]
+    shown = [
+        head.name if _OF_A_CASE.fullmatch(head.name) else f"{name}={shlex.quote(head.text or head.name)}"
+        for name, head in zip(names, shown_heads, strict=False)
+    ]
     given = [] if heads[0].unit else ["--time-unit ms"]
     given += [] if all(head.unit for head in shown_heads) else ["--unit mm"]
     options = " ".join([*(f"--sensor {text}" for text in shown), *given])

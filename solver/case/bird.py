@@ -13,7 +13,7 @@ from birdstrike.solver.bird.materials.registry import BIRD_MATERIALS
 from birdstrike.solver.bird.shape import SHAPES, size_of_mass, statistical_density, statistical_diameter, volume
 from birdstrike.solver.fields import Between, Count, OneOf, Section, Switch
 
-MASS, DENSITY = Between("1 g", "50000 g"), Between("50 kg/m^3", "3000 kg/m^3")
+MASS, DENSITY = Between("0.001 kg", "50 kg"), Between("50 kg/m^3", "3000 kg/m^3")
 SLENDERNESS = Between(1.0, 10.0)
 
 

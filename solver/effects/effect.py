@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from birdstrike.data.errors import UnitError
+from birdstrike.data.units import si_unit
 from birdstrike.solver.sensors.instrument import Instrument
 from birdstrike.solver.sensors.sensor import Sensor
 
@@ -83,6 +85,13 @@ class Effect:
     alternative: tuple[str, Callable[[float], float]] | None = None
     places: Callable[[Any], tuple[str, ...]] = lambda _: ()
     alone: Callable[[str], Effect] | None = None
+
+    def __post_init__(self) -> None:
+        """Raises UnitError for a unit in which a case could not state the magnitude."""
+        if si_unit(self.unit) != self.unit:
+            raise UnitError(
+                f'effect "{self.name}": its unit "{self.unit}" is not SI; give the magnitude in "{si_unit(self.unit)}"'
+            )
 
     def one_sided(self, case: Declared) -> bool:
         """Whether only magnitudes above 0 make sense for the case."""

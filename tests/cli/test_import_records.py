@@ -136,6 +136,14 @@ def test_the_import_line_names_every_sensor_apart_and_no_empty_column(tmp_path: 
     assert f"--sensor {CENTRE}='Weg [mm]' --sensor SENSOR_2='Kraft [kN]' --out" in caught.value.errors[-1]
 
 
+def test_the_import_line_keeps_the_names_of_sensors_and_leaves_their_noise_out(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    source.write_text(f"time [ms];{CENTRE} [mm];{CENTRE}_sigma [mm];contact_force [kN]\n0;0,1;0,1;2\n1;0,3;0,1;4\n")
+    with pytest.raises(MeasuredError) as caught:
+        read_measured(source)
+    assert f"--sensor {CENTRE} --sensor contact_force --out" in caught.value.errors[-1]
+
+
 @pytest.mark.parametrize(
     ("sensors", "said"),
     [(("c", "c=Kraft"), "--sensor c is given twice"), (("c=",), "lacks a name or a column"), (("=w",), "lacks a name")],

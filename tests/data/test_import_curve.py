@@ -126,6 +126,17 @@ def test_csv_with_other_headers_by_name_and_by_number(tmp_path: Path) -> None:
     assert "displacement_centre was multiplied by -2." in found.provenance
 
 
+def test_a_clock_that_stands_twice_is_one_clock(tmp_path: Path) -> None:
+    text = "t_ms,w_mm,t_us,f_kN\n0,0,0,0\n1,1,1000,1\n2,2,,\n"
+    found = imported(tmp_path / "daq.csv", text, ImportOptions({"w": "w", "f": "f"}))
+    np.testing.assert_array_equal(found.channels["f"], [0.0, 1e3, np.nan])
+
+
+def test_a_column_is_read_on_its_own_clock_where_that_is_chosen(tmp_path: Path) -> None:
+    text = "t_ms,w_mm,t_ms,f_kN\n0,0,0,0\n1,1,0.5,1\n2,2,1,2\n"
+    assert imported(tmp_path / "daq.csv", text, ImportOptions({"f": "f"}, "3")).time.tolist() == [0.0, 5e-4, 1e-3]
+
+
 def test_the_last_letter_of_a_name_is_not_taken_for_a_unit(tmp_path: Path) -> None:
     """pint knows a year called a and a speed called c; a gauge called a is in neither."""
     options = ImportOptions({"strain_1": "gauge_a"}, units={"strain_1": "um/m"})
@@ -177,6 +188,11 @@ WRONG = [
         r'line 2: "0,wait" is not 2 numbers, as the rows below it are; a gap is an empty cell',
     ),
     ("t_ms,w_mm,w_mm\n0,0,1\n1,1,1\n", ImportOptions({"w": ""}), r'several columns "w": give a number, of 2 .*, 3'),
+    (
+        "t_ms,w_mm,t_ms,f_kN\n0,0,0,0\n1,1,0.5,1\n2,2,1,2\n",
+        ImportOptions({"w": "2", "f": "4"}, "1"),
+        r'column "f" \(f\) stands behind a clock of its own, column 3 "t", .* with --time 3',
+    ),
     ("just text\nand more\n", ImportOptions(CENTRE), r"no table: no two lines in a row of two or more numbers each"),
     ("t_ms,a_mm\n0,1e400\n1,1\n", ImportOptions(CENTRE), r"1e400.*is not|too large|not a finite"),
 ]

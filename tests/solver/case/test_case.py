@@ -233,7 +233,7 @@ def test_overrides_are_numbers_and_lists_too() -> None:
 
 
 WRONG_IN_A_SCRIPT: list[tuple[Any, Any, str]] = [
-    ("reference_strike", {"plate.thickness": 0.008}, 'plate.thickness = 0.008 has no unit; write "0.008 mm"'),
+    ("reference_strike", {"plate.thickness": 0.008}, 'plate.thickness = 0.008 has no unit; write "0.008 m"'),
     ("reference_strike", {5: "8 mm"}, "5 is not a dotted case key"),
     ("reference_strike", ["plate.thickness=8 mm"], "overrides are a table"),
     ("reference_strike", {"plate.thickness": 10**5000}, "plate.thickness is a whole number of over 300 digits"),

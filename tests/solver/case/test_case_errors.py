@@ -18,6 +18,13 @@ QUANTITIES = [
     ("plate.thickness", "2 m", "~ = 2 m is outside 0.1 mm .. 50 mm; millimetres?"),
     ("plate.thickness", "-10 mm", "~ = -10 mm is outside 0.1 mm .. 50 mm; without the minus sign?"),
     ("plate.thickness", "10", '~ = 10 has no unit; write "10 mm" (accepted units: m, cm, mm, um, in)'),
+    ("plate.thickness", "0.002", '~ = 0.002 has no unit; write "0.002 m" (accepted units: m, cm, mm, um, in)'),
+    (
+        "plate.thickness",
+        "nan",
+        '~ = nan must be text with a unit such as "0.1 mm" (accepted units: m, cm, mm, um, in)',
+    ),
+    ("bird.mass", "3", '~ = 3 has no unit; write "3 kg" (accepted units: kg, g, t, lb)'),
     ("bird.material.pressure_cutoff", "0.3 MPa", "~ = 0.3 MPa is outside -1000 MPa .. 0 MPa; with a minus sign?"),
     ("bird.material.tension_erosion", '"0.3"', "~ = 0.3 is dimensionless: write a bare number"),
     ("bird.material.eos.S1", "nan", "~ = nan is not a finite number"),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from birdstrike.data.errors import CaseError
+from birdstrike.data.errors import CaseError, UnitError
 from birdstrike.effects import Effect, register, unregister
 from birdstrike.solver.case.case import Case, case_hash, load_case
 
@@ -60,3 +60,9 @@ def test_an_effect_that_would_change_what_is_recorded_is_refused_with_the_reason
         CaseError, match=r"effects\.own = .*`change` sets time; an effect acts on plate, target, bird, impact, "
     ):
         CASE.with_effects({"own": 0.1})
+
+
+@pytest.mark.parametrize(("unit", "why"), [("mm", 'give the magnitude in "m"'), ("furl", '"furl"')])
+def test_a_unit_in_which_no_case_could_state_the_effect_is_refused(unit: str, why: str) -> None:
+    with pytest.raises(UnitError, match=why):
+        Effect("own", "something of one's own", unit, lambda *_: {}, lambda _: 1.0)
