@@ -28,6 +28,7 @@ from birdstrike.inversion.models.ranking import Ranked, ranked
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
@@ -195,7 +196,8 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
 
 
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
-    """Every case with every model, before the first simulation; raises UserError with all that is wrong."""
+    """Every case with every model and its record, before the first simulation; raises UserError with all that is
+    wrong."""
     errors: list[str] = []
     for one in chosen:
         for setup in setups:
@@ -211,6 +213,11 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
                 f"{setup.measured.path}: the case {setup.case.name} has no sensor {', '.join(lost)}; it has "
                 f"{', '.join(setup.case.sensors)}: rename the columns, add the sensors, or leave them out: --channels"
             )
+            continue
+        try:
+            read_record(setup.measured, Expected.of_case(setup.case, setup.case.time.end))
+        except UserError as error:
+            errors += error.errors
     if errors:
         raise UserError(dict.fromkeys(errors))
 

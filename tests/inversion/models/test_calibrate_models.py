@@ -222,6 +222,15 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     renamed = replace(records[0], channels={"gauge": records[0].channels["displacement_side"]}, sigma={})
     with pytest.raises(UserError, match="has no sensor gauge"):
         calibrate_models(cases[0], renamed, tmp_path, ["null"])
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        force = replace(records[0], units={**records[0].units, "displacement_side": "N"})
+        with pytest.raises(UserError, match="has unit N, the sensor m"):
+            calibrate_models(cases[0], force, tmp_path, ["null"])
+        seconds = replace(records[0], time=1e3 * (records[0].time + 1.0))
+        with pytest.raises(UserError, match="0 points in the simulated record"):
+            calibrate_models(cases[0], seconds, tmp_path, ["null"])
+        assert not rig.CALLS
 
 
 def test_the_command_ends_with_1_for_the_user_s_mistake(tmp_path: Path) -> None:
