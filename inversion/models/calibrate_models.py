@@ -69,7 +69,8 @@ def calibrate_models(
     case : case or sequence of cases
         One for all records, or one for each.
     measured : record or sequence of records
-        Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood.
+        Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood, and their
+        order does not matter.
     out : path
         Folder for models.json and a folder a model; the same call resumes.
     models : sequence of str
@@ -176,7 +177,7 @@ def _digest(record: Measured) -> str:
 
 
 def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tuple[ShotSetup, ...]:
-    """Each record with its case and a name of its own; raises UserError."""
+    """Each record with its case and a name of its own, the slowest first whatever their order; raises UserError."""
     if not records:
         raise UserError("--measured is missing: give one measured-data CSV, or several, each with its --case")
     if len(cases) not in (1, len(records)):
@@ -192,7 +193,8 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     refuse_twice([("--measured", record) for record in read])
     stems = [Path(record.path).stem or f"shot_{i + 1}" for i, record in enumerate(read)]
     names = [stem if stems.count(stem) == 1 else f"{stem}_{i + 1}" for i, stem in enumerate(stems)]
-    return tuple(map(ShotSetup, names, loaded, read))
+    setups = map(ShotSetup, names, loaded, read)
+    return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))
 
 
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
