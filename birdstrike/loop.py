@@ -156,6 +156,7 @@ def close_the_loop(
 def checked(case: CaseSource, measured: str | Path, channels: tuple[str, ...] = ()) -> tuple[Case, Path]:
     """The case and the record's file, which must fit each other; raises UserError before any simulation is paid for."""
     from birdstrike.data.curves import read_measured
+    from birdstrike.inversion.observations.reader import Expected, read_record
     from birdstrike.solver.case.case import as_case
 
     loaded = as_case(case)
@@ -166,6 +167,7 @@ def checked(case: CaseSource, measured: str | Path, channels: tuple[str, ...] = 
     if unknown:
         known = f"is no sensor of case {loaded.name}; its sensors: {', '.join(loaded.sensors)}"
         raise MeasuredError([f'{record}: channel "{name}" {known}' for name in unknown])
+    read_record(read, Expected.of_case(loaded, loaded.time.end))
     return loaded, record
 
 

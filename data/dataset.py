@@ -32,6 +32,7 @@ class Dataset(Displayed):
     smooth: (n,) False where a run left the smooth regime (a larger share of the bird eroded than smooth_loss, which the
     bird's material declares): kept, not fitted;
     decades: SI range and unit of a parameter that stands as its fraction of a logarithmic range, for readers;
+    scales: "linear" or "logarithmic" of each parameter's range, all linear where left out;
     case_hash: hash of the resolved base case, so that a measurement is not inverted with another case's runs.
     """
 
@@ -48,6 +49,7 @@ class Dataset(Displayed):
     case_hash: str
     smooth_loss: float = SMOOTH_LOSS
     decades: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)
+    scales: tuple[str, ...] = ()
 
     def shown(self, i: int, value: float) -> tuple[float, str]:
         """A value of parameter i as a reader knows it: SI, and its unit."""

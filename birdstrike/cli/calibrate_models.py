@@ -131,7 +131,7 @@ def table(found: ModelComparison) -> Table:
     """Models, best first: held-out error over the noise, overall and by shot."""
     shown = Table(title="held-out error over noise (95 %)", title_justify="left")
     for head in ("bird model", "expected", *found.speeds, "best"):
-        shown.add_column(head, overflow="fold")
+        shown.add_column(head, overflow="fold", no_wrap=head == "bird model")
     for name in found.ranking:
         one = found.models[name]
         low, high = one.expected_95 or (float("nan"), float("nan"))

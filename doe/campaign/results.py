@@ -172,6 +172,7 @@ def load_dataset(out: str | Path) -> Dataset:
         smooth=np.array([smooth[int(number)] for number in numbers], dtype=bool),
         case_hash=summary["case_hash"],
         smooth_loss=summary.get("smooth_loss", SMOOTH_LOSS),
+        scales=tuple(space.get("scales", ())),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.doe.designs.quality import Quality, design_quality
+from birdstrike.doe.designs.quality import Quality, weakest_quality
 from birdstrike.doe.designs.space import ParameterSpace
 
 Progress = Callable[[float], None]
@@ -69,4 +69,4 @@ class Design:
 
     @cached_property
     def _quality(self) -> Quality:
-        return design_quality(self.unit, self.names, ranked=True)
+        return weakest_quality(self.unit, self.space, ranked=True)[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from birdstrike.data.histories import Array
 from birdstrike.data.key_labels import key_labels
+from birdstrike.doe.designs.space import ParameterSpace
 
 RANK_TOLERANCE = 1e-3
 """A direction counts when its singular value is above this share of the largest.
@@ -100,6 +101,19 @@ def design_quality(unit: Array, names: Sequence[str] | None = None, ranked: bool
         min_distance=float(pdist(unit).min()) if n > 1 else 0.0,
         sentence=_sentence(n, rank, directions[:rank], names or [f"parameter {j + 1}" for j in range(k)]),
     )
+
+
+def weakest_quality(unit: Array, space: ParameterSpace, ranked: bool = False) -> tuple[Quality, ParameterSpace]:
+    """Quality of a design (n, k) in fractions of the ranges in their scales, and the space of that quality.
+
+    A line of runs carries its parameters no more separately where it is straight in linear fractions of a logarithmic
+    range: the scale in which the rank is lower counts.
+    """
+    found = [(design_quality(unit, space.names, ranked), space)]
+    if space.logarithmic.any():
+        linear = replace(space, scales=())
+        found.append((design_quality(linear.to_unit(space.to_physical(unit)), space.names, ranked), linear))
+    return min(found, key=lambda one: one[0].rank)
 
 
 def cd2(unit: Array) -> float:

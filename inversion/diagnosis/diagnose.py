@@ -28,6 +28,7 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
+from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import Case, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
@@ -165,7 +166,7 @@ def read(measured: RecordLike) -> Measured:
 
 
 def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
-    """Raise MeasuredError for channels that a case lacks and for short records, before anything is simulated."""
+    """Raise MeasuredError for channels that do not fit a case and for short records, before anything is simulated."""
     errors: list[str] = []
     for one in shots:
         known, end = ", ".join(one.case.sensors), float(one.record.time[-1])
@@ -186,6 +187,8 @@ def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
     ]
     if errors:
         raise MeasuredError(errors)
+    for one in shots:
+        read_record(one.record, Expected.of_case(one.case, one.case.time.end))
 
 
 def runs_of(campaign: Path) -> Path:

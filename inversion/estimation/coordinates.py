@@ -10,6 +10,7 @@ from scipy.stats import truncnorm
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.histories import Array
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.surrogate.features import Region
 
 UNIFORM_SD = 1.0 / np.sqrt(12.0)  # of a uniform distribution over 0..1
@@ -33,7 +34,8 @@ class Box:
 class Coordinates:
     """theta = base + z basis, with z (r,) about 0..1 in boxes, and a normal prior on z truncated to the boxes.
 
-    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; mean, sd: (r,) of the prior.
+    names: (k) dotted case keys; base: (k,) SI; basis: (r, k) SI; boxes: where z may be; mean, sd: (r,) of the prior;
+    space: where base and basis are fractions of its ranges, each in its scale.
     """
 
     names: tuple[str, ...]
@@ -42,10 +44,25 @@ class Coordinates:
     boxes: tuple[Box, ...]
     mean: Array
     sd: Array
+    space: ParameterSpace | None = None
 
     def theta(self, z: Array, box: Box) -> Array:
         """Parameters (..., k) SI at z (..., r) of a box, to the last bit inside it: rounding may not cross a limit."""
-        return np.clip(self.base + z @ self.basis, box.theta_lows, box.theta_highs)
+        return np.clip(self.unlimited(z), box.theta_lows, box.theta_highs)
+
+    def unlimited(self, z: Array) -> Array:
+        """Parameters (..., k) SI at z (..., r), of a box or of none."""
+        place = self.base + z @ self.basis
+        return place if self.space is None else self.space.to_physical(place)
+
+    def nearest(self, theta: Array) -> Array:
+        """(r,) coordinates nearest to parameters (k,) SI."""
+        place = theta if self.space is None else self.space.to_unit(theta)
+        return np.asarray(np.linalg.lstsq(self.basis.T, place - self.base, rcond=None)[0], dtype=np.float64)
+
+    def changes(self) -> Array:
+        """(r, k) SI, what each coordinate does to the parameters from 0 to 1, the others at 0."""
+        return self.unlimited(np.eye(len(self.basis))) - self.unlimited(np.zeros(len(self.basis)))
 
     def prior_sd(self) -> Array:
         """(r,) standard deviation of the prior, the ends of 0..1 cut off."""
@@ -68,19 +85,18 @@ def parameter_coordinates(dataset: Dataset, regions: tuple[Region, ...]) -> Coor
     return Coordinates(dataset.names, dataset.lows, np.diag(span), boxes, np.full(k, 0.5), np.full(k, UNIFORM_SD))
 
 
-def carried_coordinates(dataset: Dataset, rank: int) -> Coordinates:
+def carried_coordinates(dataset: Dataset, rank: int, space: ParameterSpace) -> Coordinates:
     """The `rank` combinations that a rank-deficient design varies, each 0..1 over the smooth runs.
 
-    The singular directions of the centred, scaled design; every z in the box is a blend of runs, so no range is left.
+    The singular directions of the centred design in fractions of the space's ranges; every z in the box is a blend of
+    runs, so no range is left.
     """
-    unit = dataset.scaled()[dataset.smooth]
+    unit = space.to_unit(dataset.parameters[dataset.smooth])
     centre = unit.mean(axis=0)
     directions = np.linalg.svd(unit - centre, full_matrices=False)[2][:rank]
     directions *= np.sign(directions[np.arange(rank), np.abs(directions).argmax(axis=1)])[:, None]
     place = (unit - centre) @ directions.T
     low, high = place.min(axis=0), place.max(axis=0)
-    span = dataset.highs - dataset.lows
-    base = dataset.lows + (centre + low @ directions) * span
     box = Box(np.zeros(rank), np.ones(rank), np.zeros(rank, dtype=bool), dataset.lows, dataset.highs)
-    basis = (high - low)[:, None] * directions * span
-    return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD))
+    base, basis = centre + low @ directions, (high - low)[:, None] * directions
+    return Coordinates(dataset.names, base, basis, (box,), np.full(rank, 0.5), np.full(rank, UNIFORM_SD), space)

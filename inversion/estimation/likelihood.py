@@ -76,7 +76,7 @@ class Likelihood:
 
     def theta(self, z: Array) -> Array:
         """Parameters (q, k) SI; points in no box are taken as they are."""
-        theta = self.calibrator.coordinates.base + z @ self.calibrator.coordinates.basis
+        theta = self.calibrator.coordinates.unlimited(z)
         for box in self.calibrator.coordinates.boxes:
             inside = _within(box, z)
             theta[inside] = self.calibrator.coordinates.theta(z[inside], box)

@@ -10,7 +10,8 @@ import numpy as np
 from birdstrike.data.curves import Measured
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
-from birdstrike.doe.designs.quality import design_quality
+from birdstrike.doe.designs.quality import Quality, weakest_quality
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.calibration import Calibrator
 from birdstrike.inversion.estimation.coordinates import carried_coordinates, parameter_coordinates
 from birdstrike.inversion.estimation.curve_model import CurveModel
@@ -107,7 +108,7 @@ def locate(
     refuse_deficient(design, choice.allow_rank_deficient)
     names = [c.name for c in observations.channels]
     emulator = fitted or fit_emulator(dataset, names, choice.seed, lambda f: progress(0.5 * f))
-    carried = carried_coordinates(dataset, design.rank) if design.deficient else None
+    carried = carried_coordinates(dataset, design.rank, _judged(dataset)[1]) if design.deficient else None
     coordinates = carried or parameter_coordinates(dataset, emulator.regions)
 
     def problem(t0: float) -> Calibrator:
@@ -147,8 +148,14 @@ def locate(
 
 def design_figures(dataset: Dataset) -> DesignFigures:
     """Quality of the runs that finished and stayed smooth, those that the emulator rests on."""
-    found = design_quality(dataset.scaled()[dataset.smooth], dataset.names)
+    found, _ = _judged(dataset)
     return DesignFigures(found.rank, found.discrepancy, found.max_correlation, found.parameters, found.sentence)
+
+
+def _judged(dataset: Dataset) -> tuple[Quality, ParameterSpace]:
+    """Quality of the smooth runs, and the space in whose scale it is so, as run-doe judges a design."""
+    space = ParameterSpace(dataset.names, dataset.units, dataset.lows, dataset.highs, dataset.scales)
+    return weakest_quality(space.to_unit(dataset.parameters[dataset.smooth]), space)
 
 
 def refuse_deficient(design: DesignFigures, allowed: bool) -> None:

@@ -62,10 +62,7 @@ def by_emulator(calibration: Calibration) -> Proposal:
 def by_network(calibration: Calibration, fit: NetworkFit, answer: NetworkAnswer) -> Proposal:
     """The network's answer; on a rank-deficient design its nearest point on what the design carries."""
     if calibration.design.deficient:
-        away = answer.theta - calibration.coordinates.base
-        scale = calibration.dataset.highs - calibration.dataset.lows
-        z = np.linalg.lstsq((calibration.coordinates.basis / scale).T, away / scale, rcond=None)[0]
-        return _carried(calibration, np.clip(np.asarray(z, dtype=np.float64), 0.0, 1.0), None)
+        return _carried(calibration, np.clip(calibration.coordinates.nearest(answer.theta), 0.0, 1.0), None)
     estimates = network_estimates(calibration.dataset, fit, answer, calibration.coordinates, calibration.inside)
     return Proposal(answer.theta, estimates, None)
 
@@ -87,7 +84,7 @@ def _carried(calibration: Calibration, z: Array, span: Array | None) -> Proposal
     dataset, coordinates = calibration.dataset, calibration.coordinates
     theta = coordinates.theta(z, coordinates.boxes[0])
     point = {name: float(value) for name, value in zip(dataset.names, theta, strict=True)}
-    directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.basis)
+    directions = tuple({n: float(v) for n, v in zip(dataset.names, row, strict=True)} for row in coordinates.changes())
     known = tuple((float(low), float(high)) for low, high in span) if span is not None else (None,) * len(z)
     combination = Combination(directions, tuple(map(float, z)), known, point, _sentence(calibration, theta, z, known))
     return Proposal(theta, no_separate_values(dataset, calibration.design), combination)

@@ -28,6 +28,7 @@ from birdstrike.inversion.models.ranking import Ranked, ranked
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison, save_answer, saved_answer
 from birdstrike.inversion.models.simulations import LatePool
 from birdstrike.inversion.models.warning_summary import summarised
+from birdstrike.inversion.observations.reader import Expected, read_record
 from birdstrike.solver.case.case import CaseSource, as_case
 from birdstrike.solver.sources import digest_files
 
@@ -68,7 +69,8 @@ def calibrate_models(
     case : case or sequence of cases
         One for all records, or one for each.
     measured : record or sequence of records
-        Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood.
+        Measured-data CSV, a shipped name, or Measured; several shots are fitted jointly, one likelihood, and their
+        order does not matter.
     out : path
         Folder for models.json and a folder a model; the same call resumes.
     models : sequence of str
@@ -175,7 +177,7 @@ def _digest(record: Measured) -> str:
 
 
 def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tuple[ShotSetup, ...]:
-    """Each record with its case and a name of its own; raises UserError."""
+    """Each record with its case and a name of its own, the slowest first whatever their order; raises UserError."""
     if not records:
         raise UserError("--measured is missing: give one measured-data CSV, or several, each with its --case")
     if len(cases) not in (1, len(records)):
@@ -191,11 +193,13 @@ def _setups(cases: list[Any], records: list[Any], channels: Sequence[str]) -> tu
     refuse_twice([("--measured", record) for record in read])
     stems = [Path(record.path).stem or f"shot_{i + 1}" for i, record in enumerate(read)]
     names = [stem if stems.count(stem) == 1 else f"{stem}_{i + 1}" for i, stem in enumerate(stems)]
-    return tuple(map(ShotSetup, names, loaded, read))
+    setups = map(ShotSetup, names, loaded, read)
+    return tuple(sorted(setups, key=lambda setup: (setup.case.impact.speed, setup.name)))
 
 
 def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[ShotSetup]) -> None:
-    """Every case with every model, before the first simulation; raises UserError with all that is wrong."""
+    """Every case with every model and its record, before the first simulation; raises UserError with all that is
+    wrong."""
     errors: list[str] = []
     for one in chosen:
         for setup in setups:
@@ -211,6 +215,11 @@ def _refuse_what_does_not_fit(chosen: Sequence[Candidate], setups: Sequence[Shot
                 f"{setup.measured.path}: the case {setup.case.name} has no sensor {', '.join(lost)}; it has "
                 f"{', '.join(setup.case.sensors)}: rename the columns, add the sensors, or leave them out: --channels"
             )
+            continue
+        try:
+            read_record(setup.measured, Expected.of_case(setup.case, setup.case.time.end))
+        except UserError as error:
+            errors += error.errors
     if errors:
         raise UserError(dict.fromkeys(errors))
 

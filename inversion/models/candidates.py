@@ -79,7 +79,8 @@ def candidates(names: Sequence[str]) -> tuple[Candidate, ...]:
             errors += error.errors
     twice = sorted({c.name for c in found if [(o.model, o.eos_kind) for o in found].count((c.model, c.eos_kind)) > 1})
     if twice:
-        errors.append(f"--models names {' and '.join(twice)}, which are one model: name it once")
+        what = f"{' and '.join(twice)}, which are one model" if len(twice) > 1 else f"{twice[0]} more than once"
+        errors.append(f"--models names {what}: name it once")
     if not names:
         errors.append(f"--models is empty: name one or more of {known_models()}")
     if errors:

@@ -2,7 +2,9 @@
 
 A shot's error is the root mean square over its channels of each channel's mean square residual, over its noise.
 Residuals of one channel are correlated in time, so that blocks of them are drawn (Kuensch, Ann. Statist. 17 (1989)
-1217), the same of every model: what all models have in common, such as the noise, does not blur their difference.
+1217), the same of every model: what all models have in common, such as the noise, does not blur their difference. The
+channel is a circle, so that its ends, where residuals grow, are drawn as often as its middle (Politis & Romano, in
+Exploring the Limits of Bootstrap, Wiley 1992, 263).
 """
 
 from __future__ import annotations
@@ -83,10 +85,10 @@ def bootstrap(residuals: Mapping[str, Sequence[float]], seed: int, shot: str) ->
 
 
 def _block_means(values: Array, seed: int, label: str) -> Array:
-    """(REPLICATES,) means of a channel made of moving blocks of its values (n,)."""
+    """(REPLICATES,) means of a channel made of moving blocks of its values (n,), which close to a circle."""
     n = len(values)
     length = max(1, n // BLOCKS)
-    sums = np.cumsum(np.concatenate([[0.0], values]))
+    sums = np.cumsum(np.concatenate([[0.0], values, values[: length - 1]]))
     means = (sums[length:] - sums[:-length]) / length
     rng = np.random.default_rng([seed, zlib.crc32(label.encode()), n])
     return means[rng.integers(0, len(means), size=(REPLICATES, max(1, round(n / length))))].mean(axis=1)

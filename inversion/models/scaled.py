@@ -41,6 +41,7 @@ class Scale:
                 )
                 if one
             },
+            scales=(),
         )
 
     def physical(self, theta: Array) -> Array:

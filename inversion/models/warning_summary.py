@@ -123,6 +123,16 @@ def _not_noise(found: Sequence[Found]) -> str:
     )
 
 
+def _overruled(found: Sequence[Found]) -> str:
+    channels, first = list(dict.fromkeys(one.found["channel"] for one in found)), found[0].found
+    other = " and ".join(dict.fromkeys(one.found["other"] for one in found))
+    return (
+        f"the noise stated for {_many(len(channels), 'channel')} ({_list(channels)}) is not {other}, which is used "
+        f"instead (the first: {first['stated']}; {first['level']}); correct what is stated: sensors.NAME.noise of its "
+        "case, or birdstrike import --sigma"
+    )
+
+
 def _left_out(found: Sequence[Found]) -> str:
     counts = {one.model: one.found["runs"].count(",") + 1 for one in found}
     shown = _list([f"{name} {count}" for name, count in counts.items()], MOST_MODELS)
@@ -167,6 +177,10 @@ def _assumed(found: Sequence[Found]) -> str:
     )
 
 
+OVERRULED = (
+    r"the noise stated \((?P<stated>.*?)\) is (?:less than|not) (?P<other>the scatter of neighbouring points|"
+    r"that of the record before contact) \((?P<level>.*?)\), which is used instead"
+)
 BEYOND = r"(?P<before>\d+) points before and (?P<after>\d+) after the simulated record (?P<span>.*?) are left out"
 CHANNEL = r"(?P<channel>[^:]+?)"
 GRAVE = (
@@ -184,6 +198,7 @@ GRAVE = (
 MINOR = (
     Kind(re.compile(r"^runs? (?P<runs>[\d, ]+) lost more than (?P<limit>.*?): the emulator leaves"), _left_out),
     Kind(re.compile(r"^(?P<where>[^:]+): too few smooth runs stand there"), _gaps),
+    Kind(re.compile(rf"^{CHANNEL}: {OVERRULED}"), _overruled),
     Kind(re.compile(rf"^{CHANNEL}: (?P<points>\d+) points? at .* far off"), _single_readings),
     Kind(re.compile(rf"^{CHANNEL}: {BEYOND}"), _beyond),
     Kind(re.compile(rf"^{CHANNEL}: no noise is stated; "), _assumed),

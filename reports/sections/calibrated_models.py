@@ -52,8 +52,8 @@ def answer_section(results: ModelsResults) -> Section:
     )
     words = (
         f"{by}; the error is the root mean square over the channels of each one's error over its noise, 1 being noise. "
-        "Intervals: 95 %, moving-block bootstrap of the residuals in time. Probability: share of the bootstrap, the "
-        "same blocks for every model, in which no other model is better."
+        "Intervals: 95 %, circular moving-block bootstrap of the residuals in time. Probability: share of the "
+        "bootstrap, the same blocks for every model, in which no other model is better."
     )
     head = ("bird model", "expected error", *map(results.title, content["speeds"]), "probability of being best")
     rows = tuple(_ranked_row(content["models"][name], name, content["speeds"]) for name in results.ranked)
@@ -66,7 +66,7 @@ def answer_section(results: ModelsResults) -> Section:
         for shot in content["speeds"]
     }
     if results.ranked:
-        caption = "Error of each shot at the constants of the others, with its 95 % interval; dotted: the noise."
+        caption = "The errors of the table by shot, with their 95 % intervals; dotted: the noise."
         blocks.append(drawing("heldout", heldout_figure(shots, results.ranked), caption))
     return Section("answer", "Which bird model predicts best", tuple(blocks))
 

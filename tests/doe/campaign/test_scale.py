@@ -9,6 +9,7 @@ import pytest
 
 from birdstrike.data.errors import CaseError
 from birdstrike.doe.campaign.planned import planned_design
+from birdstrike.doe.campaign.results import load_dataset
 from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.solver.case.case import load_case
@@ -65,5 +66,6 @@ def test_another_scale_is_another_range_and_is_not_extended(tmp_path: Path) -> N
     space = ParameterSpace.of(reference().parameters())
     campaign(tmp_path, make_design("lhs", space, 4))
     other = ParameterSpace(space.names, space.units, space.lows, space.highs, ("logarithmic", *("linear",) * 3))
+    assert load_dataset(tmp_path).scales == ("linear",) * 4
     longer = planned_design("lhs", other, 6, 0, tmp_path)
     assert not np.allclose(longer.values[:4], make_design("lhs", space, 4).values)

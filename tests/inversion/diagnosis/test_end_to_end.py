@@ -276,6 +276,9 @@ def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tm
         diagnose(tiny(), record(sensors=("other",)), tmp_path / "out")
     with pytest.raises(MeasuredError, match="use the whole record"):
         diagnose(tiny(), record(end=1e-4), tmp_path / "out")
+    forces = replace(record(), units=dict.fromkeys(record().units, "N"))
+    with pytest.raises(MeasuredError, match="has unit N, the sensor m"):
+        diagnose(tiny(), forces, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

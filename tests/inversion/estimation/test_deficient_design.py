@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from birdstrike.data.dataset import Dataset
+from birdstrike.doe.designs.design import Design
+from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.estimation.locate import DesignError, InversionOptions, design_figures
 from birdstrike.inversion.invert import invert
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, campaign, diagonal, forward, record, spread
+from tests.inversion.stand_in import (
+    CHANNEL,
+    HIGHS,
+    LOWS,
+    NAMES,
+    UNITS,
+    campaign,
+    diagonal,
+    forward,
+    record,
+    spread,
+)
 
 OPTIONS = InversionOptions(noise={CHANNEL: 2e-5}, allow_rank_deficient=True)
 
@@ -68,3 +83,27 @@ def test_runs_that_do_not_differ_are_refused_even_then() -> None:
     same = campaign(np.full((10, 4), 0.5))
     with pytest.raises(DesignError, match="carries 0 directions, not 4"):
         invert(same, record(same.parameters[0]), forward, OPTIONS)
+
+
+LOGARITHMIC = ("linear", "logarithmic", "linear", "linear")
+
+
+@pytest.mark.parametrize("straight_in", [LOGARITHMIC, ("linear",) * 4])
+def test_a_line_of_runs_is_one_in_the_scale_of_the_range_or_in_linear_shares(straight_in: tuple[str, ...]) -> None:
+    """run-doe and the inversion judge alike, and the combination lies on the line."""
+    lows, highs = LOWS.copy(), HIGHS.copy()
+    lows[1], highs[1] = 0.5e-3, 5e-3
+    line = ParameterSpace(NAMES, UNITS, lows, highs, straight_in)
+    theta = line.to_physical(diagonal())
+    runs = replace(campaign((theta - LOWS) / (HIGHS - LOWS)), lows=lows, highs=highs, scales=LOGARITHMIC)
+    assert design_figures(runs).rank == 1
+    space = replace(line, scales=LOGARITHMIC)
+    design = Design("file", None, space, runs.runs, theta, space.to_unit(theta))
+    assert design.quality().rank == 1
+    found = invert(runs, record(theta[8], noise=2e-5), forward, replace(OPTIONS, method="emulator")).inversion
+    carried = found.methods["emulator"].combination
+    assert carried is not None
+    point = line.to_unit(np.array([[carried.point[name] for name in NAMES]]))[0]
+    np.testing.assert_allclose(point, diagonal()[8], atol=0.02)
+    ends = np.array([carried.directions[0][name] for name in NAMES])
+    np.testing.assert_allclose(np.abs(ends), highs - lows, rtol=1e-6)

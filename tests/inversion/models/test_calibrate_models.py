@@ -24,7 +24,7 @@ from birdstrike.doe.designs.registry import make_design
 from birdstrike.doe.designs.space import ParameterSpace
 from birdstrike.inversion.models.calibrate_models import _compared, _verdict, calibrate_models
 from birdstrike.inversion.models.candidates import calibrated_case, candidate
-from birdstrike.inversion.models.ranking import ranked
+from birdstrike.inversion.models.ranking import bootstrap, ranked, shot_error
 from birdstrike.inversion.models.results import ModelAnswer, ModelComparison
 from birdstrike.reports.explore.explore import explore
 from birdstrike.reports.explore.kinds.registry import kind_of
@@ -154,8 +154,11 @@ def test_repeating_the_call_simulates_nothing(calibrated: Calibrated) -> None:
         again = calibrate_models(
             cases, longer(records), calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
         )
+        turned = calibrate_models(
+            cases[::-1], longer(records)[::-1], calibrated.folder, NAMES, runs=RUNS, workers=1, posterior=False
+        )
     assert not rig.CALLS
-    assert again.as_json() == calibrated.found.as_json()
+    assert again.as_json() == turned.as_json() == calibrated.found.as_json()
 
 
 def test_the_page_says_who_predicts_best_beside_published_constants(calibrated: Calibrated) -> None:
@@ -183,6 +186,9 @@ def test_a_single_record_is_tested_on_its_own_thirds(tmp_path: Path) -> None:
     assert found.heldout_by == "time block"
     assert len(found.models["null"].residuals["shot_0"]["displacement_centre"]) >= 20
     assert "thirds of the record" in found.sentence
+    page = write_models_page(tmp_path).read_text(encoding="utf-8")
+    assert "Each third of the record is predicted" in page
+    assert "constants of the others" not in page  # there is no other shot
 
 
 def test_a_model_whose_answer_the_solver_refuses_is_still_compared(tmp_path: Path) -> None:
@@ -219,6 +225,15 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     renamed = replace(records[0], channels={"gauge": records[0].channels["displacement_side"]}, sigma={})
     with pytest.raises(UserError, match="has no sensor gauge"):
         calibrate_models(cases[0], renamed, tmp_path, ["null"])
+    with rig.formula_for_solver():
+        rig.CALLS.clear()
+        force = replace(records[0], units={**records[0].units, "displacement_side": "N"})
+        with pytest.raises(UserError, match="has unit N, the sensor m"):
+            calibrate_models(cases[0], force, tmp_path, ["null"])
+        seconds = replace(records[0], time=1e3 * (records[0].time + 1.0))
+        with pytest.raises(UserError, match="0 points in the simulated record"):
+            calibrate_models(cases[0], seconds, tmp_path, ["null"])
+        assert not rig.CALLS
 
 
 def test_the_command_ends_with_1_for_the_user_s_mistake(tmp_path: Path) -> None:
@@ -245,6 +260,13 @@ def test_noise_of_one_record_is_no_reason_to_prefer_a_model(calibrated: Calibrat
     assert set(found.tied) == {"a", "b"}
     assert found.ranking[-1] == "c"
     assert found.answers["c"].probability_best == 0.0
+
+
+def test_the_bootstrap_draws_the_ends_of_a_channel_as_often_as_its_middle() -> None:
+    """Residuals that grow towards the end, as those of a wrong model do: the draws lie about the error itself."""
+    growing = {"centre": tuple(np.linspace(0.0, 60.0, 61) ** 2)}
+    draws = bootstrap(growing, 0, "shot")
+    assert np.mean(draws**2) == pytest.approx(shot_error(growing) ** 2, rel=0.03)
 
 
 def of_size(size: float, points: int = 60) -> ModelAnswer:

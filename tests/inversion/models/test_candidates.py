@@ -43,6 +43,7 @@ def test_every_model_makes_a_case_with_ranges(name: str) -> None:
     [
         (("null", "grueneisen"), "names grueneisen and null, which are one model"),
         (("murnaghan", "null+murnaghan"), "which are one model"),
+        (("null", "null"), "names null more than once: name it once"),
         (("null+",), '"null\\+" is no bird model'),
     ],
 )

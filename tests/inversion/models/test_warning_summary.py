@@ -54,6 +54,22 @@ def test_runs_left_out_and_gaps_of_all_models_are_one_warning_each() -> None:
     assert "viscosity 1470 .. 1500 Pa s (null) and viscosity 1470 .. 1500 Pa s (murnaghan)" in gaps
 
 
+def test_a_stated_noise_that_the_records_contradict_is_one_warning() -> None:
+    scatter = (
+        "strain along {} of s70: the noise stated (0.00003, case) is less than the scatter of neighbouring points "
+        "({}), which is used instead; correct what is stated (sensors.strain.noise of its case)"
+    )
+    before = scatter.replace("less than the scatter of neighbouring points", "not that of the record before contact")
+    own = {"null": [scatter.format(0, 0.0003), scatter.format(90, 0.0002)], "elastic": [scatter.format(0, 0.0004)]}
+    (told,) = summarised(own)
+    assert told.startswith(
+        "the noise stated for 2 channels (strain along 0 of s70 and strain along 90 of s70) is not the scatter of "
+        "neighbouring points, which is used instead (the first: 0.00003, case; 0.0003)"
+    )
+    (told,) = summarised({"null": [scatter.format(0, 0.0003), before.format(45, "0.0001 over 20 points")]})
+    assert "is not the scatter of neighbouring points and that of the record before contact" in told
+
+
 READ = (
     "the model cannot produce this curve: ",
     "best fit is {found.fit:.1f} times",
@@ -73,6 +89,10 @@ READ = (
     "far off their neighbours",
     " points before and {",
     " after the simulated record ",
+    ": the noise stated (",
+    "is less than the scatter of neighbouring points (",
+    "is not that of the record before contact (",
+    ", which is used ",
     ": no noise is stated; ",
     " lost more than {",
     ": the emulator leaves them out",
