@@ -9,7 +9,7 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
 from birdstrike.solver.target.mesh import ShellMesh, centres_of
 
-INSIDE = 1.0 + 1e-9
+INSIDE = ROUNDED = 1.0 + 1e-9
 PARALLEL = 0.01
 """Component of a shell's normal below which the shell is taken as parallel to that axis: files round their nodes."""
 AT_A_NODE = 1e-9
@@ -92,7 +92,9 @@ def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tu
     """Facet, xi and eta of the place on the shells at rest, of one part or of all, that is nearest to a point (3,)."""
     facets = np.arange(len(mesh.quads)) if part is None else mesh.parts[part]
     middles = centres_of(mesh.nodes, mesh.quads[facets])
-    near = facets[np.argsort(np.linalg.norm(middles - point, axis=1), kind="stable")[:9]]
+    away = np.linalg.norm(middles - point, axis=1)
+    reach = np.linalg.norm(mesh.nodes[mesh.quads[facets]] - middles[:, None], axis=2).max(axis=1)
+    near = facets[away - reach <= ROUNDED * away.min()]
     found = []
     for facet in near:
         foot = np.zeros(6)

@@ -184,23 +184,26 @@ def of_rosette(first: float, between: float, second: float, principal: bool) -> 
 
 def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
     """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
+    from birdstrike.solver.sensors.places import normal_of  # late: loading a case needs no compiled kernels
+
     plate, toward = run.plate, sensor.laid(run.plate.mesh)
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
-    height = plate.skin[sensor.located(run)[0]] * sensor.face(plate.mesh)
+    outward = sensor.face(plate.mesh) * normal_of(plate.mesh, sensor.located(run)[0])
     total = np.zeros((len(plate.quads), 8))
     for step, share in zip(steps, 0.5 * shares, strict=True):
         moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step, plate.mesh) if step else sensor
-        add_point(total, share, plate, moved.located(run), toward, height)
+        add_point(total, share, plate, moved.located(run), toward, outward)
     near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
     return near, total[near]
 
 
 def add_point(
-    total: Array, share: float, plate: Target, where: tuple[int, float, float], toward: Array, height: float
+    total: Array, share: float, plate: Target, where: tuple[int, float, float], toward: Array, outward: Array
 ) -> None:
     """Add the shares of one point of a gauge to total (e, 8).
 
-    where: facet, xi and eta; toward: direction in space (3,), laid on each element.
+    where: facet, xi and eta; toward: direction in space (3,), laid on each element; outward (3,): the normal on the
+    gauge's side.
     """
     # late: loading a case needs no compiled kernels
     from birdstrike.solver.sensors.places import blend, facets_around, point_at
@@ -210,14 +213,15 @@ def add_point(
     near = facets_around(plate.quads, where)
     frame = plate.frames(near).reshape(-1, 3, 3)
     own = plate.frames(np.array([element])).reshape(3, 3)
-    if plate.mesh.parts:  # over a joint the field is another
-        level = np.abs(frame[:, 2] @ own[2]) > LEVEL
-        near, frame = near[level], frame[level]
-    turned = np.sign(frame[:, 2] @ own[2])[:, None]
+    for facets in plate.mesh.parts.values():  # over a joint, and in a part of another section, the field is another
+        if element in facets:
+            level = np.isin(near, facets) & (np.abs(frame[:, 2] @ own[2]) > LEVEL)
+            near, frame = near[level], frame[level]
+    turned = np.sign(frame[:, 2] @ outward)[:, None]
     centres = centres_of(plate.mesh.nodes, plate.quads[near]) - point_at(plate.mesh, element, xi, eta)
     along = frame[:, :2] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)
     weight = share * blend(centres @ own[:2].T)[:, None]
     total[near, :3] += weight * felt
-    total[near, 3:6] += weight * height * turned * felt
+    total[near, 3:6] += weight * plate.skin[element] * turned * felt

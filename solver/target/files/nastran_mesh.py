@@ -1,8 +1,8 @@
-"""Meshes from Nastran's bulk data: GRID and the shells of three and four nodes, in every field format."""
+"""Meshes from Nastran's bulk data: GRID, shells of three and four nodes, and the nodes of SPC, SPC1 and SPCADD."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import takewhile
 from pathlib import Path
 
@@ -17,14 +17,24 @@ CARDS = ("RBE", "RBAR", "CONM", "CMASS", "CELAS", "CBUSH", "CFAST", "CWELD", "CD
 """How the cards of joints, springs and masses begin."""
 OTHERS = ("CQUAD", "CTRI", "CTRAX", "CTETRA", "CPYRA", "CPENTA", "CHEXA")
 """How those of other elements begin."""
+HOLDING = ("SPC", "SPC1", "SPCADD")
+UNREAD = ("SPC2", "SPCAX", "SPCD", "SPCR", "GRDSET")
+"""Other cards that hold or move nodes."""
+PERMANENT = 0
+"""In place of the number of an SPC: what GRID holds by itself."""
+FREEDOMS = ("123", "123456")
+"""Those that a support holds."""
 Card = list[str]
 """Name in capitals and fields, nothing where they are blank."""
+Holds = dict[int, set[str]]
+"""Of each node the freedoms that are held."""
 
 
 def read_nastran(path: str) -> TextMesh:
     """Bulk data with all that it includes; raises UserError for what is no mesh of shells."""
     files = Files(Path(path))
     mesh, names, offset = TextMesh(files=files.found), dict[str, int](), 0
+    holding: list[Card] = []
     for card in _cards(_bulk(_lines(files.first, files))):
         name, fields = card[0], [*card[1:], *[""] * 8]
         names[name] = names.get(name, 0) + 1
@@ -32,6 +42,9 @@ def read_nastran(path: str) -> TextMesh:
         if name == "GRID":
             x, y, z = (decimal(_exponent(text), line, name) for text in fields[2:5])
             mesh.add_node(whole(fields[0], line, name), (x, y, z))
+            holding += [["SPC1", str(PERMANENT), fields[6], fields[0]]] if fields[6] else []
+        elif name in HOLDING:
+            holding.append([name, *fields])
         elif name in CORNERS:
             corners = CORNERS[name]
             nodes = tuple(whole(text, line, name) for text in fields[2 : 2 + corners])
@@ -44,8 +57,75 @@ def read_nastran(path: str) -> TextMesh:
     others = sorted(name for name in names if name.startswith(OTHERS) and name not in CORNERS)
     if others or not mesh.shells:
         raise UserError(no_shells(others))
+    _node_sets(holding, mesh)
     _left_out(names, offset, mesh)
     return mesh
+
+
+def _node_sets(cards: list[Card], mesh: TextMesh) -> None:
+    """Fill in the nodes that one number holds alike: spc_<number>_<freedoms>, and grid_<freedoms> of GRID itself."""
+    held, sums = dict[int, Holds](), dict[int, Holds]()
+    for card in cards:
+        if card[0] != "SPCADD":
+            _add(held.setdefault(whole(card[1], " ".join(card), card[0]), {}), _held(card, mesh))
+    for name, number, *members in (card for card in cards if card[0] == "SPCADD"):
+        own = sums.setdefault(whole(number, number, name), {})
+        for one in (whole(text, number, name) for text in members if text):
+            if one not in held:
+                raise UserError(f"SPCADD {number} adds {one}, which no SPC or SPC1 is; leave it out, or list its nodes")
+            _add(own, held[one].items())
+    for number, nodes in (held | sums).items():
+        _name_sets("grid" if number == PERMANENT else f"spc_{number}", nodes, mesh)
+
+
+def _add(holds: Holds, more: Iterable[tuple[int, set[str]]]) -> None:
+    for node, freedoms in more:
+        holds.setdefault(node, set()).update(freedoms)
+
+
+def _name_sets(called: str, holds: Holds, mesh: TextMesh) -> None:
+    """Sets of the nodes that are held alike; those that no support holds so are told instead."""
+    alike: dict[str, list[int]] = {}
+    for node, freedoms in holds.items():
+        alike.setdefault("".join(sorted(freedoms)), []).append(node)
+    for freedoms, nodes in alike.items():
+        if freedoms in FREEDOMS:
+            mesh.node_sets[f"{called}_{freedoms}"] = nodes
+        elif freedoms:
+            mesh.told.append(
+                f"{called}_{freedoms} is not read: it holds the freedoms {freedoms} of {len(nodes)} nodes, and a "
+                f"support those of {' or '.join(FREEDOMS)}"
+            )
+
+
+def _held(card: Card, mesh: TextMesh) -> Iterator[tuple[int, set[str]]]:
+    """Nodes of an SPC or SPC1, each with its freedoms."""
+    name, line = card[0], " ".join(card)
+    if name == "SPC1":
+        for node in _listed(card[3:], line, mesh):
+            yield node, _freedoms(card[2], line)
+        return
+    for node, freedoms, way in (card[2:5], card[5:8]):
+        if node:
+            yield whole(node, line, name), _freedoms(freedoms, line)
+        if decimal(_exponent(way), line, name):
+            mesh.told.append(f"SPC {card[1]} moves node {node}, which is not read: what holds it is at rest")
+
+
+def _listed(words: list[str], line: str, mesh: TextMesh) -> list[int]:
+    """Nodes of an SPC1: one by one, or all from one THRU another."""
+    words = [word.upper() for word in words if word]
+    if words[1:2] != ["THRU"]:
+        return [whole(word, line, "SPC1") for word in words]
+    first, last = whole(words[0], line, "SPC1"), whole(" ".join(words[2:]), line, "SPC1")
+    return [node for node in mesh.places if first <= node <= last]
+
+
+def _freedoms(text: str, line: str) -> set[str]:
+    """Freedoms as Nastran counts them, 1 to 6; 0 stands for none."""
+    if not set(text) <= set("0123456"):
+        raise UserError(f'"{text}" in the line "{line}" names no freedoms of 1 to 6')
+    return set(text) - {"0"}
 
 
 def _left_out(names: dict[str, int], offset: int, mesh: TextMesh) -> None:
@@ -55,6 +135,8 @@ def _left_out(names: dict[str, int], offset: int, mesh: TextMesh) -> None:
     mesh.held += sorted(name for name in names if name.startswith(CARDS))
     if moved := sorted(name for name in names if name.startswith("CORD")):
         mesh.told.append(f"{', '.join(moved)} is not read: nodes are taken as written, in the basic system")
+    if loose := sorted(name for name in names if name in UNREAD):
+        mesh.told.append(f"{', '.join(loose)} is not read: no set is made of what it holds")
     if offset:
         mesh.told.append(f"ZOFFS of {offset} shells is not read: their mid-surface is taken through their nodes")
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
 
-CANDIDATES = 9
-"""Facets around a point, by their centres, among which the nearest is looked for."""
+ROUNDED = 1.0 + 1e-9
 SAMPLES = 9
 """Places along an edge between which a crossing from one facet to the next is looked for."""
 POINTS, SHARES = np.polynomial.legendre.leggauss(3)
@@ -45,13 +44,14 @@ class Surface:
         from scipy.spatial import KDTree  # late: few targets have ties or rivets
 
         self.nodes, self.quads = nodes, quads
-        self.tree = KDTree(nodes[quads].mean(axis=1))
+        self.centres = nodes[quads].mean(axis=1)
+        self.reach = np.linalg.norm(nodes[quads] - self.centres[:, None], axis=2).max(axis=1)
+        self.tree, self.farthest = KDTree(self.centres), float(self.reach.max())
 
     def foot(self, point: Array) -> Foot:
         """The place nearest to a point (3,) [m]."""
-        _, near = self.tree.query(point, min(CANDIDATES, len(self.quads)))
         best: Foot | None = None
-        for facet in np.atleast_1d(near):
+        for facet in self._near(point):
             foot, quad = np.zeros(6), self.quads[facet]
             if not foot_on_facet(point, self.nodes, quad, foot):
                 continue
@@ -64,6 +64,14 @@ class Surface:
                 best = Foot(quad, weights, way, normal / np.linalg.norm(normal), int(facet))
         assert best is not None, "a part has shells of some area"
         return best
+
+    def _near(self, point: Array) -> NDArray[np.int64]:
+        """The facets that can be as near as the nearest centre is, by the distance of their own."""
+        least = ROUNDED * float(self.tree.query(point)[0])
+        found = np.array(self.tree.query_ball_point(point, least + self.farthest, return_sorted=True))
+        away = np.linalg.norm(self.centres[found] - point, axis=1)
+        able = away - self.reach[found] <= least
+        return found[able][np.argsort(away[able], kind="stable")]
 
 
 @dataclass(frozen=True)

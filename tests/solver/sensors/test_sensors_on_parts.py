@@ -13,11 +13,16 @@ from birdstrike.cli.check import check
 from birdstrike.data.errors import CaseError, UserError
 from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.sensors.places import point_at
+from birdstrike.solver.sensors.places import place_in_space, point_at
 from birdstrike.solver.sensors.recording import readings
 from birdstrike.solver.sensors.registry import SENSORS
 from birdstrike.solver.simulate import simulate
+from birdstrike.solver.target.assembled import PartData, assembled
 from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.laws.registry import TARGET_LAWS
+from birdstrike.solver.target.links.anchors import Surface
+from birdstrike.solver.target.mesh import rectangle, shell_mesh
+from birdstrike.solver.target.part_mesh import PartMesh, Patch, merged
 from birdstrike.solver.target.shell_block import ShellBlock
 
 ON_WEB = {"point": ["100 mm", "30 mm", "-20 mm"], "part": "stiffeners"}
@@ -29,10 +34,10 @@ def panel() -> Target:
 
 
 def wound_anyhow() -> Target:
-    """The panel with every other shell wound the other way."""
+    """The panel with every fifth shell wound the other way."""
     plate = panel()
     quads = plate.shells.quads.copy()
-    quads[::2] = quads[::2][:, [0, 3, 2, 1]]
+    quads[::5] = quads[::5][:, [0, 3, 2, 1]]
     plate.blocks[0] = ShellBlock(plate.mesh.nodes, quads, plate.shells.sections, plate.shells.section, True)
     plate.quads, plate.mesh.quads[:] = quads, quads
     return plate
@@ -85,10 +90,46 @@ def test_strain_of_a_web_along_and_across_it(target):
 @pytest.mark.parametrize("target", [panel, wound_anyhow])
 def test_bending_strains_the_sides_of_the_skin_oppositely(target):
     """w'' = 1e-4/m on 3 mm: -1.5e-7 on the impact side where the skin is dished upwards, +1.5e-7 on its back."""
-    sensors = {side: {"kind": "strain", "side": side, **ON_SKIN} for side in ("impact", "back")}
+    sensors = {
+        f"{side}_{long}": {"kind": "strain", "side": side, **ON_SKIN} | ({"length": "60 mm"} if long else {})
+        for side in ("impact", "back")
+        for long in (False, True)
+    }
     found = read(target(), sensors, np.zeros((3, 3)), bend=1e-4)
-    assert found["impact"] == pytest.approx(-1.5e-7, rel=0.02)
-    assert found["back"] == pytest.approx(1.5e-7, rel=0.02)
+    for long in (False, True):
+        assert found[f"impact_{long}"] == pytest.approx(-1.5e-7, rel=0.02)
+        assert found[f"back_{long}"] == pytest.approx(1.5e-7, rel=0.02)
+
+
+@pytest.mark.parametrize("x", [-25.0, -5.0, -1.0, 1.0, 5.0, 25.0])
+def test_a_gauge_beside_a_step_of_thickness_reads_its_own_part(x):
+    """A strip of 1 mm and 2 mm in tension: twice the strain in the thin half, up to the step."""
+    places = np.meshgrid(np.linspace(-0.1, 0.1, 21), np.linspace(-0.03, 0.03, 7), indexing="ij")
+    nodes, quads, _ = merged([Patch("", np.stack([*places, np.zeros((21, 7))], axis=-1))])
+    half = (nodes[quads].mean(axis=1)[:, 0] > 0.0).astype(np.int64)
+    metal = TARGET_LAWS.validate(
+        {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "1000 MPa"}
+    )
+    parts = {"thin": PartData(1e-3, metal), "thick": PartData(2e-3, metal)}
+    target = assembled(PartMesh(nodes, quads, half, tuple(parts), {}), parts, {})
+    run: Any = SimpleNamespace(plate=target)
+    gauge = {"kind": "strain", "point": [f"{x} mm", "1 mm", "0 mm"], "along": [1.0, 0.0, 0.0]}
+    reading = readings({"gauge": SENSORS.validate(gauge)}, run)["gauge"]
+    target.v[:, 0] = np.where(nodes[:, 0] < 0.0, 2e-6, 1e-6) * nodes[:, 0]
+    target.update_forces(1.0)
+    assert reading(run) == pytest.approx(2e-6 if x < 0.0 else 1e-6, rel=1e-3)
+
+
+def test_a_place_on_a_large_shell_beside_small_ones_is_found():
+    """However many small shells have their centres nearer."""
+    small = np.column_stack([rectangle(0.05, 0.05, (10, 10))[0] + [0.05, 0.0], np.zeros(121)])
+    large = np.array([[-0.025, -0.025, 0.0], [0.025, -0.025, 0.0], [0.025, 0.025, 0.0], [-0.025, 0.025, 0.0]])
+    quads = np.vstack([[[0, 1, 2, 3]], rectangle(0.05, 0.05, (10, 10))[1] + 4])
+    mesh = shell_mesh(np.vstack([large, small]), quads)
+    point = np.array([0.022, 0.001, 0.0])
+    assert place_in_space(mesh, point)[0] == 0
+    assert point_at(mesh, *place_in_space(mesh, point)) == pytest.approx(point)
+    assert Surface(mesh.nodes, quads).foot(point).distance == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_impact_side_of_an_upright_web_does_not_hang_on_how_its_shells_are_wound():

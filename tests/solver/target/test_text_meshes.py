@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from birdstrike.data.errors import CaseError, UserError
+from birdstrike.solver.build import build_plate
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.setup_warnings import doubtful_shells, free_target
 from birdstrike.solver.target.files.mesh_file import included_files, inspect_mesh, read_mesh
@@ -243,6 +244,61 @@ def test_nastran_s_included_cards_are_read_and_offsets_are_told(tmp_path):
 def test_nastran_s_repeated_cards_are_refused(tmp_path):
     with pytest.raises(UserError, match=r"it repeats cards by =, which is not read"):
         read(tmp_path / "m.bdf", bulk(CARDS, "=,*1,=,*2,*2,*2,*2", "=(2)"))
+
+
+@pytest.mark.parametrize(
+    ("cards", "sets"),
+    [
+        (["SPC1,5,123456,1,2,9"], {"spc_5_123456": [1, 2, 9]}),
+        (["SPC1           5  123456       1    THRU       4"], {"spc_5_123456": [1, 2, 3, 4]}),
+        (["SPC1*                  5             321               1               2", "*                      4"],
+         {"spc_5_123": [1, 2, 4]}),
+        (["spc1,5,123,1,2,3,4,5,6", "+,7,8"], {"spc_5_123": [1, 2, 3, 4, 5, 6, 7, 8]}),
+        (["SPC            5       1     123      0.       2  123456"], {"spc_5_123": [1], "spc_5_123456": [2]}),
+        (["SPC1,5,123,1,2", "SPC1,5,456,2,4"], {"spc_5_123": [1], "spc_5_123456": [2]}),
+        (["SPCADD,9,5,6", "SPC1,5,123,1", "SPC1,6,123456,1,2"],
+         {"spc_5_123": [1], "spc_6_123456": [1, 2], "spc_9_123456": [1, 2]}),
+        (["GRID,20,,0.,0.,0.,,123456", "CTRIA3,20,1,10,9,20"], {"grid_123456": [11]}),
+    ],
+)  # fmt: skip
+def test_what_nastran_s_cards_hold_are_sets_of_nodes(tmp_path, cards, sets):
+    mesh = read(tmp_path / "m.bdf", bulk(CARDS, *cards))
+    assert {name: nodes_of(mesh, name) for name in mesh.sets if name != "free_edges"} == sets
+
+
+def test_a_case_is_held_by_the_nodes_of_an_spc(tmp_path):
+    (tmp_path / "m.bdf").write_text(bulk(CARDS, "SPC1,5,123456,1,2"))
+    parts = {"part_1": PART, "part_2": PART}
+    case = load_case(table_with(tmp_path / "m.bdf", mesh_unit="mm", parts=parts, supports={"spc_5_123456": "clamped"}))
+    assert list(np.flatnonzero(build_plate(case).fixed)) == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("cards", "said"),
+    [
+        (["SPC1,5,246,1,2"], "spc_5_246 is not read: it holds the freedoms 246 of 2 nodes, and a support those of 123"),
+        (["SPC,5,1,123,0.5"], "SPC 5 moves node 1, which is not read"),
+        (["SPCD,5,1,3,0.5"], "SPCD is not read"),
+        (["GRDSET,,,,,,,345"], "GRDSET is not read"),
+    ],
+)  # fmt: skip
+def test_holds_of_nastran_that_no_support_is_are_told(tmp_path, cards, said):
+    (found,) = warnings(tmp_path / "m.bdf", bulk(CARDS, *cards))
+    assert found.startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("card", "said"),
+    [
+        ("SPC1,5,123,1,2,99", "the set of nodes spc_5_123 refers to 99, which is not there"),
+        ("SPC1,5,127,1", '"127" in the line "SPC1 5 127 1.*" names no freedoms of 1 to 6'),
+        ("SPC1,5,123,1,THRU,9,BY,2", 'SPC1: "9 BY 2" in the line'),
+        ("SPCADD,5,7", "SPCADD 5 adds 7, which no SPC or SPC1 is"),
+    ],
+)
+def test_holds_of_nastran_that_are_not_whole_are_refused(tmp_path, card, said):
+    with pytest.raises(UserError, match=said):
+        read(tmp_path / "m.bdf", bulk(CARDS, card))
 
 
 def keywords(*more: str, shells: str = "*ELEMENT_SHELL", second: tuple[str, ...] = (), wide: int = 8) -> str:
