@@ -59,7 +59,7 @@ def assembled(
     rigid = np.array([not one.material.moves for one in each])[parts.part]
     if rigid.any():
         held.hold_globally(np.unique(parts.quads[rigid]), EVERYTHING)
-    ties = ties_of(parts, dict(links.ties), held.held & DISPLACEMENTS > 0)
+    ties = ties_of(parts, dict(links.ties), held.held > 0)
     rivets = rivets_of(parts, links.rivets)
     _refuse_loose_parts(parts, held, ties, rivets)
     return Target(mesh, Nodes(parts.nodes, damping), blocks, held, ties=ties, rivets=rivets)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 
+LEVEL = 0.7
+"""Cosine from which on two shells that meet are one surface."""
+
 
 @dataclass(frozen=True)
 class ShellMesh:
@@ -38,16 +41,24 @@ class ShellMesh:
         return share[self.rim]
 
     def normals(self) -> Array:
-        """Unit normal at every node, the mean over its quadrilaterals weighted by area, (m, 3)."""
+        """Unit normal at every node, the mean over its quadrilaterals weighted by area, (m, 3).
+
+        A facet that is wound against the first one there counts as if it were wound with it.
+        """
         corners = self.nodes[self.quads]
         vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        summed, square = np.zeros_like(self.nodes), ~is_triangle(self.quads)
-        for corner in range(3):
-            np.add.at(summed, self.quads[:, corner], vectors)
-        np.add.at(summed, self.quads[square, 3], vectors[square])
+        sizes = np.linalg.norm(vectors, axis=1)
+        first, summed = np.zeros(len(self.nodes), np.int64), np.zeros_like(self.nodes)
+        first[self.quads[::-1]] = np.arange(len(self.quads))[::-1, None]
+        for corner in range(4):
+            own = ~is_triangle(self.quads) if corner == 3 else np.ones(len(self.quads), np.bool_)
+            node, vector = self.quads[own, corner], vectors[own]
+            along = (vector * vectors[first[node]]).sum(axis=1)
+            against = along < -LEVEL * sizes[own] * sizes[first[node]]
+            np.add.at(summed, node, np.where(against[:, None], -vector, vector))
         size = np.linalg.norm(summed, axis=1)
-        area = np.bincount(self.quads.ravel(), np.repeat(np.linalg.norm(vectors, axis=1), 4), len(summed))
-        for node in np.flatnonzero(size <= 1e-6 * area):  # facets wound against each other: the first of them
+        area = np.bincount(self.quads.ravel(), np.repeat(sizes, 4), len(summed))
+        for node in np.flatnonzero(size <= 1e-6 * area):  # several sheets meet, and their normals cancel: the first
             summed[node] = vectors[np.argmax((self.quads == node).any(axis=1))]
         return summed / np.linalg.norm(summed, axis=1, keepdims=True)
 

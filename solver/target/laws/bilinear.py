@@ -26,6 +26,7 @@ class Bilinear(RatedMetal):
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
         young, tangent = si_in(cls, raw, "young"), si_in(cls, raw, "tangent_modulus")
         if young is not None and tangent is not None and tangent >= young:
             yield f"{prefix}.tangent_modulus = {raw['tangent_modulus']} is not below young; megapascals?"

@@ -54,6 +54,15 @@ class Metal(TargetMaterial):
     fracture_energy: Annotated[float, Between("0 kN/m", "10000 kN/m")] = 0.0
     return_mapping: Literal["closest_point", "radial"] = "closest_point"
 
+    @classmethod
+    def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        ends = [key for key in ("failure_strain", "D") if key in cls.model_fields]
+        if si_in(cls, raw, "fracture_energy") and not any(key in raw for key in ends):
+            yield (
+                f"{prefix}.fracture_energy = {raw['fracture_energy']} does nothing alone; give {prefix}."
+                f"{' or '.join(ends)}, from which on it is spent"
+            )
+
     def row(self) -> Array:
         row = elastic_row(self.young, self.poisson)
         row[metal.RETURN] = metal.RADIAL if self.return_mapping == "radial" else metal.CLOSEST_POINT

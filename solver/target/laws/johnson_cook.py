@@ -38,6 +38,7 @@ class JohnsonCook(Metal):
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
         if "failure_strain" in raw and "D" in raw:
             yield f"{prefix}: failure_strain and D are both given; keep one"
         given = [key for key in ("melt", "specific_heat") if key in raw]

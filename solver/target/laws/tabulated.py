@@ -40,6 +40,7 @@ class Tabulated(RatedMetal):
 
     @classmethod
     def broken_rules(cls, raw: Mapping[str, Any], prefix: str) -> Iterator[str]:
+        yield from super().broken_rules(raw, prefix)
         strain, stress = raw.get("plastic_strain"), raw.get("flow_stress")
         if isinstance(strain, list) and isinstance(stress, list) and len(strain) != len(stress):
             yield f"{prefix}: {len(strain)} values of plastic_strain and {len(stress)} of flow_stress; give as many"

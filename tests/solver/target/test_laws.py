@@ -258,3 +258,11 @@ def test_a_wrong_table_is_refused(change, said):
     except ValidationError as error:
         found += [one["msg"] for one in error.errors()]
     assert any(said in line for line in found)
+
+
+@pytest.mark.parametrize("law", ["bilinear", "power", "tabulated", "johnson_cook"])
+def test_a_fracture_energy_that_nothing_spends_is_refused(law):
+    found = list(TARGET_LAWS[law].broken_rules({"fracture_energy": "60 kN/m"}, "target.materials.skin"))
+    assert found[0].startswith("target.materials.skin.fracture_energy = 60 kN/m does nothing alone; give target.mat")
+    ended = {"fracture_energy": "60 kN/m", "failure_strain": 0.1}
+    assert not list(TARGET_LAWS[law].broken_rules(ended, "target.materials.skin"))

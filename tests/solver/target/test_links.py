@@ -19,7 +19,7 @@ from birdstrike.solver.target.links.ties import TieData, Ties
 from birdstrike.solver.target.modes import natural_frequencies
 from birdstrike.solver.target.part_mesh import PartMesh, Patch, Row, merged
 from birdstrike.solver.target.shell_block import ShellBlock
-from birdstrike.solver.target.supports import NAMED
+from birdstrike.solver.target.supports import NAMED, EdgeStiffness
 from birdstrike.solver.target.triangle_block import TriangleBlock
 from tests.solver.target.triangles import cut
 
@@ -245,6 +245,17 @@ def test_a_tie_whose_nodes_can_follow_nothing_is_named(nodes, held, said):
     data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
     with pytest.raises(UserError, match=said):
         assembled(parts, data, held, 0.0, LinkData({"seam": TieData(nodes, "left", 1e-3)}))
+
+
+def test_nodes_whose_rotations_alone_are_held_are_not_tied():
+    parts = halves(4, 4)
+    sets = {"far": np.flatnonzero(parts.nodes[:, 0] < -0.059), "near": parts.sets["right"][:3]}
+    supports = {"far": NAMED["clamped"], "near": EdgeStiffness(in_plane=0.0, transverse=0.0)}
+    data = dict.fromkeys(parts.parts, PartData(2e-3, METAL))
+    links = LinkData({"seam": TieData("right", "left", 1e-4)})
+    target = assembled(replace(parts, sets={**parts.sets, **sets}), data, supports, links=links)
+    assert target.fixed_rotation[sets["near"]].all()
+    assert list(ties_in(target).followers) == list(parts.sets["right"][3:5])
 
 
 def test_a_tie_that_reaches_nothing_and_a_part_that_hangs_on_nothing_are_named():

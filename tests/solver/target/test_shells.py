@@ -15,7 +15,7 @@ from birdstrike.solver.build import flight_to_panel
 from birdstrike.solver.case.case import load_case
 from birdstrike.solver.coupling import Coupling
 from birdstrike.solver.simulate import simulate
-from birdstrike.solver.target.mesh import cylindrical_panel
+from birdstrike.solver.target.mesh import cylindrical_panel, shell_mesh
 
 
 def test_scordelis_lo_roof():
@@ -57,6 +57,16 @@ def test_panel_has_its_radius_and_its_arc():
     assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(2.0 * 0.6 * np.sin(0.25 / 0.6))
     assert np.ptp(mesh.surface[:, 0]) == pytest.approx(0.5)
     assert (mesh.normals()[:, 2] > 0.0).all()
+
+
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_normals_do_not_hang_on_how_shells_are_wound(every):
+    """But for their sign: springs along and across the surface act the same ways."""
+    mesh = cylindrical_panel(0.4, 0.4, 0.3, (16, 16))
+    quads = mesh.quads.copy()
+    quads[::every] = quads[::every][:, [0, 3, 2, 1]]
+    cosine = (mesh.normals() * shell_mesh(mesh.nodes, quads).normals()).sum(axis=1)
+    assert np.abs(cosine) == pytest.approx(1.0)
 
 
 PANEL = {
