@@ -149,7 +149,8 @@ def train_and_invert(
         sampling=Sampling() if more.posterior else None,
         analyse=more.posterior,
     )
-    options.methods()
+    if "network" not in options.methods():
+        _refuse_network_s(options)
     cases = _listed(case)
     if len(folders) > 1 and not cases:
         raise UserError(
@@ -175,6 +176,19 @@ def train_and_invert(
     asked = {"trainer": trainer, "method": method, "seed": seed, "allow_rank_deficient": allow_rank_deficient}
     write_json(folder / OPTIONS_FILE, asked | _sources(folders, pairs) | {"extras": asdict(more)})
     return outcome.inversion
+
+
+def _refuse_network_s(options: InversionOptions) -> None:
+    """Raises UserError for choices of a network where none is trained."""
+    usual = InversionOptions()
+    given = [
+        name for name in ("trainer", "hidden", "copies", "outputs") if getattr(options, name) != getattr(usual, name)
+    ]
+    if given:
+        raise UserError(
+            f"--method {options.method} trains no network, so that {', '.join(f'--{name}' for name in given)} would "
+            "change nothing: leave it out, or use --method network or both"
+        )
 
 
 def _sources(folders: Sequence[Path], pairs: Sequence[tuple[Any, Any]]) -> dict[str, Any]:

@@ -254,3 +254,10 @@ def test_a_file_that_is_no_mesh_study_is_refused(doe: Path, measured: Path, tmp_
     (tmp_path / "other.csv").write_text(content)
     with pytest.raises(UserError, match=r"other\.csv is no convergence\.csv of birdstrike converge"):
         train_and_invert(doe, measured, tmp_path / "out", extras=Extras(refine=0, mesh=tmp_path / "other.csv"))
+
+
+def test_choices_of_a_network_are_refused_where_none_is_trained(doe: Path, measured: Path, tmp_path: Path) -> None:
+    extras = replace(PLAIN, hidden=None, outputs="linear")
+    with pytest.raises(UserError, match="so that --trainer, --hidden, --outputs would change nothing"):
+        train_and_invert(doe, measured, tmp_path / "out", "adam", "emulator", extras=extras)
+    assert not (tmp_path / "out").exists()
