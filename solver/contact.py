@@ -32,8 +32,10 @@ class SheetContact:
     gap, most (e,): distance from a facet's mid-surface at which contact begins, and the overlap beyond which a particle
     has passed through it [m]. On a sheet that is touched from one side, `past_rim` (n,) marks the particles that came
     in from beside; on one that is touched from both, what was over a facet when it tore; neither touches anything until
-    it is clear. side (n,): that of the particle, 1 where the sheet's normals point; borders (s, n): the border of each
-    sheet that it is beyond, `number` being this one's; barred (n,): see `kernels.sheet_contact`.
+    it is clear. met (n,): the facet at whose thickness a particle is touched, the one over which it was last clear, so
+    that no spring jumps where it slides on to a thicker one; -1 before it is known. side (n,): that of the particle, 1
+    where the sheet's normals point; borders (s, n): the border of each sheet that it is beyond, `number` being this
+    one's; barred (n,): see `kernels.sheet_contact`.
     """
 
     def __init__(self, sheet: Sheet, target: Target, bird: BirdBody, borders: NDArray[np.int64], number: int) -> None:
@@ -48,9 +50,19 @@ class SheetContact:
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
-        self.barred = np.zeros(bird.n, np.bool_)
+        self.barred, self.met = np.zeros(bird.n, np.bool_), np.full(bird.n, -1)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
         self.followed = np.empty(0, np.int64)
+
+    @property
+    def touch(self) -> Array:
+        """Distance from the mid-surface at which each particle is touched, (n,) [m]."""
+        return self.gap[self.met]
+
+    @property
+    def through(self) -> Array:
+        """Overlap beyond which each particle has passed through, (n,) [m]."""
+        return self.most[self.met]
 
     def find(self, bird: BirdBody, target: Target) -> NDArray[np.int64]:
         """Nearest facet of every particle near the sheet, and which these are (k,)."""
@@ -84,6 +96,7 @@ class SheetContact:
         near[moved[facet < 0]] = False
         self.begin(moved[facet >= 0], facet[facet >= 0])
         self.side[~near], self.past_rim[~near], self.barred[~near], self.distance[~near] = 0, False, False, np.inf
+        self.met[~near] = -1
 
     def tear(self, alive: NDArray[np.bool_], bird: BirdBody, target: Target) -> None:
         """Facets have torn, alive (f,) of the target: what was over one begins at the nearest that is left.
@@ -124,6 +137,7 @@ class SheetContact:
         if not self.sheet.two_sided:
             surface = (target.x, self.quads, self.across, self.alive, self.gap)
             follow_facets(followed, bird.x, *surface, self.facet, self.foot, self.past_rim)
+            self.met[followed] = self.facet[followed]
             return
         sheet, state = (self.quads, self.across, self.alive), (self.facet, self.foot, self.borders[self.number])
         find_feet(followed, bird.x, target.x, sheet, *state, self.distance)
@@ -133,7 +147,7 @@ class SheetContact:
         if not self.sheet.two_sided:
             return
         meeting = (self.sheet.start, self.sheet.others, self.sheet.beside, self.sheet.first)
-        state = (self.facet, self.foot, self.past_rim, self.barred, self.side, self.distance)
+        state = (self.facet, self.met, self.foot, self.past_rim, self.barred, self.side, self.distance)
         settle_feet(followed, meeting, alive, self.borders, self.number, self.gap, *state)
 
 
@@ -255,7 +269,7 @@ class Contact:
                 continue
             where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot, sheet.overlap)
             touching, deepest, stored, passed = contact_forces(
-                bird.n, (sheet.gap, sheet.most), self.stiffness, *where, self.on_bird, self.on_plate
+                bird.n, (sheet.touch, sheet.through), self.stiffness, *where, self.on_bird, self.on_plate
             )
             self.touching += touching
             self.deepest = max(self.deepest, deepest)
@@ -269,7 +283,7 @@ class Contact:
         pushed a step ago came from behind a folded petal, and was not squeezed.
         """
         for sheet in self.sheets:
-            deep = sheet.overlap > sheet.most[sheet.facet]
+            deep = sheet.overlap > sheet.through
             self.squeezed += int(np.count_nonzero(deep & (sheet.overlap_before > 0.0)))
             self.release(deep, sheet.overlap_before)
             sheet.past_rim |= deep
@@ -353,7 +367,7 @@ class Friction:
         moving = (bird.v, plate.x, plate.v)
         for sheet in contact.sheets:
             where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot)
-            friction_forces(bird.n, law, sheet.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
+            friction_forces(bird.n, law, sheet.touch, *moving, *where, self.room, self.on_bird, self.on_plate)
         contact.on_bird += self.on_bird
         contact.on_plate += self.on_plate
 

@@ -185,8 +185,8 @@ def follow_facets(followed, x, nodes, quads, across, alive, gap, facet, foot, pa
 def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, overlaps, on_bird, on_plate):
     """Add contact forces [N] to those on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
-    limits: gap (e,) [m], the distance from each facet's mid-surface at which contact begins, and the overlap (e,) [m]
-    beyond which a particle has passed through; stiffness [N/m]; out: overlaps (n,) [m].
+    limits: gap (n,) [m], the distance from the mid-surface at which each particle is touched, and the overlap (n,) [m]
+    beyond which it has passed through; stiffness [N/m]; out: overlaps (n,) [m].
     Returns the number of touching particles, the deepest overlap [m], the energy in the springs [J], and how many have
     passed.
     """
@@ -196,9 +196,9 @@ def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, ov
     stored = 0.0
     for a in range(n):
         overlaps[a] = 0.0
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap[facet[a]]:
+        if not (watched[a] and active[a]) or foot[a, 2] >= gap[a]:
             continue
-        overlap = gap[facet[a]] - foot[a, 2]
+        overlap = gap[a] - foot[a, 2]
         overlaps[a] = overlap
         shape = bilinear(foot[a, 0], foot[a, 1])
         for c in range(3):
@@ -209,5 +209,5 @@ def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, ov
         touching += 1
         deepest = max(deepest, overlap)
         stored += 0.5 * stiffness * overlap * overlap
-        passed += overlap > most[facet[a]]
+        passed += overlap > most[a]
     return touching, deepest, stored, passed

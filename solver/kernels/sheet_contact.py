@@ -158,14 +158,15 @@ def border_state(others, sheets, first, alive, borders, a):
 
 
 @njit(cache=True, parallel=True)
-def settle_feet(followed, meeting, alive, borders, number, gap, facet, foot, hidden, barred, side, distance):
+def settle_feet(followed, meeting, alive, borders, number, gap, facet, met, foot, hidden, barred, side, distance):
     """Which of the found feet are touched, and from which side.
 
     followed: (k,) particle numbers; meeting: start (4 e + 1,), others, their sheets, and whether they come first, by
     side of a facet; alive (f,) of all facets; borders (s, n) of all sheets; number: of this one; gap (e,) [m]. In and
-    out: foot (n, 6); hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a
-    border within the gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in
-    the foot is then counted on the particle's side, infinite of what touches nothing, and so is its normal.
+    out: met (n,): the facet at whose gap each is touched, the one that it was last clear of, or -1; foot (n, 6);
+    hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a border within the
+    gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in the foot is then
+    counted on the particle's side, infinite of what touches nothing, and so is its normal.
 
     A border that is laid bare by a tear is not touched by what was within the gap: a spring that starts stretched would
     make energy from nothing.
@@ -177,19 +178,22 @@ def settle_feet(followed, meeting, alive, borders, number, gap, facet, foot, hid
         if border == NOTHING:
             foot[a, 2] = math.inf
             continue
-        if border != INSIDE or side[a] == 0 or distance[a] >= gap[f]:
+        if met[a] < 0 or distance[a] >= max(gap[met[a]], gap[f]):
+            met[a] = f
+        touch = gap[met[a]]
+        if border != INSIDE or side[a] == 0 or distance[a] >= touch:
             side[a] = 1 if foot[a, 2] >= 0.0 else -1
         if border != INSIDE:
             there = slice(start[4 * f + border], start[4 * f + border + 1])
             state = border_state(others[there], sheets[there], first[there], alive, borders, a)
             if state == BARRED:
-                barred[a] = distance[a] < gap[f]
+                barred[a] = distance[a] < touch
                 foot[a, 2] = math.inf
                 continue
             hidden[a] = hidden[a] or (barred[a] and state == FREE)
         barred[a] = False
         for c in range(2, 6):
             foot[a, c] *= side[a]
-        hidden[a] = hidden[a] and foot[a, 2] < gap[f]
+        hidden[a] = hidden[a] and foot[a, 2] < touch
         if hidden[a]:
             foot[a, 2] = math.inf

@@ -298,6 +298,25 @@ def test_overlapping_skins_are_touched_one_after_the_other():
 
 
 @pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_particle_that_slides_over_a_step_of_thickness_gains_nothing(way, triangles):
+    """Pressed on 4 mm and on 8 mm alike; once it has been clear, it is touched at the gap of what is under it."""
+    nodes, quads = grid(np.array([-0.1, -0.05, 0.0]), X, Y, (10, CELLS))
+    quads = cut(quads, crossed=True) if triangles else quads
+    target = target_of(nodes, quads, (nodes[quads].mean(axis=1)[:, 0] > 0.0).astype(np.int64))
+    first, second = THICKNESS if way > 0.0 else THICKNESS[::-1]
+    bird = particles(np.array([[-0.05 * way, 0.003, 0.5 * (first + SPACING)]]), np.array([[100.0 * way, 0.0, 0.0]]))
+    contact = fly(target, bird, 1000, 1e-6, pull=np.array([0.0, 0.0, -1e5]))
+    assert bird.x[0, 0] == pytest.approx(0.05 * way)
+    assert contact.stored == pytest.approx(contact.energies["contact"], abs=1e-3 * contact.stored)
+    bird.x[0, 2] = 0.03
+    contact.update_forces(bird, target)
+    bird.x[0, 2] = 0.5 * (second + SPACING) - 2e-4
+    contact.update_forces(bird, target)
+    assert contact.on_bird[0, 2] == pytest.approx(contact.stiffness * 2e-4)
+
+
+@pytest.mark.parametrize("triangles", [False, True])
 def test_forces_on_particles_and_nodes_are_equal_and_opposite(triangles):
     target = stiffened((-0.04, 0.0, 0.04), flipped=True, triangles=triangles)
     rng = np.random.default_rng(2)
