@@ -17,6 +17,7 @@ from birdstrike.solver.kernels.neighbours import largest_displacement_squared
 from birdstrike.solver.kernels.sheet_contact import NOTHING, find_feet, settle_feet
 from birdstrike.solver.kernels.sums import work_of_forces
 from birdstrike.solver.target.assembly import Target
+from birdstrike.solver.target.mesh import reach_of
 from birdstrike.solver.target.sheets import Sheet, sheets_of, whole_sheet
 
 STICKING = 0.5  # of k m' under the root below
@@ -53,16 +54,6 @@ class SheetContact:
         self.barred, self.met = np.zeros(bird.n, np.bool_), np.full(bird.n, -1)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
         self.followed = np.empty(0, np.int64)
-
-    @property
-    def touch(self) -> Array:
-        """Distance from the mid-surface at which each particle is touched, (n,) [m]."""
-        return self.gap[self.met]
-
-    @property
-    def through(self) -> Array:
-        """Overlap beyond which each particle has passed through, (n,) [m]."""
-        return self.most[self.met]
 
     def find(self, bird: BirdBody, target: Target) -> NDArray[np.int64]:
         """Nearest facet of every particle near the sheet, and which these are (k,)."""
@@ -123,9 +114,9 @@ class SheetContact:
             return np.zeros(len(points), np.int64)
         from scipy.spatial import KDTree  # late: a tenth of a second that reading a case need not take
 
-        corners = target.x[self.quads[left]]
-        centres = corners.mean(axis=1)
-        within += float(np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max()))
+        quads = self.quads[left]
+        centres = target.x[quads].mean(axis=1)
+        within += float(reach_of(target.x, quads, centres).max())
         close = np.all((centres > points.min(axis=0) - within) & (centres < points.max(axis=0) + within), axis=1)
         if not close.any():
             return np.full(len(points), -1)
@@ -267,9 +258,9 @@ class Contact:
             if not len(sheet.followed):
                 sheet.overlap[:] = 0.0
                 continue
-            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot, sheet.overlap)
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.met, sheet.foot, sheet.overlap)
             touching, deepest, stored, passed = contact_forces(
-                bird.n, (sheet.touch, sheet.through), self.stiffness, *where, self.on_bird, self.on_plate
+                bird.n, (sheet.gap, sheet.most), self.stiffness, *where, self.on_bird, self.on_plate
             )
             self.touching += touching
             self.deepest = max(self.deepest, deepest)
@@ -283,7 +274,7 @@ class Contact:
         pushed a step ago came from behind a folded petal, and was not squeezed.
         """
         for sheet in self.sheets:
-            deep = sheet.overlap > sheet.through
+            deep = sheet.overlap > sheet.most[sheet.met]
             self.squeezed += int(np.count_nonzero(deep & (sheet.overlap_before > 0.0)))
             self.release(deep, sheet.overlap_before)
             sheet.past_rim |= deep
@@ -366,8 +357,8 @@ class Friction:
         law = (self.coefficient, self.stiffness, self.resistance)
         moving = (bird.v, plate.x, plate.v)
         for sheet in contact.sheets:
-            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.foot)
-            friction_forces(bird.n, law, sheet.touch, *moving, *where, self.room, self.on_bird, self.on_plate)
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.met, sheet.foot)
+            friction_forces(bird.n, law, sheet.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
         contact.on_bird += self.on_bird
         contact.on_plate += self.on_plate
 

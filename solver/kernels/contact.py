@@ -182,11 +182,12 @@ def follow_facets(followed, x, nodes, quads, across, alive, gap, facet, foot, pa
 
 
 @njit(cache=True)
-def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, overlaps, on_bird, on_plate):
+def contact_forces(n, limits, stiffness, quads, watched, active, facet, met, foot, overlaps, on_bird, on_plate):
     """Add contact forces [N] to those on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
-    limits: gap (n,) [m], the distance from the mid-surface at which each particle is touched, and the overlap (n,) [m]
-    beyond which it has passed through; stiffness [N/m]; out: overlaps (n,) [m].
+    limits: gap (e,) [m], the distance from each facet's mid-surface at which contact begins, and the overlap (e,) [m]
+    beyond which a particle has passed through, both those of the facet met (n,); stiffness [N/m]; out: overlaps (n,)
+    [m].
     Returns the number of touching particles, the deepest overlap [m], the energy in the springs [J], and how many have
     passed.
     """
@@ -196,9 +197,9 @@ def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, ov
     stored = 0.0
     for a in range(n):
         overlaps[a] = 0.0
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap[a]:
+        if not (watched[a] and active[a]) or foot[a, 2] >= gap[met[a]]:
             continue
-        overlap = gap[a] - foot[a, 2]
+        overlap = gap[met[a]] - foot[a, 2]
         overlaps[a] = overlap
         shape = bilinear(foot[a, 0], foot[a, 1])
         for c in range(3):
@@ -209,5 +210,5 @@ def contact_forces(n, limits, stiffness, quads, watched, active, facet, foot, ov
         touching += 1
         deepest = max(deepest, overlap)
         stored += 0.5 * stiffness * overlap * overlap
-        passed += overlap > most[a]
+        passed += overlap > most[met[a]]
     return touching, deepest, stored, passed

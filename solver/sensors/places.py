@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
-from birdstrike.solver.target.mesh import ShellMesh, centres_of
+from birdstrike.solver.target.mesh import ShellMesh, centres_of, reach_of
 
 INSIDE = ROUNDED = 1.0 + 1e-9
 PARALLEL = 0.01
@@ -93,7 +93,7 @@ def place_in_space(mesh: ShellMesh, point: Array, part: str | None = None) -> tu
     facets = np.arange(len(mesh.quads)) if part is None else mesh.parts[part]
     middles = centres_of(mesh.nodes, mesh.quads[facets])
     away = np.linalg.norm(middles - point, axis=1)
-    reach = np.linalg.norm(mesh.nodes[mesh.quads[facets]] - middles[:, None], axis=2).max(axis=1)
+    reach = reach_of(mesh.nodes, mesh.quads[facets], middles)
     near = facets[away - reach <= ROUNDED * away.min()]
     found = []
     for facet in near:

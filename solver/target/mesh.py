@@ -114,6 +114,11 @@ def centres_of(nodes: Array, quads: NDArray[np.int64]) -> Array:
     return centres
 
 
+def reach_of(nodes: Array, quads: NDArray[np.int64], centres: Array) -> Array:
+    """Distance of each facet's farthest corner from its centre, (e,) [m]."""
+    return np.linalg.norm(nodes[quads] - centres[:, None], axis=2).max(axis=1)
+
+
 def border_sides(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     """Node pairs (k, 2), rising, of the sides that one facet alone has."""
     order, start, count = sides_by_edge(quads)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
+from birdstrike.solver.target.mesh import reach_of
 
 ROUNDED = 1.0 + 1e-9
 SAMPLES = 9
@@ -45,7 +46,7 @@ class Surface:
 
         self.nodes, self.quads = nodes, quads
         self.centres = nodes[quads].mean(axis=1)
-        self.reach = np.linalg.norm(nodes[quads] - self.centres[:, None], axis=2).max(axis=1)
+        self.reach = reach_of(nodes, quads, self.centres)
         self.tree, self.farthest = KDTree(self.centres), float(self.reach.max())
 
     def foot(self, point: Array) -> Foot:
