@@ -67,8 +67,38 @@ def is_on_side(quad, xi, eta, side):
 
 
 @njit(cache=True)
+def may_be_nearer(point, nodes, quad, foot):
+    """False where no point of a facet is nearer to the point than foot, as its corners alone tell; it asks no iteration.
+
+    With w from the foot to the point, s from the foot to q, and t the part of s across w, q is nearer where
+    |t|^2 < 2 s.w - (s.w/|w|)^2. A facet lies within the hull of its corners, so that s.w is at most their largest, and
+    |t| at least their smallest share along any direction across w: here that of the facet's middle.
+    """
+    wx, wy, wz = foot[2] * foot[3], foot[2] * foot[4], foot[2] * foot[5]
+    bx, by, bz = wx - point[0], wy - point[1], wz - point[2]  # less the foot
+    squared = wx * wx + wy * wy + wz * wz
+    mx = my = mz = 0.0
+    highest = 0.0
+    for corner in range(4):
+        x, y, z = nodes[quad[corner], 0] + bx, nodes[quad[corner], 1] + by, nodes[quad[corner], 2] + bz
+        highest = max(highest, x * wx + y * wy + z * wz)
+        mx, my, mz = mx + x, my + y, mz + z
+    if highest <= 0.0:
+        return False
+    up = (mx * wx + my * wy + mz * wz) / squared
+    mx, my, mz = mx - up * wx, my - up * wy, mz - up * wz
+    least = math.inf
+    for corner in range(4):
+        x, y, z = nodes[quad[corner], 0] + bx, nodes[quad[corner], 1] + by, nodes[quad[corner], 2] + bz
+        least = min(least, x * mx + y * my + z * mz)
+    return least <= 0.0 or least * least < 2.0 * highest * (mx * mx + my * my + mz * mz)
+
+
+@njit(cache=True)
 def nearer_of(point, nodes, quads, facet, other, foot, room):
     """The other facet where it is nearer to the point than foot, which is then there; else the facet."""
+    if not may_be_nearer(point, nodes, quads[other], foot):
+        return facet
     room[0] = room[1] = 0.0
     if not nearest_on_facet(point, nodes, quads[other], room) or abs(room[2]) >= NEARER * abs(foot[2]):
         return facet
