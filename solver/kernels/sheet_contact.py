@@ -68,7 +68,7 @@ def is_on_side(quad, xi, eta, side):
 
 @njit(cache=True)
 def may_be_nearer(point, nodes, quad, foot):
-    """False where no point of a facet is nearer to the point than foot, as its corners alone tell; it asks no iteration.
+    """False where no point of a facet is nearer to the point than foot, as its corners alone tell, without iteration.
 
     With w from the foot to the point, s from the foot to q, and t the part of s across w, q is nearer where
     |t|^2 < 2 s.w - (s.w/|w|)^2. A facet lies within the hull of its corners, so that s.w is at most their largest, and
