@@ -70,7 +70,7 @@ def read_export(
     answer = inversion.methods[name]
     inverted = base.with_values(_point(answer))
     source = (
-        f"Inverted by the {name} ({path.name}). The simulation at these values differs from the measurement by "
+        f"Inverted by the {name} ({path.name}). The simulation at these values differs from the record by "
         f"{error_words(answer)}.",
         f"Record: {Path(inversion.measured.path).name}"
         f"{', which is SIMULATED, NOT MEASURED' if inversion.measured.simulated else ''}.",

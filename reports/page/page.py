@@ -45,7 +45,9 @@ from birdstrike.reports.sections.parts import (
 Maker = Callable[[Results], Section | None]
 
 DIAGNOSIS: tuple[Maker, ...] = tuple(in_report(make) for make in DIAGNOSIS_SECTIONS)
+FIRST_SCREEN, *DIAGNOSIS_IN_FULL = DIAGNOSIS
 SECTIONS: tuple[Maker, ...] = (
+    FIRST_SCREEN,
     summary.section,
     setup.section,
     models.section,
@@ -54,7 +56,7 @@ SECTIONS: tuple[Maker, ...] = (
     curves.section,
     parameters.section,
     identifiability.section,
-    *DIAGNOSIS,
+    *DIAGNOSIS_IN_FULL,
     campaign.section,
     surrogates.section,
     method_comparison.section,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def analysed(results: Results) -> str:
         if parts > 1
         else f"a plate of {length} × {width} × {thickness}"
     )
-    peaks = ", ".join(_record_peak(results, channel) for channel in results.channels)
+    peaks = _record_peaks(results)
     verdict = f"{origin(record)}, not measured" if record.simulated else "measured"
     return (
         f"Analysed: a bird of {quantity(case.bird.actual_mass, 'kg')} at {quantity(case.impact.speed, 'm/s')} "
@@ -35,27 +35,46 @@ def analysed(results: Results) -> str:
     )
 
 
-def _record_peak(results: Results, channel: str) -> str:
-    time, values = results.record.points(channel)
-    at, value = peak(time, values)
-    unit = results.record.units[channel]
-    return f"{time.size} points of {words(channel)}, peak {quantity(value, unit)} at {quantity(at, 's')}"
+def _record_peaks(results: Results) -> str:
+    """`148 points of displacement centre (peak 6.35 mm at 1.52 ms) and ...`, the count once where all have as many."""
+    counts, peaks = list[int](), list[str]()
+    for channel in results.channels:
+        time, values = results.record.points(channel)
+        at, value = peak(time, values)
+        counts.append(time.size)
+        peaks.append(f"{words(channel)} (peak {quantity(value, results.record.units[channel])} at {quantity(at, 's')})")
+    if len(set(counts)) == 1:
+        each = " each" if len(counts) > 1 else ""
+        return f"{counts[0]} points{each} of {listing(peaks)}"
+    return listing([f"{count} points of {text}" for count, text in zip(counts, peaks, strict=True)])
+
+
+def listing(parts: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
 
 
 def verified(results: InversionResults) -> str:
     """RMS error of the solver re-run at each answer, the best first, with the time offset it is stated for."""
     first, *others = results.finished
-    line = (
-        f"Verified: the simulation at the {first}'s answer differs from the measurement by {error_text(results, first)}"
-    )
+    line = f"Verified: the simulation at the {first}'s answer differs from the record by {error_text(results, first)}"
     for other in others:
         line += f"; at the {other}'s answer by {error_text(results, other)}"
-    return f"{line} ({offset_text(results)})."
+    meant = "RMS, and share of the peak; " if len(results.channels) > 1 else ""
+    return f"{line} ({meant}{offset_text(results)})."
 
 
 def error_text(results: InversionResults, method: str) -> str:
-    """`0.310 mm RMS, 5.4 % of the peak`, one for every channel."""
-    return " and ".join(channel_error(results, method, channel) for channel in results.channels)
+    """`0.310 mm RMS, 5.4 % of the peak`; of several channels `0.310 mm (5.4 %) in displacement centre and ...`."""
+    if len(results.channels) == 1:
+        return channel_error(results, method, results.channels[0])
+    parts = list[str]()
+    for channel in results.channels:
+        score = results.inversion.methods[method].channels[channel]
+        rmse, share = score.verified_rmse, score.verified_relative
+        size = "unknown" if rmse is None or share is None else f"{quantity(rmse, score.unit)} ({percent(share)})"
+        parts.append(f"{size} in {words(channel)}")
+    return listing(parts)
 
 
 def channel_error(results: InversionResults, method: str, channel: str) -> str:
@@ -110,11 +129,41 @@ def _estimated(results: InversionResults, name: str) -> str:
 
 def reach_and_residual(results: Results) -> str:
     """Whether the campaign's simulations reach the record, and the largest residual of the best verification."""
-    where = "; ".join(prior_text(results, channel) for channel in results.channels)
-    largest = "; ".join(worst_text(results, channel, results.best) for channel in results.channels)
+    if len(results.channels) == 1:
+        channel = results.channels[0]
+        where, largest = prior_text(results, channel), worst_text(results, channel, results.best)
+    else:
+        where = _prior_texts(results)
+        largest = listing([_worst_of(results, channel, results.best) for channel in results.channels])
     return (
         f"Prior predictive: {where}; {_fit(results)}. Largest residual of the {results.best}'s verification: {largest}."
     )
+
+
+def _prior_texts(results: Results) -> str:
+    """Of several channels: those outside all simulations, how often and how far, then those within their range."""
+    outside, within = list[str](), list[str]()
+    for channel in results.channels:
+        seen, unit = record_position(results, channel), results.record.units[channel]
+        if not (count := int(seen.outside.sum())):
+            within.append(words(channel))
+            continue
+        at, value = peak(seen.time, seen.excess)
+        side = "above" if value > 0 else "below"
+        far = f"up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
+        outside.append(f"{words(channel)} ({count} of {seen.points} points, {far})")
+    runs = _runs(results)
+    if not outside:
+        return f"within noise the record lies within the range of the campaign's {runs} in {listing(within)}"
+    beyond = f"the record lies outside the campaign's {runs} by more than noise in {listing(outside)}"
+    return f"{beyond}, within their range in {listing(within)}" if within else beyond
+
+
+def _worst_of(results: InversionResults, channel: str, method: str) -> str:
+    """`0.39 mm in displacement centre at 1.34 ms (simulation below)`."""
+    at, value = residual(results, channel, method).worst
+    side, size = "above" if value > 0 else "below", quantity(abs(value), results.record.units[channel])
+    return f"{size} in {words(channel)} at {quantity(at, 's')} (simulation {side})"
 
 
 def _fit(results: Results) -> str:
@@ -143,9 +192,7 @@ def worst_text(results: InversionResults, channel: str, method: str) -> str:
 def prior_text(results: Results, channel: str) -> str:
     """`the record's displacement centre lies outside all 25 simulations ... at 8 of 12 points, up to 0.41 mm above`."""
     seen, unit = record_position(results, channel), results.record.units[channel]
-    count, smooth = int(seen.outside.sum()), int(results.dataset.smooth.sum())
-    whole = f"{smooth} simulations"
-    runs = f"{whole} with less than 5 % erosion" if smooth < len(results.dataset.runs) else whole
+    count, runs = int(seen.outside.sum()), _runs(results)
     if not count:
         points = f"within noise, at all {seen.points} points"
         return f"the record's {words(channel)} lies within the range of the campaign's {runs}, {points}"
@@ -155,6 +202,12 @@ def prior_text(results: Results, channel: str) -> str:
         f"the record's {words(channel)} lies outside the campaign's {runs} by more than noise at {count} of "
         f"{seen.points} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
     )
+
+
+def _runs(results: CampaignResults) -> str:
+    """The simulations that the range is made of: `25 simulations`."""
+    smooth = int(results.dataset.smooth.sum())
+    return f"{smooth} simulations" + (" with less than 5 % erosion" if smooth < len(results.dataset.runs) else "")
 
 
 def balance(results: CampaignResults) -> str:

@@ -65,8 +65,9 @@ def verdict_section(results: DiagnosisResults) -> Section:
     content = results.content
     blocks: list[Block] = [Paragraph(results.verdict)]
     likely = (
-        "Left: how likely each model is, by family; full colour: the 95 % set. Beforehand it is as likely as not that "
-        "nothing is missing, and the other half is shared equally among families and their effects. Right: the "
+        "Left: how likely each model is, by family; full colour: the 95 % set. The sentence counts an effect alone and "
+        "in pairs. Beforehand it is as likely as not that nothing is missing, and the other half is shared equally "
+        "among families and their effects. Right: the "
         "smallest error of the simulation, as a share of the signal's peak, with which the model agrees with the "
         "record; a model that needs more than a sound simulation errs by (1 to 3 %) is not believable."
     )

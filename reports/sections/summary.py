@@ -1,4 +1,4 @@
-"""Summary: what the model lacks, the five findings, the warnings, and the methods side by side."""
+"""Summary: the five findings, the warnings, and the methods side by side."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ from birdstrike.reports.figures.quantities import quantity, words
 from birdstrike.reports.results.findings import findings, percent
 from birdstrike.reports.results.measurement import origin, peak
 from birdstrike.reports.results.results import InversionResults, Results
-from birdstrike.reports.sections.diagnosis import read_diagnosis
 from birdstrike.reports.sections.models import nearest
 
 
 def section(results: Results) -> Section:
     """What a colleague reads when there is no time for more."""
     blocks: list[Block] = [Lines(findings(results))]
-    if results.diagnosis is not None:
-        blocks.insert(0, Paragraph(f"Diagnosis. {read_diagnosis(results.diagnosis).verdict}"))
     if ranked := nearest(results):
         blocks.append(Paragraph(ranked))
     if results.warnings:

@@ -63,7 +63,7 @@ def test_the_verified_error_is_the_one_of_the_best_method(results: Results) -> N
     other = with_answer(results, channels=scores)
     assert changed(results, other) == [2]
     assert (
-        f"at the {results.best}'s answer differs from the measurement by 0.321 mm RMS, 5.7 % of the peak"
+        f"at the {results.best}'s answer differs from the record by 0.321 mm RMS, 5.7 % of the peak"
         in findings(other)[1]
     )
 
@@ -183,8 +183,9 @@ def test_a_record_of_two_channels_with_a_gap_is_told_channel_by_channel(tmp_path
     first, second, _, fourth, _ = findings(results)
     assert "131 points of displacement centre" in first
     assert "111 points of contact force" in first
-    assert re.search(r"mm RMS in displacement centre, .* kN RMS in contact force", second)
-    assert fourth.count("the simulation") == 2
+    assert re.search(r"mm \([\d.]+ %\) in displacement centre and [\d.]+ kN \([\d.]+ %\) in contact force", second)
+    assert "RMS, and share of the peak" in second
+    assert fourth.count("(simulation ") == 2
     text = report(tmp_path, models=False).read_text(encoding="utf-8")
     for name in ("models", "comparison", "prior-predictive"):
         assert all(f'id="figure-{name}-{channel}"' in text for channel in channels)

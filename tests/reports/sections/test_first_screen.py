@@ -1,0 +1,41 @@
+"""The page begins with what the model lacks, where a diagnosis was made, and with the summary where none was."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from birdstrike.reports.blocks import Paragraph, Picture
+from birdstrike.reports.page.page import SECTIONS
+from birdstrike.reports.results.results import Results
+from birdstrike.reports.sections import diagnosis, summary
+
+ANSWER = {
+    "verdict": "attributed",
+    "sentence": "The model lacks a faster bird",
+    "record": {"shots": ["shot"]},
+    "noise": {"sensors": {}},
+    "after": None,
+    "baseline": None,
+    "next_measurement": None,
+    "warnings": [],
+}
+
+
+def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "diagnosis.json").write_text(json.dumps(ANSWER))
+    (tmp_path / "diagnosis.csv").write_text("channel,time_s\n")
+    for name in ("probability_figure", "residual_figure"):
+        monkeypatch.setattr(diagnosis, name, lambda *_: Figure())
+    begins = SECTIONS[0](replace(results, diagnosis=tmp_path))
+    assert begins is not None
+    said, likely, residuals = begins.blocks
+    assert said == Paragraph("Attributed. The model lacks a faster bird.")
+    assert isinstance(likely, Picture)
+    assert isinstance(residuals, Picture)
+    assert SECTIONS[0](replace(results, diagnosis=None)) is None
+    assert SECTIONS[1] is summary.section
