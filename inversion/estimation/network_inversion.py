@@ -93,7 +93,7 @@ def network_estimates(
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside else (None, OUTSIDE)
+        interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)
         identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
         value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
         given = reported(value, interval, limits, identified) if interval is not None else None
@@ -101,19 +101,22 @@ def network_estimates(
     return estimates
 
 
-def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) -> tuple[tuple[float, float] | None, str]:
+def _interval(
+    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, i: int
+) -> tuple[tuple[float, float] | None, str]:
     """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
+    errors = fit.errors[:, i]
     if len(errors) < FEWEST_HELD_OUT:
         return None, f"only {len(errors)} held-out samples: too few for an interval"
     low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
     error, noise, raw = float(np.sqrt(np.mean(errors**2))), float(answer.noise_error[i]), float(answer.raw[i])
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
-    if raw + spread < low or raw - spread > high:
-        return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
-    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
-    if min(raw - low, high - raw) < SATURATED * (high - low):
+    if not low <= raw <= high:
+        return None, f"the network's answer, {quantity(raw, unit)}, is outside the range: it never saw such a curve"
+    if fit.network.outputs.bounded and min(raw - low, high - raw) < SATURATED * (high - low):
         end = "lower" if raw - low < high - raw else "upper"
         return None, f"the network's bounded output stands at the {end} end of the range: it may mean any value beyond"
+    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
     why = (
         f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
         f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"

@@ -1,0 +1,40 @@
+"""What the network's answer says of itself: its end of a range, what moves it, and what it never saw."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from birdstrike.data.dataset import Dataset
+from birdstrike.inversion.estimation.coordinates import parameter_coordinates
+from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
+from birdstrike.inversion.results.estimates import Estimate
+from birdstrike.surrogate.emulator import Emulator
+from birdstrike.surrogate.inverse_network import fit_network
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, truth
+
+
+def peak_at(dataset: Dataset, emulator: Emulator, outputs: str, share: float) -> Estimate:
+    """Of the pulse's peak, where the network's output stands at a share of its range and noise moves it by 1 %."""
+    fit = fit_network(dataset, {CHANNEL: TIMES}, outputs=outputs)
+    raw = truth((share, 0.5, 0.5, 0.5))
+    answer = NetworkAnswer(raw, np.clip(raw, LOWS, HIGHS), 0.01 * (HIGHS - LOWS), True, ())
+    coordinates = parameter_coordinates(dataset, emulator.regions)
+    return network_estimates(dataset, fit, answer, coordinates, True)[NAMES[0]]
+
+
+def test_a_linear_output_near_an_end_has_an_interval_and_a_bounded_one_has_none(
+    dataset: Dataset, emulator: Emulator
+) -> None:
+    linear, bounded = (peak_at(dataset, emulator, outputs, 0.99) for outputs in ("linear", "bounded"))
+    assert linear.identified
+    assert linear.interval_95 is not None
+    assert linear.interval_95[0] < truth(0.99)[0] < linear.interval_95[1] == pytest.approx(HIGHS[0])
+    assert bounded.interval_95 is None
+    assert "bounded output stands at the upper end" in bounded.reason
+
+
+def test_a_linear_output_outside_the_range_is_said_to_be_there(dataset: Dataset, emulator: Emulator) -> None:
+    outside = peak_at(dataset, emulator, "linear", 1.05)
+    assert outside.interval_95 is None
+    assert "answer, 7.15 mm, is outside the range" in outside.reason
