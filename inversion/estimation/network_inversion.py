@@ -21,6 +21,7 @@ from birdstrike.surrogate.inverse_network import NetworkFit
 FEWEST_HELD_OUT = 3
 NOISE_DRAWS = 200
 MOST_NAMED = 5  # inputs
+CLOCK, CARRIED = "the uncertain time origin", "the errors that the model carries"
 SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its slope
 
 
@@ -28,15 +29,14 @@ SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its s
 class NetworkAnswer:
     """What the network says of the measured values.
 
-    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that the
-    measurement's noise and the time origin's uncertainty give to raw; clock_known: there is no such uncertainty;
-    warnings: sentences for the user.
+    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that `sources`
+    give to raw, the measurement's noise first; warnings: sentences for the user.
     """
 
     raw: Array
     theta: Array
     noise_error: Array
-    clock_known: bool
+    sources: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
@@ -51,7 +51,8 @@ def network_answer(
     """The network's parameters for the measured values, clipped to the ranges.
 
     read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s),
-    change of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
+    change of the stacked curve for one standard deviation of the time origin, then of every other error that the model
+    carries.
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]
@@ -69,7 +70,8 @@ def network_answer(
     scaled = fit.network.inputs.to_unit(values)
     if (strange := (scaled < 0.0) | (scaled > 1.0)).any():
         warnings.append(_strange(strange, read))
-    return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
+    sources = [name for name, columns in ((CLOCK, moved[:, :1]), (CARRIED, moved[:, 1:])) if columns.any()]
+    return NetworkAnswer(raw, theta, noise_error, ("noise", *sources), (*fit.notes, *warnings))
 
 
 def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
@@ -116,7 +118,7 @@ def _interval(
     if fit.network.outputs.bounded and min(raw - low, high - raw) < SATURATED * (high - low):
         end = "lower" if raw - low < high - raw else "upper"
         return None, f"the network's bounded output stands at the {end} end of the range: it may mean any value beyond"
-    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
+    moved = " and ".join(answer.sources) + (", which moves" if len(answer.sources) == 1 else ", which move")
     why = (
         f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
         f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"

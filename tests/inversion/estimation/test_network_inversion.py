@@ -7,18 +7,19 @@ import pytest
 
 from birdstrike.data.dataset import Dataset
 from birdstrike.inversion.estimation.coordinates import parameter_coordinates
-from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_estimates
+from birdstrike.inversion.estimation.network_inversion import NetworkAnswer, network_answer, network_estimates
+from birdstrike.inversion.observations.observations import observe
 from birdstrike.inversion.results.estimates import Estimate
 from birdstrike.surrogate.emulator import Emulator
 from birdstrike.surrogate.inverse_network import fit_network
-from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, truth
+from tests.inversion.stand_in import CHANNEL, HIGHS, LOWS, NAMES, TIMES, record, truth
 
 
 def peak_at(dataset: Dataset, emulator: Emulator, outputs: str, share: float) -> Estimate:
     """Of the pulse's peak, where the network's output stands at a share of its range and noise moves it by 1 %."""
     fit = fit_network(dataset, {CHANNEL: TIMES}, outputs=outputs)
     raw = truth((share, 0.5, 0.5, 0.5))
-    answer = NetworkAnswer(raw, np.clip(raw, LOWS, HIGHS), 0.01 * (HIGHS - LOWS), True, ())
+    answer = NetworkAnswer(raw, np.clip(raw, LOWS, HIGHS), 0.01 * (HIGHS - LOWS), ("noise",), ())
     coordinates = parameter_coordinates(dataset, emulator.regions)
     return network_estimates(dataset, fit, answer, coordinates, True)[NAMES[0]]
 
@@ -38,3 +39,22 @@ def test_a_linear_output_outside_the_range_is_said_to_be_there(dataset: Dataset,
     outside = peak_at(dataset, emulator, "linear", 1.05)
     assert outside.interval_95 is None
     assert "answer, 7.15 mm, is outside the range" in outside.reason
+
+
+@pytest.mark.parametrize(
+    ("clock", "carried", "said"),
+    [
+        (0.0, 0.0, "and the noise, which moves it by"),
+        (1e-5, 0.0, "and the noise and the uncertain time origin, which move it by"),
+        (0.0, 1e-5, "and the noise and the errors that the model carries, which move it by"),
+    ],
+)
+def test_only_what_moves_the_answer_is_named(
+    dataset: Dataset, emulator: Emulator, clock: float, carried: float, said: str
+) -> None:
+    fit = fit_network(dataset, {CHANNEL: TIMES})
+    observations = observe(record(truth(0.5)), dataset, {CHANNEL: 1e-5})
+    drift = np.column_stack([np.full(len(TIMES), clock), np.full(len(TIMES), carried)])
+    answer = network_answer(dataset, fit, observations, {CHANNEL: TIMES}, drift)
+    found = network_estimates(dataset, fit, answer, parameter_coordinates(dataset, emulator.regions), True)
+    assert said in found[NAMES[0]].reason
