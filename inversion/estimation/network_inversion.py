@@ -68,7 +68,7 @@ def network_answer(
     theta = np.clip(raw, dataset.lows, dataset.highs)
     warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
-    if (strange := (scaled < 0.0) | (scaled > 1.0)).any():
+    if (strange := (scaled < fit.seen[0]) | (scaled > fit.seen[1])).any():
         warnings.append(_strange(strange, read))
     sources = [name for name, columns in ((CLOCK, moved[:, :1]), (CARRIED, moved[:, 1:])) if columns.any()]
     return NetworkAnswer(raw, theta, noise_error, ("noise", *sources), (*fit.notes, *warnings))

@@ -58,3 +58,15 @@ def test_only_what_moves_the_answer_is_named(
     answer = network_answer(dataset, fit, observations, {CHANNEL: TIMES}, drift)
     found = network_estimates(dataset, fit, answer, parameter_coordinates(dataset, emulator.regions), True)
     assert said in found[NAMES[0]].reason
+
+
+@pytest.mark.parametrize("copies", [0, 10])
+def test_noise_that_the_network_was_trained_with_is_not_called_strange(dataset: Dataset, copies: int) -> None:
+    """A point at rest, where the runs differ by nothing but the noise of their copies, read 2 sigma high."""
+    noise, times = 5e-5, {CHANNEL: np.append(0.32e-3, TIMES)}
+    fit = fit_network(dataset, times, noise=np.full(len(times[CHANNEL]), noise), copies=copies)
+    measured = record(truth(0.5), times[CHANNEL])
+    measured.channels[CHANNEL][0] = dataset.sampled(CHANNEL, times[CHANNEL])[:, 0].max() + 2.0 * noise
+    observations = observe(measured, dataset, {CHANNEL: noise})
+    answer = network_answer(dataset, fit, observations, times, np.zeros(len(times[CHANNEL])))
+    assert any("lie outside what it was trained on" in text for text in answer.warnings) == (copies == 0)
