@@ -110,8 +110,8 @@ class KnownCase:
 
 
 def conditions(channels: tuple[str, ...]) -> list[Condition]:
-    """Noise 0, 0.02 and 0.05 mm; 12 and 200 points; the first channel and all."""
-    sets = ((channels[0],), channels)
+    """Noise 0, 0.02 and 0.05 mm; 12 and 200 points; the first channel and all, where there are more."""
+    sets = dict.fromkeys(((channels[0],), channels))
     return [Condition(noise, points, own) for own in sets for points in POINTS for noise in NOISES]
 
 
