@@ -123,8 +123,8 @@ def displacement_first(case: str, dataset: Dataset) -> tuple[str, ...]:
     first = next((name for name, unit in dataset.channel_units.items() if unit == "m"), None)
     if first is None:
         raise UserError(
-            f'sensors of {case}: {", ".join(dataset.curves)}: none is a displacement, in whose mm the records\' noise is '
-            'stated; add one of kind = "displacement" and repeat run-doe'
+            f"sensors of {case}: {', '.join(dataset.curves)}: none is a displacement, in whose mm the records' noise "
+            'is stated; add one of kind = "displacement" and repeat run-doe'
         )
     return (first, *(name for name in dataset.curves if name != first))
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from birdstrike.cli import compare_methods as command
 from birdstrike.data.dataset import Dataset
 from birdstrike.data.errors import UserError
+from birdstrike.inversion import method_comparison
 from birdstrike.inversion.identifiability.coverage import Coverage
-from birdstrike.inversion.method_comparison import conditions
-from tests.inversion.stand_in import CHANNEL, campaign, spread
+from birdstrike.inversion.method_comparison import KnownCase, conditions, score_methods
+from birdstrike.surrogate.inverse_network import NetworkFit, fit_network
+from tests.inversion.stand_in import CHANNEL, NAMES, campaign, forward, spread, truth
 
 
 @pytest.fixture(scope="module")
@@ -48,3 +52,19 @@ def test_parameters_of_one_last_name_are_told_apart() -> None:
     text = command.markdown((), {"noise": [Coverage("solver", 1, both, dict(both), both, both, both, both, 0)]})
     rows = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")][1:]
     assert len(set(rows)) == 2, rows
+
+
+def test_networks_are_trained_as_train_and_invert_trains_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = KnownCase.of(
+        campaign(spread(25)), forward, dict(zip(NAMES, map(float, truth(0.6)), strict=True)), (CHANNEL,)
+    )
+    copies = dict[str, int]()
+
+    def watched(*args: Any, **kwargs: Any) -> NetworkFit:
+        copies[args[2]] = kwargs["copies"]
+        return fit_network(*args, **kwargs)
+
+    monkeypatch.setattr(method_comparison, "fit_network", watched)
+    rows = islice(score_methods(bench, (CHANNEL,)), len(method_comparison.TRAINERS))
+    assert [row.method for row in rows] == list(method_comparison.TRAINERS)
+    assert copies == {"lm": 10, "adam": 10, "br": 10, "ensemble": 0}
