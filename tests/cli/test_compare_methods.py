@@ -22,7 +22,8 @@ from tests.inversion.stand_in import CHANNEL, NAMES, campaign, forward, spread, 
 @pytest.fixture(scope="module")
 def force_first() -> Dataset:
     made = campaign(spread(5))
-    return replace(made, curves=dict(reversed(made.curves.items())), channel_units={"contact_force": "N", CHANNEL: "m"})
+    units = {"contact_force": "N", CHANNEL: "m"}
+    return replace(made, curves={name: made.curves[name] for name in units}, channel_units=units)
 
 
 def test_noise_is_stated_in_mm_of_a_displacement(force_first: Dataset) -> None:
@@ -48,8 +49,8 @@ def test_one_channel_is_compared_once() -> None:
 
 
 def test_parameters_of_one_last_name_are_told_apart() -> None:
-    both = dict.fromkeys(("bird.density", "plate.material.density"), 0.5)
-    text = command.markdown((), {"noise": [Coverage("solver", 1, both, dict(both), both, both, both, both, 0)]})
+    both: dict[str, float] = {"bird.density": 0.5, "plate.material.density": 0.5}
+    text = command.markdown((), {"noise": [Coverage("solver", 1, both, {**both}, both, both, both, both, 0)]})
     rows = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")][1:]
     assert len(set(rows)) == 2, rows
 
