@@ -113,7 +113,8 @@ def invert(
         proposals["emulator"] = by_emulator(located.calibration)
     posterior = located.calibration.posterior
     verified = verify_all(dataset.names, proposals, forward, lambda f: report(0.3 + 0.7 * f))
-    predictive = emulator_or_model(located.prior_predictive, _solver_error(located, verified), _q2(located.emulator))
+    tested = verified if "emulator" in verified else {**verified, **_run_at_the_fit(located, forward)}
+    predictive = emulator_or_model(located.prior_predictive, _solver_error(located, tested), _q2(located.emulator))
     if predictive.coarse:
         coarse = prior_predictive_warning(predictive, located.observations, choice.more_runs)
         warnings[: 0 if located.prior_predictive.inside else 1] = [coarse]
@@ -208,6 +209,19 @@ def answered(located: Located, proposal: Proposal, verification: VerificationRun
         run=str(key) if key is not None else None,
         failure=verification.failure,
     )
+
+
+def _run_at_the_fit(located: Located, forward: Forward) -> dict[str, VerificationRun]:
+    """The run at the emulator's answer, which a network's does not stand for, where it decides what the fit is worth.
+
+    Empty where the fit is accepted and no channel is predicted poorly.
+    """
+    inside, channels = located.prior_predictive.inside, located.emulator.channels.values()
+    if inside and not any(poor(channel) for channel in channels):
+        return {}
+    theta = by_emulator(located.calibration).theta
+    names = located.calibration.dataset.names
+    return {"emulator": verify(forward, {name: float(v) for name, v in zip(names, theta, strict=True)})}
 
 
 def _solver_error(located: Located, verified: Mapping[str, VerificationRun]) -> float | None:

@@ -28,7 +28,7 @@ from birdstrike.inversion.observations.observations import Observations, observe
 from birdstrike.surrogate.emulator import Emulator, fit_emulator
 from birdstrike.surrogate.features import covered
 from birdstrike.surrogate.holdout import input_times
-from birdstrike.surrogate.inverse_network import fit_network
+from birdstrike.surrogate.inverse_network import fit_network, usual_copies
 
 TRAINERS = {"network LM": "lm", "network Adam": "adam", "network trainbr": "br", "ensemble of 50": "ensemble"}
 NOISES = (0.0, 0.02e-3, 0.05e-3)  # [m], of a displacement; other channels in proportion to their peaks
@@ -110,8 +110,8 @@ class KnownCase:
 
 
 def conditions(channels: tuple[str, ...]) -> list[Condition]:
-    """Noise 0, 0.02 and 0.05 mm; 12 and 200 points; the first channel and all."""
-    sets = ((channels[0],), channels)
+    """Noise 0, 0.02 and 0.05 mm; 12 and 200 points; the first channel and all, where there are more."""
+    sets = dict.fromkeys(((channels[0],), channels))
     return [Condition(noise, points, own) for own in sets for points in POINTS for noise in NOISES]
 
 
@@ -150,9 +150,11 @@ def _methods(bench: KnownCase, condition: Condition, record: Observations) -> di
 
 
 def _network(bench: KnownCase, record: Observations, trainer: str) -> Array:
+    """The network's answer with the outputs and noisy copies that `train-and-invert` has by default."""
     read = input_times({c.name: c.times for c in record.channels}, bench.dataset)
-    fit = fit_network(bench.dataset, read, trainer)
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in record.channels])
+    copies = usual_copies(trainer, "bounded")
+    fit = fit_network(bench.dataset, read, trainer, noise=record.noise[chosen], copies=copies, outputs="bounded")
     found = fit.network.predict(record.values[chosen][None])[0]
     return np.clip(found, bench.dataset.lows, bench.dataset.highs)
 

@@ -36,7 +36,7 @@ def save_network(path: Path, network: InverseNetwork) -> None:
         input_scaling=[network.inputs.low, network.inputs.high],
         output_scaling=[network.outputs.low, network.outputs.high],
         channels=list(network.times),
-        bounded=isinstance(network.outputs, BoundedScaling),
+        bounded=network.outputs.bounded,
         **times,
     )
 

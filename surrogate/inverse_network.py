@@ -71,6 +71,7 @@ class NetworkFit:
     """A network, how it was trained, and how it does on the runs it never saw.
 
     held_out: (h,) positions of the test runs among the campaign's; errors: (h, k) predicted minus true parameters, SI;
+    seen: (2, inputs) lowest and highest scaled inputs that it was trained on, noisy copies included;
     notes: sentences a user should read; tried: numbers of hidden neurons with their errors, where they were searched.
     """
 
@@ -78,6 +79,7 @@ class NetworkFit:
     training: Training
     held_out: NDArray[np.int64]
     errors: Array
+    seen: Array
     notes: tuple[str, ...]
     tried: tuple[hidden_size.HiddenSize, ...] = ()
 
@@ -137,7 +139,8 @@ def fit_network(
     if warned := bayesian_regularisation.warning(training, samples.t.size):
         notes = (*notes, warned)
     network = InverseNetwork(dataset.names, dict(times), shape, training.weights, inputs, ranges)
-    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], notes, tried)
+    seen = np.stack([learnt.min(axis=0), learnt.max(axis=0)])
+    return NetworkFit(network, training, test, network.predict(values[test]) - theta[test], seen, notes, tried)
 
 
 def _augmented(

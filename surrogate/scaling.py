@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,10 @@ class Scaling:
     """Linear map of each column from low..high to 0..1; low, high: (k,) in the columns' own units.
 
     A constant column (low == high) carries no information: it maps to 0, and back to its one value.
+    bounded: whether `from_unit` stays inside the range.
     """
 
+    bounded: ClassVar[bool] = False
     low: Array
     high: Array
 
@@ -52,6 +55,8 @@ EDGE = 0.02
 @dataclass(frozen=True)
 class BoundedScaling(Scaling):
     """Outputs that never leave low..high: a linear output y passes through a logistic curve, 0..1 for 0 <= y <= 1."""
+
+    bounded: ClassVar[bool] = True
 
     def to_unit(self, values: Array) -> Array:
         """Targets of the linear output; values beyond the range count as its end."""

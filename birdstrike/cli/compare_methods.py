@@ -13,6 +13,7 @@ from birdstrike.cli.frame import Json, RetryFailed, framed, progress_bar, say
 from birdstrike.data.key_labels import key_labels
 
 if TYPE_CHECKING:
+    from birdstrike.data.dataset import Dataset
     from birdstrike.inversion.identifiability.coverage import Coverage
     from birdstrike.inversion.method_comparison import KnownCase, MethodScore
 
@@ -58,10 +59,13 @@ def compare_methods(
     """Write comparison.json and comparison.md into `out` and return the rows of `inversion.method_comparison`.
 
     The truth is the case's own values; retry_failed: runs with a failure on record are tried again. Raises UserError
-    for a campaign of another case.
+    for a campaign of another case or without a displacement.
     """
+    from birdstrike.data.errors import UserError
     from birdstrike.inversion.method_comparison import score_methods
 
+    if not (table or truths or solver_truths):
+        raise UserError("--no-table, --truths 0 and --solver-truths 0 leave nothing to compare; leave one of them out")
     doe, out = Path(doe), Path(out)
     bench, channels = _bench(doe, out, case, retry_failed)
     rows: list[MethodScore] = []
@@ -108,8 +112,21 @@ def _bench(doe: Path, out: Path, case: str, retry_failed: bool) -> tuple[KnownCa
     truth = {name: float(at(loaded.model_dump(), name)) for name in dataset.names}
     stores = RunStore(out / "runs"), (RunStore(doe / "runs"),)
     solver = StoredSolver(loaded, *stores, retry=retry_before(retry_failed))
-    channels = tuple(dataset.curves)
+    channels = displacement_first(loaded.name, dataset)
     return KnownCase.of(dataset, solver, truth, channels), channels
+
+
+def displacement_first(case: str, dataset: Dataset) -> tuple[str, ...]:
+    """The channels in their order, but a displacement first: the noise of all is in proportion to its, in mm."""
+    from birdstrike.data.errors import UserError
+
+    first = next((name for name, unit in dataset.channel_units.items() if unit == "m"), None)
+    if first is None:
+        raise UserError(
+            f"sensors of {case}: {', '.join(dataset.curves)}: none is a displacement, in whose mm the records' noise "
+            'is stated; add one of kind = "displacement" and repeat run-doe'
+        )
+    return (first, *(name for name in dataset.curves if name != first))
 
 
 def _coverages(
@@ -152,7 +169,7 @@ def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -
             lines += ["", f"{condition}: {entry.truths} truths made by the {entry.made_by}.", ""]
             heads = ["identified", "95 % hold", "hold, all", "RMS error", "bound", "with emulator's error", "ratio"]
             lines += ["| parameter | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]
-            for name in entry.error:
+            for name, label in key_labels(entry.error).items():
                 hits = entry.hits[name]
                 cells = [
                     f"{100 * entry.identified[name]:.0f} %",
@@ -161,5 +178,5 @@ def markdown(rows: Sequence[MethodScore], found: Mapping[str, list[Coverage]]) -
                     *(f"{100 * part[name]:.2f} %" for part in (entry.error, entry.bound, entry.bound_with_emulator)),
                     f"{entry.error[name] / entry.bound[name]:.2f}",
                 ]
-                lines.append(f"| {name.rsplit('.', 1)[-1]} | " + " | ".join(cells) + " |")
+                lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"

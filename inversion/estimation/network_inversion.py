@@ -21,6 +21,7 @@ from birdstrike.surrogate.inverse_network import NetworkFit
 FEWEST_HELD_OUT = 3
 NOISE_DRAWS = 200
 MOST_NAMED = 5  # inputs
+CLOCK, CARRIED = "the uncertain time origin", "the errors that the model carries"
 SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its slope
 
 
@@ -28,15 +29,14 @@ SATURATED = 0.02  # of a range: a bounded output nearer to an end has lost its s
 class NetworkAnswer:
     """What the network says of the measured values.
 
-    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that the
-    measurement's noise and the time origin's uncertainty give to raw; clock_known: there is no such uncertainty;
-    warnings: sentences for the user.
+    raw: (k,) SI as it says it, theta: (k,) inside the ranges; noise_error: (k,) SI standard deviation that `sources`
+    give to raw, the measurement's noise first; warnings: sentences for the user.
     """
 
     raw: Array
     theta: Array
     noise_error: Array
-    clock_known: bool
+    sources: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
@@ -51,7 +51,8 @@ def network_answer(
     """The network's parameters for the measured values, clipped to the ranges.
 
     read: channel -> measured instants [s] at which the network reads, on the record's clock; drift: (n,) or (n, s),
-    change of the stacked curve for one standard deviation of the time origin, and of every other nuisance.
+    change of the stacked curve for one standard deviation of the time origin, then of every other error that the model
+    carries.
     """
     chosen = np.concatenate([np.isin(c.times, read[c.name]) for c in observations.channels])
     values, noise = observations.values[chosen], observations.noise[chosen]
@@ -67,9 +68,10 @@ def network_answer(
     theta = np.clip(raw, dataset.lows, dataset.highs)
     warnings = [_clipped(dataset, i, float(raw[i])) for i in range(len(raw)) if theta[i] != raw[i]]
     scaled = fit.network.inputs.to_unit(values)
-    if (strange := (scaled < 0.0) | (scaled > 1.0)).any():
+    if (strange := (scaled < fit.seen[0]) | (scaled > fit.seen[1])).any():
         warnings.append(_strange(strange, read))
-    return NetworkAnswer(raw, theta, noise_error, not drift.any(), (*fit.notes, *warnings))
+    sources = [name for name, columns in ((CLOCK, moved[:, :1]), (CARRIED, moved[:, 1:])) if columns.any()]
+    return NetworkAnswer(raw, theta, noise_error, ("noise", *sources), (*fit.notes, *warnings))
 
 
 def _strange(outside: NDArray[np.bool_], read: Mapping[str, Array]) -> str:
@@ -93,7 +95,7 @@ def network_estimates(
     prior = coordinates.prior_width() * (dataset.highs - dataset.lows)
     estimates: dict[str, Estimate] = {}
     for i, name in enumerate(dataset.names):
-        interval, why = _interval(dataset, fit.errors[:, i], answer, i) if inside else (None, OUTSIDE)
+        interval, why = _interval(dataset, fit, answer, i) if inside else (None, OUTSIDE)
         identified = bool(interval is not None and interval[1] - interval[0] < NEWS * prior[i])
         value, limits = float(answer.theta[i]), (float(dataset.lows[i]), float(dataset.highs[i]))
         given = reported(value, interval, limits, identified) if interval is not None else None
@@ -101,19 +103,22 @@ def network_estimates(
     return estimates
 
 
-def _interval(dataset: Dataset, errors: Array, answer: NetworkAnswer, i: int) -> tuple[tuple[float, float] | None, str]:
+def _interval(
+    dataset: Dataset, fit: NetworkFit, answer: NetworkAnswer, i: int
+) -> tuple[tuple[float, float] | None, str]:
     """raw +- Student's t times held-out error and noise (root sum square), inside the range; and the reason."""
+    errors = fit.errors[:, i]
     if len(errors) < FEWEST_HELD_OUT:
         return None, f"only {len(errors)} held-out samples: too few for an interval"
     low, high, unit = float(dataset.lows[i]), float(dataset.highs[i]), dataset.units[i]
     error, noise, raw = float(np.sqrt(np.mean(errors**2))), float(answer.noise_error[i]), float(answer.raw[i])
     spread = float(student.ppf(0.975, len(errors)) * np.hypot(error, noise))
-    if raw + spread < low or raw - spread > high:
-        return None, f"the network's answer, {quantity(raw, unit)}, is far outside the range: it never saw such a curve"
-    moved = "noise, which moves" if answer.clock_known else "noise and the uncertain time origin, which move"
-    if min(raw - low, high - raw) < SATURATED * (high - low):
+    if not low <= raw <= high:
+        return None, f"the network's answer, {quantity(raw, unit)}, is outside the range: it never saw such a curve"
+    if fit.network.outputs.bounded and min(raw - low, high - raw) < SATURATED * (high - low):
         end = "lower" if raw - low < high - raw else "upper"
         return None, f"the network's bounded output stands at the {end} end of the range: it may mean any value beyond"
+    moved = " and ".join(answer.sources) + (", which moves" if len(answer.sources) == 1 else ", which move")
     why = (
         f"interval from the {len(errors)} held-out samples, on which the network errs by {quantity(error, unit)} "
         f"({100 * error / (high - low):.0f} % of the range), and the {moved} it by {quantity(noise, unit)}"

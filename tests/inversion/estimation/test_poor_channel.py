@@ -79,6 +79,19 @@ def test_the_other_channels_answer_stands_and_holds_the_truth(both: tuple[Datase
         assert any("the channel carries the error of these predictions" in text for text in found.warnings)
 
 
+def test_a_networks_poor_answer_is_not_the_emulators(both: tuple[Dataset, Emulator]) -> None:
+    """Two neurons answer badly; the solver at the emulator's answer shows that the model can produce the record."""
+    dataset, emulator = both
+    options = InversionOptions(method="network", sampling=None, analyse=False, noise=NOISE, hidden=2, copies=0)
+    alone, beside = (
+        invert(dataset, shot(0.3), with_strain, replace(options, method=method), emulator=emulator).inversion
+        for method in ("network", "both")
+    )
+    assert alone.methods == {"network": beside.methods["network"]}
+    assert alone.prior_predictive == beside.prior_predictive
+    assert not any("too coarse" in text for text in alone.warnings)
+
+
 def test_its_error_goes_with_the_records_clock(both: tuple[Dataset, Emulator]) -> None:
     """The same record on a clock 0.1 ms late: the same errors at its points, and so a fit takes them."""
     dataset, emulator = both
