@@ -574,11 +574,25 @@ def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, S
     return found
 
 
-def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
-    """Noise of every sensor, its source, and the share of the emulator's and the mesh's error in the whole.
+def noise_figures(shots: Sequence[Shot], ranking: Ranking) -> dict[str, Any]:
+    """Noise of every sensor in the first shot that has it, its source, and the share of emulator and mesh in the whole.
 
-    numerical_share: of standard deviations; `numerical` and `numerical_enlarged` of earlier versions stay empty.
+    numerical_share: of standard deviations, beside the sensors that of the first shot; `numerical` and
+    `numerical_enlarged` of earlier versions stay empty.
     """
+    found = [_noise_in(shot, ranking) for shot in shots]
+    sensors = {name: one for own, _ in found[::-1] for name, one in own.items()}
+    order = dict.fromkeys(name for own, _ in found for name in own)
+    return {
+        "sensors": {name: sensors[name] for name in order},
+        "numerical": {},
+        "numerical_share": found[0][1],
+        "numerical_enlarged": 1.0,
+    }
+
+
+def _noise_in(shot: Shot, ranking: Ranking) -> tuple[dict[str, dict[str, Any]], float]:
+    """Of the sensors of one shot, and the numerical share of all of them."""
     whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE])[1] ** 2
     numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
     sensors = {}
@@ -597,8 +611,7 @@ def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
             "numerical_share": float(np.sqrt(numerical[of].mean() / whole[of].mean())),
             "peak": trace.peak,
         }
-    share = float(np.sqrt(numerical.mean() / whole.mean()))
-    return {"sensors": sensors, "numerical": {}, "numerical_share": share, "numerical_enlarged": 1.0}
+    return sensors, float(np.sqrt(numerical.mean() / whole.mean()))
 
 
 def simulation_counts(

@@ -283,9 +283,12 @@ def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:
 def all_setups(
     shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], simulations: Simulations, choice: DiagnosisOptions
 ) -> dict[str, Setup]:
-    """Setups by the case's hash, one for each different case, with the measured channels."""
+    """Setups by the case's hash, one for each different case, with the measured channels.
+
+    Magnitudes are counted in the plausible sizes of the first shot's case in all of them.
+    """
     cases = {case_hash(one.case): one.case for one in (*shots, *clean)}
-    plans = {key: make_plan(case, choice.runs, choice.seed) for key, case in cases.items()}
+    plans = {key: make_plan(case, choice.runs, choice.seed, shots[0].case) for key, case in cases.items()}
     runs = {key: simulate_plan(plan, simulations) for key, plan in plans.items()}
     measured = channels_of(shots)
     moved = unpredictable([(plans[key], runs[key]) for key in plans], measured)

@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING
 from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.sensors.sensor import Sensor
@@ -182,21 +182,22 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
     signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
     J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]
-    J = np.hstack([J, _unnamed(ranking, shot, signatures, node)])
+    J = np.hstack([J, _unnamed(ranking, signatures, node)])
     G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)
     return X.T @ np.linalg.solve(covariance, X)
 
 
-def _unnamed(ranking: Ranking, shot: Shot, signatures: Mapping[str, Array], node: int) -> Array:
+def _unnamed(ranking: Ranking, signatures: Mapping[str, Array], node: int) -> Array:
     """(t, q) unnamed errors and nuisances at a candidate, in the order of the system's columns.
 
     0 for other sensors' errors; the nuisances, whose size is stated, are taken as known there.
     """
     tester = ranking.fits[NONE].tester
     first, last = tester.system.at["unnamed"].start, tester.system.at["nuisance"].stop
-    own = np.array([signatures[name] for name in shot.setup.responses]).reshape(len(shot.setup.responses), POINTS).T
+    names = responses_of(ranking.problem.shots)
+    own = np.array([signatures.get(name, np.zeros(POINTS)) for name in names]).reshape(len(names), POINTS).T
     return tester.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
 
 

@@ -222,7 +222,7 @@ class Pipeline:
             next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
             pairs=pair_figures(ranking),
             remainder=remainder_figures(ranking),
-            noise=noise_figures(shot, ranking),
+            noise=noise_figures(self.shots, ranking),
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
             baseline=self._baseline_figures(ranking, detectable),

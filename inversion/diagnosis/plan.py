@@ -187,13 +187,13 @@ def level(known: Known) -> float:
     return top if known.one_sided else min(top, 0.5 * abs(known.least))
 
 
-def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
-    """The plan of a case."""
+def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = None) -> Plan:
+    """The plan of a case; first: by whose effects' plausible sizes magnitudes are counted, of several cases."""
     probed = with_probes(case)
     coarse, fine = meshes(probed)
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
-    known, refused = library(case)
+    known, refused = library(case, first or case)
     return Plan(case, coarse, fine, space, unit, spread(unit), blocks(case, coarse, known), refused)
 
 
@@ -221,8 +221,11 @@ def meshes(case: Case) -> tuple[Case, Case]:
     return coarse, fine_mesh(coarse, case)
 
 
-def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
-    """Effects that take a simulation and that the case can carry, and why it cannot carry the others."""
+def library(case: Case, first: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
+    """Effects that take a simulation and that the case can carry, and why it cannot carry the others.
+
+    Their sizes are those of the first case of several: one magnitude is then as many sizes in every shot.
+    """
     known, refused = [], dict[str, str]()
     for name, effect in effects_of(case).items():
         if name in INSTRUMENT:
@@ -230,7 +233,7 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
         if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
             continue
-        size = effect.size(case)
+        size = effect.size(first)
         known.append(Known(effect, size, max(effect.least(case) / size, -WIDEST) + 0.0))
     return tuple(known), refused
 

@@ -232,7 +232,8 @@ def test_an_effect_shares_its_prior_among_the_sets_of_nodes_that_it_may_have_alo
 
 
 def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> None:
-    known, refused = library(load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"}))
+    case = load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"})
+    known, refused = library(case, case)
     names = [one.name for one in known]
     assert {"clamp_rotation.cell_8", "edge_slip.cell_1", "edge_slip"} <= set(names)
     assert "states it already" in refused["edge_slip.cell_2"]

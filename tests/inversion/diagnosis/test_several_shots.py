@@ -1,0 +1,60 @@
+"""A formula in the solver's place: two shots at two speeds, one of them faster than stated and with a sensor more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.inversion.diagnosis.answer import Diagnosis
+from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.reports.page.diagnosis import write_diagnosis_page
+from tests.inversion.diagnosis.rig import few_simulations, tiny
+from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
+
+FASTER = 6.0  # m/s, than stated
+FAST = tiny().overlaid({"impact": {"speed": "110 m/s"}})
+
+
+def shot(name: str, speed: float, seed: int, *channels: str) -> Measured:
+    """What the sensors record."""
+    rng, time = np.random.default_rng(seed), TIME[::2]
+    curves = deflections(430.0, speed, 6e-3)
+    seen = {channel: curves[channel][::2] + NOISE * rng.standard_normal(len(time)) for channel in channels}
+    sigma = {channel: np.full(len(time), NOISE) for channel in seen}
+    return Measured(time, seen, sigma, dict.fromkeys(seen, "m"), ("SIMULATED by a formula",), f"{name}.csv")
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the diagnosis."""
+    return tmp_path_factory.mktemp("several") / "out"
+
+
+@pytest.fixture(scope="module")
+def found(out: Path) -> Diagnosis:
+    """Of `slow`, as its case states it but without one sensor, and `fast`."""
+    records = [shot("slow", 80.0, 1, SIDE), shot("fast", 110.0 + FASTER, 2, CENTRE, SIDE)]
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        return diagnose([tiny(), FAST], records, out)
+
+
+def test_the_magnitude_of_an_effect_of_one_shot_is_that_of_its_own_case(found: Diagnosis) -> None:
+    """2 % of 80 m/s is the plausible size in one case, 2 % of 110 m/s in the other: it came out a quarter too small."""
+    first = found.effects[0]
+    assert first.name == "impact_speed@fast"
+    assert first.magnitude == pytest.approx(FASTER, rel=0.05)
+    assert first.interval_95 is not None
+    assert first.interval_95[0] < FASTER < first.interval_95[1]
+    after = found.shots[1]["after"]
+    assert all(after["solver"]["rmse"][name] < 2.0 * NOISE for name in (CENTRE, SIDE))
+
+
+def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page(found: Diagnosis, out: Path) -> None:
+    assert f"sensor_gain.{CENTRE}" in {one.name for one in found.effects}
+    assert list(found.noise["sensors"]) == [SIDE, CENTRE]
+    page = write_diagnosis_page(out).read_text(encoding="utf-8")
+    assert "displacement centre" in page
