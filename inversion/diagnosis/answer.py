@@ -98,7 +98,8 @@ class State:
     rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
     raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
     interval_95, unit; solver: rmse of one run of the declared case, or None; rmse_less_baseline: sensor -> SI, of the
-    residual less what the baselines' residuals tell of it, None without a baseline.
+    residual less what the baselines' residuals tell of it, None without a baseline, and of the solver, whose declared
+    mesh is not that on which the baselines were calibrated.
     """
 
     model: str
@@ -110,10 +111,26 @@ class State:
     solver: Mapping[str, Any] | None = None
     rmse_less_baseline: Mapping[str, float] | None = None
 
-    @property
-    def error(self) -> Mapping[str, Any]:
-        """The solver's own error where it was run, else the fit's."""
-        return {**vars(self), **(self.solver or {})}
+
+Errors = Mapping[str, Any]
+
+
+def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[Errors, Errors | None]:
+    """Errors of two states (as in diagnosis.json), like with like: the solver's where it was run for both, else the
+    fits'. Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
+    """
+    states = [before] if after is None else [before, after]
+    ran = all(one["solver"] for one in states)
+    found = [
+        {**one, **(one["solver"] if ran else {}), "rmse_less_baseline": one.get("rmse_less_baseline")} for one in states
+    ]
+    return found[0], found[1] if after is not None else None
+
+
+def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
+    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
+    alone = label_parts(model)[2]
+    return next(one for one in shots if alone in ("", one["name"]))
 
 
 @dataclass(frozen=True, repr=False)
@@ -377,7 +394,7 @@ def _named(found: Diagnosis, name: str) -> str:
 
 
 def _errors(found: Diagnosis) -> str:
-    """Of the first sensor in its unit, and of all by what noise and model error explain.
+    """Of the first sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
 
     A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
     record agrees better with what is expected of it; so the error is told less what the baseline shows. The misfit of
@@ -385,15 +402,18 @@ def _errors(found: Diagnosis) -> str:
     """
     if found.after is None:
         return ""
-    first = next(iter(found.before.error["rmse"]))
-    beside = all(one.error["rmse_less_baseline"] for one in (found.before, found.after))
+    shot = shot_with(found.shots, found.after.model)
+    before, after = errors(shot["before"], shot["after"])
+    assert after is not None, "every shot has a state after where the first has one"
+    first, where = next(iter(before["rmse"])), f" in shot {shot['name']}" if len(found.shots) > 1 else ""
+    beside = before["rmse_less_baseline"]
     key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
     unit = found.noise["sensors"][first]["unit"]
-    (old, shown_unit), (new, _) = (display(one.error[key][first], unit) for one in (found.before, found.after))
+    (old, shown_unit), (new, _) = (display(one[key][first], unit) for one in (before, after))
     changes = "falls" if new < old else "rises"
-    ratios = (found.before.weighted, found.after.weighted)
+    ratios = (shot["before"]["weighted"], shot["after"]["weighted"])
     return (
-        f"; the error at {first.replace('_', ' ')}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
+        f"; the error at {first.replace('_', ' ')}{where}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
         f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {ratios[0]:.2g} to "
         f"{ratios[1]:.2g}"
     )
@@ -496,7 +516,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
             "weighted": whitened(off - mean, sd),
             "raw": whitened(off, noise),
             "off": whitened(run.curve - curve, sd),
-            "rmse_less_baseline": rms_by_channel(shot, off - mean) if beside else None,
+            "rmse_less_baseline": None,
         }
     return State(
         model=label,

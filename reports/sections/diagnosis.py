@@ -114,7 +114,7 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     runs = [one and one["solver"] for one in states]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in shot["before"].get(key) or {}:
-            cells = (with_unit(one[key][name], units[name]) if one else "–" for one in (*states, *runs))
+            cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
         solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
@@ -124,7 +124,7 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
         f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
         "fine bird alone). Solver: one simulation of the declared case at the fit; what it has more is the error of "
         "the declared mesh. Less the baseline's: without what the baselines' residuals tell of this shot's, which is "
-        "the model's error on this rig, no missing effect."
+        "the model's error on this rig, no missing effect; the baseline was calibrated on the emulator's mesh."
     )
     return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
 

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from birdstrike.data.curves import Measured
-from birdstrike.inversion.diagnosis.answer import Diagnosis
+from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
 from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.formatting import quantity
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
+from birdstrike.solver.case.case import load_case
 from tests.inversion.diagnosis.rig import few_simulations, tiny
 from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
 
@@ -58,3 +60,24 @@ def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page
     assert list(found.noise["sensors"]) == [SIDE, CENTRE]
     page = write_diagnosis_page(out).read_text(encoding="utf-8")
     assert "displacement centre" in page
+
+
+def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Diagnosis, out: Path) -> None:
+    """Both were of the first shot: a case without the effect, and an error that the effect does not change."""
+    repaired = load_case(out / (found.case_after or ""))
+    assert found.effects[0].magnitude is not None
+    assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, abs=0.1)
+    fast = found.shots[1]
+    assert fast["name"] == "fast"
+    channel = next(iter(fast["before"]["rmse"]))
+    old, new = (quantity(one["solver"]["rmse"][channel], "m") for one in (fast["before"], fast["after"]))
+    assert f"in shot fast falls from {old.removesuffix(' mm')} to {new}" in _errors(found)
+
+
+def test_errors_before_and_after_are_of_one_mesh() -> None:
+    """A run that failed leaves both to the fits; what a baseline shows was seen on the emulator's mesh alone."""
+    fitted = {"rmse": {SIDE: 2.0}, "rmse_less_baseline": {SIDE: 1.0}, "solver": None}
+    ran = {**fitted, "solver": {"rmse": {SIDE: 5.0}, "rmse_less_baseline": {SIDE: 4.0}}}
+    both = errors(ran, ran)
+    assert all(one and (one["rmse"][SIDE], one["rmse_less_baseline"][SIDE]) == (5.0, 1.0) for one in both)
+    assert all(one and one["rmse"][SIDE] == 2.0 for one in errors(ran, fitted))
