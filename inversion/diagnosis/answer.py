@@ -16,24 +16,25 @@ from scipy.stats import norm
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
-from birdstrike.data.units import display
+from birdstrike.data.units import display, from_si
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import SHARES
 from birdstrike.inversion.diagnosis.before_and_after import (
     Held,
     SolverRun,
+    estimate,
     expected_residual,
     predicted,
     rms_by_channel,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import label_parts, rounded
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.solver.case.effects import SHOWN
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
@@ -289,16 +290,21 @@ def magnitude_words(one: EffectFigures) -> str:
     """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
-    effect = effects().get(label_parts(one.name)[0])
-    if effect is None:
-        return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
-        return beyond(one.magnitude, one.interval_95, partial(shown, effect))
+        return beyond(one.magnitude, one.interval_95, partial(sized, unit=one.unit))
     if one.interval_95 is None:
-        return shown(effect, one.magnitude)
-    unit = SHOWN.get(effect.unit, effect.unit)
-    low, high = (shown(effect, x).removesuffix(unit).strip() for x in one.interval_95)
-    return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+        return sized(one.magnitude, one.unit)
+    unit = SHOWN.get(one.unit, one.unit)
+    low, high = (sized(x, one.unit).removesuffix(unit).strip() for x in one.interval_95)
+    return f"{sized(one.magnitude, one.unit)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+
+
+def sized(value: float, unit: str) -> str:
+    """A magnitude of an SI unit in that of engineers, with its sign: "+0.2 mm", "+5480 MPa"; "0 mm" of none."""
+    shown = SHOWN.get(unit, unit)
+    number = from_si(value, shown) if shown else value
+    sign = "+" if number > 0.0 else ""
+    return f"{sign}{rounded(number, 3)} {shown}".strip()
 
 
 def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
@@ -524,7 +530,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
         weighted=whitened(residual - mean, sd),
         raw=whitened(residual, noise),
         heldout=in_short(held),
-        parameters=parameters(fit, shot),
+        parameters=parameters(fit, shot, ranking.models[label]),
         solver=solver,
         rmse_less_baseline=rms_by_channel(shot, residual - mean) if beside else None,
     )
@@ -547,15 +553,16 @@ def in_short(held: list[Held]) -> dict[str, float | None]:
 def curve_at(ranking: Ranking, label: str, shot: Shot) -> Array:
     """(n,) a fitted model on a shot's points."""
     fit, model = ranking.fits[label], ranking.models[label]
-    return predicted(shot, model, fit.places.z[shot.group], dict(fit.places.h))
+    return predicted(shot, model, *estimate(shot, model, fit))
 
 
-def parameters(fit: Fit, shot: Shot) -> dict[str, dict[str, Any]]:
+def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, Any]]:
     """Dotted key -> value, interval_95, unit, identified; SI."""
     space = shot.setup.plan.space
     k = len(space.names)
     mean, sd = fit.interval(shot.group, k)
-    ends = [space.to_physical(np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0)[None])[0] for s in (-1, 0, 1)]
+    low, high = (np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0) for s in (-1, 1))
+    ends = [space.to_physical(z[None])[0] for z in (low, estimate(shot, model, fit)[0], high)]
     return {
         name: {
             "value": float(ends[1][i]),

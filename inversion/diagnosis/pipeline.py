@@ -48,6 +48,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     other_record,
     predicts_better,
     run_at,
+    told_parts,
 )
 from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
@@ -204,6 +205,8 @@ class Pipeline:
             verdict, close = AMBIGUOUS, [*close, *against]
         if chosen and heldout is not None:
             close = [*close, *_worse_held_out(chosen, held)]
+        if chosen:
+            held = {**held, chosen: told_parts(ranking.models[chosen].members[0], held[chosen])}
         shot, detectable = self.shots[0], minimum_detectable(ranking)
         alone = label_parts(chosen or "")[2]
         best = runs.get(f"{alone or shot.name} after")

@@ -12,8 +12,7 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import beyond, headline
+from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with, sized
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -76,8 +75,9 @@ def verdict_section(results: DiagnosisResults) -> Section:
         f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
         "inside the blue band is what noise, mesh and the usual error of a simulation make."
     )
-    first = next(iter(results.curves.values()))
-    blocks.append(drawing("residuals", residual_figure(first, results.units), left))
+    shot = shot_with(content["shots"], (content["after"] or {}).get("model", ""))["name"]
+    left += f" Shot {shot}." if len(content["shots"]) > 1 else ""
+    blocks.append(drawing("residuals", residual_figure(results.curves[shot], results.units), left))
     if content["next_measurement"]:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
     if content["warnings"]:
@@ -293,7 +293,7 @@ def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
         probability,
         magnitude(one),
         "–" if share is None else f"{100 * share:.2g} %",
-        "–" if least is None else _sized(least, one["unit"]).lstrip("+"),
+        "–" if least is None else sized(least, one["unit"]).lstrip("+"),
         alike or "–",
     )
 
@@ -303,12 +303,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return beyond(one["magnitude"], one["interval_95"], partial(_sized, unit=one["unit"]))
-    low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
+        return beyond(one["magnitude"], one["interval_95"], partial(sized, unit=one["unit"]))
+    low, high = (sized(x, one["unit"]) for x in one["interval_95"])
     shown = SHOWN.get(one["unit"], one["unit"]) or ""
-    return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
-
-
-def _sized(value: float, unit: str) -> str:
-    shown = SHOWN.get(unit, unit)
-    return f"{from_si(value, shown) if shown else value:+.3g} {shown}".strip()
+    return f"{sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"

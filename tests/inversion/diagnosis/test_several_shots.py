@@ -66,12 +66,23 @@ def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Di
     """Both were of the first shot: a case without the effect, and an error that the effect does not change."""
     repaired = load_case(out / (found.case_after or ""))
     assert found.effects[0].magnitude is not None
-    assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, abs=0.1)
+    assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, rel=1e-9)
+    assert found.after is not None
+    viscosity = found.after.parameters["bird.material.viscosity"]["value"]
+    assert repaired.bird.material.viscosity == pytest.approx(viscosity, rel=1e-9)
     fast = found.shots[1]
     assert fast["name"] == "fast"
     channel = next(iter(fast["before"]["rmse"]))
     old, new = (quantity(one["solver"]["rmse"][channel], "m") for one in (fast["before"], fast["after"]))
     assert f"in shot fast falls from {old.removesuffix(' mm')} to {new}" in _errors(found)
+
+
+def test_a_shot_without_which_its_effect_is_not_known_has_no_error_after(found: Diagnosis) -> None:
+    """Held out was what the effect is known from; the model without it was judged by the errors of the one with it."""
+    assert found.held_out["shot fast"]["before"] is not None
+    assert found.held_out["shot fast"]["after"] is None
+    assert found.held_out["shot slow"]["after"] is not None
+    assert found.shots[1]["after"]["heldout"]["shot"] is None
 
 
 def test_errors_before_and_after_are_of_one_mesh() -> None:
