@@ -88,12 +88,16 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     now, found = told(gram, columns), list[tuple[float, str, str]]()
     if not any(one.baseline for one in ranking.problem.shots):
         found.append((told(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
+    measured = [one for one in ranking.problem.shots if not one.baseline]
+    there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
     for name, sensor in shot.setup.plan.coarse.sensors.items():
-        if name in (*shot.channels, *shot.setup.unpredictable) or sensor.kind == "contact_force":
+        if name in there or sensor.kind == "contact_force":
             continue
-        more = sensor_information(ranking, shot, name, compared)
-        if more is not None:
-            found.append((told(gram + more, columns), name, f"a sensor more, {described(name, sensor)}"))
+        own = [one for one in measured if name in one.setup.plan.coarse.sensors]
+        more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
+        if more:
+            where = "a sensor more in every shot" if len(measured) > 1 else "a sensor more"
+            found.append((told(gram + sum(more), columns), name, f"{where}, {described(name, sensor)}"))
     found.sort(reverse=True)
     needed = ""
     if other_bird:
