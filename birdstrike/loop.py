@@ -410,18 +410,22 @@ def conclude(plan: LoopPlan) -> dict[str, Any]:
 
 
 def answer_of(diagnosed: Mapping[str, Any]) -> dict[str, Any]:
-    """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI)."""
-    from birdstrike.inversion.diagnosis.answer import EffectFigures, in_its_sense, magnitude_words
+    """Of diagnosis.json: verdict, sentence, the likeliest model with its magnitude in words, errors by sensor (SI).
+
+    Errors of the first shot that has the effect.
+    """
+    from birdstrike.inversion.diagnosis.answer import EffectFigures, errors, in_its_sense, magnitude_words, shot_with
 
     answer = {name: diagnosed[name] for name in ("verdict", "confidence_set", "sentence")}
     if listed := diagnosed.get("effects"):
         one = EffectFigures(**listed[0])
         words = {"meaning": in_its_sense(one), "magnitude_words": magnitude_words(one)}
         answer["likeliest"] = {"name": one.name, "probability": one.probability, "magnitude": one.magnitude, **words}
-    for state in ("before", "after"):
-        found = diagnosed.get(state) or {}
-        answer[state] = (found.get("solver") or found).get("rmse")
-        answer[f"{state}_less_baseline"] = (found.get("solver") or found).get("rmse_less_baseline")
+    shot = shot_with(diagnosed["shots"], (diagnosed["after"] or {}).get("model", ""))
+    compared = errors(shot["before"], shot["after"])
+    for state, found in zip(("before", "after"), compared, strict=True):
+        answer[state] = found and found["rmse"]
+        answer[f"{state}_less_baseline"] = found and found["rmse_less_baseline"]
     sensors = diagnosed.get("noise", {}).get("sensors", {})
     answer["units"] = {name: sensor["unit"] for name, sensor in sensors.items()}
     return answer

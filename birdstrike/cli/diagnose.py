@@ -173,14 +173,18 @@ def table(found: Diagnosis) -> Table:
 
 def closing(found: Diagnosis, out: Path, page: Path) -> Iterator[str]:
     """Before and after, pairs, the next measurement, files."""
+    from birdstrike.inversion.diagnosis.answer import errors
     from birdstrike.inversion.formatting import changes, runs_near_the_fits
 
-    first, last = found.before.error, found.after.error if found.after else None
     units = {name: one["unit"] for name, one in found.noise["sensors"].items()}
-    for key, words in (("rmse_less_baseline", " less what the baseline shows"), ("rmse", "")):
-        if first[key]:
-            after = last[key] if last else None
-            yield f"RMS error{words}{', before -> after' if last else ''}: {changes(first[key], after, units)}"
+    for shot in found.shots:
+        first, last = errors(shot["before"], shot["after"])
+        where = f" in shot {shot['name']}" if len(found.shots) > 1 else ""
+        for key, words in (("rmse_less_baseline", " less what the baseline shows"), ("rmse", "")):
+            if first[key]:
+                after = last[key] if last else None
+                told = changes(first[key], after, units)
+                yield f"RMS error{where}{words}{', before -> after' if last else ''}: {told}"
     for pair in found.pairs[:3]:
         yield f"pair in the 95 % set: {' and '.join(pair['effects'])} (probability {pair['probability']:.2f})"
     if found.next_measurement:
@@ -201,6 +205,9 @@ def _after(found: Diagnosis, out: Path) -> str:
 
 def summary(found: Diagnosis) -> dict[str, Any]:
     """What the --json line carries."""
+    from birdstrike.inversion.diagnosis.answer import errors
+
+    before, after = errors(vars(found.before), vars(found.after) if found.after else None)
     return {
         "verdict": found.verdict,
         "confidence_set": list(found.confidence_set),
@@ -209,8 +216,8 @@ def summary(found: Diagnosis) -> dict[str, Any]:
             name: found.probabilities[name] for name in found.confidence_set if name in found.probabilities
         },
         "alarm": found.alarm,
-        "weighted_before": found.before.error["weighted"],
-        "weighted_after": found.after.error["weighted"] if found.after else None,
+        "weighted_before": before["weighted"],
+        "weighted_after": after["weighted"] if after else None,
         "case_after": found.case_after,
         "warnings": list(found.warnings),
     }

@@ -16,24 +16,25 @@ from scipy.stats import norm
 from birdstrike.data.display import Displayed, draw_curves, own_axes
 from birdstrike.data.files import write_json
 from birdstrike.data.histories import Array
-from birdstrike.data.units import display
+from birdstrike.data.units import display, from_si
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.alarm import SHARES
 from birdstrike.inversion.diagnosis.before_and_after import (
     Held,
     SolverRun,
+    estimate,
     expected_residual,
     predicted,
     rms_by_channel,
 )
-from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE
+from birdstrike.inversion.diagnosis.hypotheses import NONE, SOMETHING_ELSE, Hypothesis
 from birdstrike.inversion.diagnosis.power import absorbed, biases, collinear
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.shots import Shot
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.inversion.formatting import label_parts, rounded
 from birdstrike.solver.case.case import Case
-from birdstrike.solver.case.effects import SHOWN, shown
+from birdstrike.solver.case.effects import SHOWN
 from birdstrike.solver.effects.registry import effects, kind_of
 from birdstrike.surrogate.gaussian_process import NORMAL_95
 
@@ -98,7 +99,8 @@ class State:
     rmse: sensor -> SI; weighted: whitened RMS (1: all errors together), less what the baselines show;
     raw: in units of the measurement noise alone; heldout: time_block, channel, shot; parameters: name -> value,
     interval_95, unit; solver: rmse of one run of the declared case, or None; rmse_less_baseline: sensor -> SI, of the
-    residual less what the baselines' residuals tell of it, None without a baseline.
+    residual less what the baselines' residuals tell of it, None without a baseline, and of the solver, whose declared
+    mesh is not that on which the baselines were calibrated.
     """
 
     model: str
@@ -110,10 +112,26 @@ class State:
     solver: Mapping[str, Any] | None = None
     rmse_less_baseline: Mapping[str, float] | None = None
 
-    @property
-    def error(self) -> Mapping[str, Any]:
-        """The solver's own error where it was run, else the fit's."""
-        return {**vars(self), **(self.solver or {})}
+
+Errors = Mapping[str, Any]
+
+
+def errors(before: Mapping[str, Any], after: Mapping[str, Any] | None) -> tuple[Errors, Errors | None]:
+    """Errors of two states (as in diagnosis.json), like with like: the solver's where it was run for both, else the
+    fits'. Less the baseline's they are those of the fits, on the mesh on which the baseline was calibrated.
+    """
+    states = [before] if after is None else [before, after]
+    ran = all(one["solver"] for one in states)
+    found = [
+        {**one, **(one["solver"] if ran else {}), "rmse_less_baseline": one.get("rmse_less_baseline")} for one in states
+    ]
+    return found[0], found[1] if after is not None else None
+
+
+def shot_with(shots: Sequence[Mapping[str, Any]], model: str) -> Mapping[str, Any]:
+    """The first of the shots of diagnosis.json in which a model's effect acts; model: "" or `none` act in all."""
+    alone = label_parts(model)[2]
+    return next(one for one in shots if alone in ("", one["name"]))
 
 
 @dataclass(frozen=True, repr=False)
@@ -272,16 +290,21 @@ def magnitude_words(one: EffectFigures) -> str:
     """ "+0.2 mm (95 %: +0.1 .. +0.3 mm)"; "at least" where the limit of what was looked at is reached."""
     if one.magnitude is None:
         return ""
-    effect = effects().get(label_parts(one.name)[0])
-    if effect is None:
-        return f"{one.magnitude:+.3g} {one.unit}".strip()
     if one.at_bound:
-        return beyond(one.magnitude, one.interval_95, partial(shown, effect))
+        return beyond(one.magnitude, one.interval_95, partial(sized, unit=one.unit))
     if one.interval_95 is None:
-        return shown(effect, one.magnitude)
-    unit = SHOWN.get(effect.unit, effect.unit)
-    low, high = (shown(effect, x).removesuffix(unit).strip() for x in one.interval_95)
-    return f"{shown(effect, one.magnitude)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+        return sized(one.magnitude, one.unit)
+    unit = SHOWN.get(one.unit, one.unit)
+    low, high = (sized(x, one.unit).removesuffix(unit).strip() for x in one.interval_95)
+    return f"{sized(one.magnitude, one.unit)} (95 %: {low} .. {high} {unit}".rstrip() + ")"
+
+
+def sized(value: float, unit: str) -> str:
+    """A magnitude of an SI unit in that of engineers, with its sign: "+0.2 mm", "+5480 MPa"; "0 mm" of none."""
+    shown = SHOWN.get(unit, unit)
+    number = from_si(value, shown) if shown else value
+    sign = "+" if number > 0.0 else ""
+    return f"{sign}{rounded(number, 3)} {shown}".strip()
 
 
 def beyond(magnitude: float, interval_95: Sequence[float] | None, text: Callable[[float], str]) -> str:
@@ -377,7 +400,7 @@ def _named(found: Diagnosis, name: str) -> str:
 
 
 def _errors(found: Diagnosis) -> str:
-    """Of the first sensor in its unit, and of all by what noise and model error explain.
+    """Of the first sensor in its unit, and of all by what noise and model error explain, in a shot that has the effect.
 
     A baseline's model error, which the shot shares, may stand against the effect: then the plain error grows while the
     record agrees better with what is expected of it; so the error is told less what the baseline shows. The misfit of
@@ -385,15 +408,18 @@ def _errors(found: Diagnosis) -> str:
     """
     if found.after is None:
         return ""
-    first = next(iter(found.before.error["rmse"]))
-    beside = all(one.error["rmse_less_baseline"] for one in (found.before, found.after))
+    shot = shot_with(found.shots, found.after.model)
+    before, after = errors(shot["before"], shot["after"])
+    assert after is not None, "every shot has a state after where the first has one"
+    first, where = next(iter(before["rmse"])), f" in shot {shot['name']}" if len(found.shots) > 1 else ""
+    beside = before["rmse_less_baseline"]
     key, words = ("rmse_less_baseline", ", less what the baseline shows,") if beside else ("rmse", "")
     unit = found.noise["sensors"][first]["unit"]
-    (old, shown_unit), (new, _) = (display(one.error[key][first], unit) for one in (found.before, found.after))
+    (old, shown_unit), (new, _) = (display(one[key][first], unit) for one in (before, after))
     changes = "falls" if new < old else "rises"
-    ratios = (found.before.weighted, found.after.weighted)
+    ratios = (shot["before"]["weighted"], shot["after"]["weighted"])
     return (
-        f"; the error at {first.replace('_', ' ')}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
+        f"; the error at {first.replace('_', ' ')}{where}{words} {changes} from {rounded(old, 3)} to {rounded(new, 3)} "
         f"{shown_unit}, the misfit of all sensors' fits over noise and model error goes from {ratios[0]:.2g} to "
         f"{ratios[1]:.2g}"
     )
@@ -496,7 +522,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
             "weighted": whitened(off - mean, sd),
             "raw": whitened(off, noise),
             "off": whitened(run.curve - curve, sd),
-            "rmse_less_baseline": rms_by_channel(shot, off - mean) if beside else None,
+            "rmse_less_baseline": None,
         }
     return State(
         model=label,
@@ -504,7 +530,7 @@ def state(ranking: Ranking, label: str, shot: Shot, held: list[Held], run: Solve
         weighted=whitened(residual - mean, sd),
         raw=whitened(residual, noise),
         heldout=in_short(held),
-        parameters=parameters(fit, shot),
+        parameters=parameters(fit, shot, ranking.models[label]),
         solver=solver,
         rmse_less_baseline=rms_by_channel(shot, residual - mean) if beside else None,
     )
@@ -527,15 +553,16 @@ def in_short(held: list[Held]) -> dict[str, float | None]:
 def curve_at(ranking: Ranking, label: str, shot: Shot) -> Array:
     """(n,) a fitted model on a shot's points."""
     fit, model = ranking.fits[label], ranking.models[label]
-    return predicted(shot, model, fit.places.z[shot.group], dict(fit.places.h))
+    return predicted(shot, model, *estimate(shot, model, fit))
 
 
-def parameters(fit: Fit, shot: Shot) -> dict[str, dict[str, Any]]:
+def parameters(fit: Fit, shot: Shot, model: Hypothesis) -> dict[str, dict[str, Any]]:
     """Dotted key -> value, interval_95, unit, identified; SI."""
     space = shot.setup.plan.space
     k = len(space.names)
     mean, sd = fit.interval(shot.group, k)
-    ends = [space.to_physical(np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0)[None])[0] for s in (-1, 0, 1)]
+    low, high = (np.clip(mean + s * NORMAL_95 * sd, 0.0, 1.0) for s in (-1, 1))
+    ends = [space.to_physical(z[None])[0] for z in (low, estimate(shot, model, fit)[0], high)]
     return {
         name: {
             "value": float(ends[1][i]),
@@ -574,11 +601,25 @@ def curves(ranking: Ranking, shot: Shot, after: str | None, runs: Mapping[str, S
     return found
 
 
-def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
-    """Noise of every sensor, its source, and the share of the emulator's and the mesh's error in the whole.
+def noise_figures(shots: Sequence[Shot], ranking: Ranking) -> dict[str, Any]:
+    """Noise of every sensor in the first shot that has it, its source, and the share of emulator and mesh in the whole.
 
-    numerical_share: of standard deviations; `numerical` and `numerical_enlarged` of earlier versions stay empty.
+    numerical_share: of standard deviations, beside the sensors that of the first shot; `numerical` and
+    `numerical_enlarged` of earlier versions stay empty.
     """
+    found = [_noise_in(shot, ranking) for shot in shots]
+    sensors = {name: one for own, _ in found[::-1] for name, one in own.items()}
+    order = dict.fromkeys(name for own, _ in found for name in own)
+    return {
+        "sensors": {name: sensors[name] for name in order},
+        "numerical": {},
+        "numerical_share": found[0][1],
+        "numerical_enlarged": 1.0,
+    }
+
+
+def _noise_in(shot: Shot, ranking: Ranking) -> tuple[dict[str, dict[str, Any]], float]:
+    """Of the sensors of one shot, and the numerical share of all of them."""
     whole = expected_residual(shot, ranking.problem, ranking.models[NONE], ranking.fits[NONE])[1] ** 2
     numerical = ranking.fits[NONE].system.numerical_variance(shot.name)
     sensors = {}
@@ -597,8 +638,7 @@ def noise_figures(shot: Shot, ranking: Ranking) -> dict[str, Any]:
             "numerical_share": float(np.sqrt(numerical[of].mean() / whole[of].mean())),
             "peak": trace.peak,
         }
-    share = float(np.sqrt(numerical.mean() / whole.mean()))
-    return {"sensors": sensors, "numerical": {}, "numerical_share": share, "numerical_enlarged": 1.0}
+    return sensors, float(np.sqrt(numerical.mean() / whole.mean()))
 
 
 def simulation_counts(

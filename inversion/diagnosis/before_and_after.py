@@ -109,18 +109,40 @@ def _predicted(
     return float(np.sqrt(np.mean(((residual - mean)[points] / sd[points]) ** 2)))
 
 
+def blind(effect: Suspect) -> set[str]:
+    """Parts that hold all that an effect acts on, the sensor of a fault, the shot of an effect of one shot: the rest
+    tells nothing of its magnitude, so that a model with it predicts nothing there.
+    """
+    found = {f"shot {effect.shots[0]}"} if len(effect.shots) == 1 else set[str]()
+    if effect.fault is not None and len(effect.fault.sensors) == 1:
+        found.add(f"channel {effect.fault.sensors[0]}")
+    return found
+
+
+def told_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
+    """The parts held out of which an effect's model tells something."""
+    return [one for one in held if one.name.split(" of ")[0] not in blind(effect)]
+
+
 def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
     """Whether an effect lowers the error of what was held out, root mean square over the parts that can tell.
 
     Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
-    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111). A part cannot tell where it holds
-    all that the effect acts on: the sensor of a fault, the shot of an effect of one shot.
+    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111).
     """
-    acts_on = {f"shot {effect.shots[0]}"} if len(effect.shots) == 1 else set[str]()
-    if effect.fault is not None and len(effect.fault.sensors) == 1:
-        acts_on.add(f"channel {effect.fault.sensors[0]}")
-    pairs = [(b.error, a.error) for b, a in zip(before, after, strict=True) if b.name.split(" of ")[0] not in acts_on]
-    return sum(a * a for _, a in pairs) < sum(b * b for b, _ in pairs) or not pairs
+    pairs = list(zip(told_parts(effect, before), told_parts(effect, after), strict=True))
+    return sum(a.error**2 for _, a in pairs) < sum(b.error**2 for b, _ in pairs) or not pairs
+
+
+def estimate(shot: Shot, hypothesis: Hypothesis, fit: Fit) -> tuple[Array, dict[str, float]]:
+    """(k,) fractions of the ranges and size h by label, as the answer states them: the posterior means, inside the
+    emulator's box and the effects' limits; the place about which the fit is linear may lie a step beside.
+    """
+    mean, _ = fit.interval(shot.group, len(shot.setup.lows))
+    sizes = zip(hypothesis.members, fit.evidence.h, strict=True)
+    return np.clip(mean, shot.setup.lows, shot.setup.highs), {
+        one.label: float(np.clip(h, *one.limits)) for one, h in sizes
+    }
 
 
 def predicted(shot: Shot, hypothesis: Hypothesis, z: Array, sizes: dict[str, float]) -> Array:
@@ -173,23 +195,17 @@ class SolverRun:
 
 
 def case_at(shot: Shot, fit: Fit, hypothesis: Hypothesis) -> Case:
-    """The declared case with the fit's parameters and effects."""
-    plan = shot.setup.plan
-    case = plan.case.with_values(plan.values(fit.places.z[shot.group]))
+    """The declared case with the parameters and effects that the answer states."""
+    plan, (z, sizes) = shot.setup.plan, estimate(shot, hypothesis, fit)
+    case = plan.case.with_values(plan.values(z))
     acting = [one for one in hypothesis.members if shot.name in one.shots]
-    common = {one.name: size_of(one, fit) for one in acting if one.label.split("@")[0] == one.name}
+    common = {one.name: one.magnitude(sizes[one.label]) for one in acting if one.label.split("@")[0] == one.name}
     common = {name: value for name, value in common.items() if np.isfinite(value) and value}
     if common:
         case = case.with_effects({**case.effects, **common})
     single = [one for one in acting if one.label.split("@")[0] != one.name]
-    table = _instruments(case, [(one, size_of(one, fit)) for one in single])
+    table = _instruments(case, [(one, one.magnitude(sizes[one.label])) for one in single])
     return case.overlaid(table) if table else case
-
-
-def size_of(one: Suspect, fit: Fit) -> float:
-    """SI magnitude where the fit stands, held to what was looked at."""
-    low, high = one.limits
-    return one.magnitude(float(np.clip(fit.places.h.get(one.label, 0.0), low, high)))
 
 
 def _instruments(case: Case, faults: Sequence[tuple[Suspect, float]]) -> Raw:
@@ -234,7 +250,7 @@ def rms_by_channel(shot: Shot, residual: Array) -> dict[str, float]:
 def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, first: Shot) -> Held:
     """A record of the first shot's case that nothing was fitted to, predicted with the first shot's parameters."""
     members = tuple(replace(one, shots=(*one.shots, heldout.name)) for one in model.members)
-    curve = predicted(heldout, replace(model, members=members), fit.places.z[first.group], dict(fit.places.h))
+    curve = predicted(heldout, replace(model, members=members), *estimate(first, model, fit))
     expected = expected_residual(first, problem, model, fit)
     mean, sd = np.empty(len(curve)), np.empty(len(curve))
     for i, trace in enumerate(heldout.record.traces):

@@ -12,7 +12,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from birdstrike.data.curves import Measured, read_measured, refuse_twice
-from birdstrike.data.errors import MeasuredError, UserError
+from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
 from birdstrike.data.tree import save_tree
@@ -28,8 +28,9 @@ from birdstrike.inversion.diagnosis.setup import Setup, make_setup, simulate_pla
 from birdstrike.inversion.diagnosis.shots import read_shot, unpredicted
 from birdstrike.inversion.diagnosis.solver_update import NearFits, with_runs
 from birdstrike.inversion.estimation.refinement import AUTO_RUNS, PAYS, refuse_budget
+from birdstrike.inversion.formatting import span
 from birdstrike.inversion.observations.reader import Expected, read_record
-from birdstrike.solver.case.case import Case, as_case, case_hash
+from birdstrike.solver.case.case import Case, Parameter, as_case, case_hash
 from birdstrike.solver.case.write import case_toml, copy_case, portable_table
 
 CaseLike = str | Path | Case
@@ -100,6 +101,7 @@ def diagnose(
     choice = replace(choice, baseline_bird=stated_bird(choice, shots[0].case, baseline_bird))
     other = None if heldout is None else read(heldout)
     refuse(shots, other)
+    other = None if other is None else other.only(tuple(shots[0].record.channels))
     clean, warnings = clean_shots(shots, baseline, baseline_case)
     refuse_twice(
         [
@@ -166,29 +168,64 @@ def read(measured: RecordLike) -> Measured:
 
 
 def refuse(shots: Sequence[NamedRecord], heldout: Measured | None) -> None:
-    """Raise MeasuredError for channels that do not fit a case and for short records, before anything is simulated."""
-    errors: list[str] = []
-    for one in shots:
-        known, end = ", ".join(one.case.sensors), float(one.record.time[-1])
-        errors += [
-            f'{one.record.path}: channel "{n}" is no sensor of case {one.case.name}; its sensors: {known}'
-            for n in one.record.channels
-            if n not in one.case.sensors
+    """Raise UserError for every case of another rig and every record that does not fit its case, all at once.
+
+    Before anything is simulated. heldout: of the first case, with the channels of the first record alone.
+    """
+    first = shots[0]
+    if errors := [error for one in shots[1:] for error in apart(one.case, first.case)]:
+        raise CaseError(errors)
+    records = [(one.record, one.case) for one in shots]
+    if heldout is not None:
+        channels = [n for n in first.record.channels if n in heldout.channels]
+        records += [(heldout.only(channels), first.case)] if channels else []
+        errors = [
+            f'{heldout.path}: channel "{n}" is missing; it must have the channels of the first record'
+            for n in first.record.channels
+            if n not in channels
         ]
-        if end < SHORTEST * one.case.time.end:
-            errors.append(
-                f"{one.record.path}: ends at {1e3 * end:.3g} ms, the simulation at {1e3 * one.case.time.end:.3g} ms; "
-                "shorten time.end, or use the whole record"
-            )
-    missing = [n for n in shots[0].record.channels if heldout is not None and n not in heldout.channels]
-    errors += [
-        f'{heldout.path if heldout else ""}: channel "{n}" is missing; it must have the channels of the first record'
-        for n in missing
-    ]
+    errors = [*(error for one in records for error in unusable(*one)), *errors]
     if errors:
         raise MeasuredError(errors)
-    for one in shots:
-        read_record(one.record, Expected.of_case(one.case, one.case.time.end))
+
+
+def apart(case: Case, first: Case) -> list[str]:
+    """Why two cases cannot be calibrated together: another rig, or parameters sought elsewhere."""
+    if case.plate != first.plate or case.target != first.target:
+        return [
+            f"case {case.name} has another plate or target (or mesh of it) than case {first.name}: shots that are "
+            "diagnosed together are of one rig; extend one file for all and change [impact] and [bird] alone, or "
+            "diagnose each rig by itself"
+        ]
+    if case.parameters() == first.parameters():
+        return []
+    own, theirs = ({one.name: one for one in each.parameters()} for each in (case, first))
+    differ = [name for name in {**theirs, **own} if own.get(name) != theirs.get(name)]
+    if not differ:
+        return [f"case {case.name} names its inversion.parameters in another order than case {first.name}"]
+    return [
+        f'inversion.parameters."{name}" is {sought(own.get(name))} in case {case.name} and {sought(theirs.get(name))} '
+        f"in case {first.name}: shots share their parameters and the ranges of these; state them alike in both"
+        for name in differ
+    ]
+
+
+def sought(one: Parameter | None) -> str:
+    """Range of a parameter in words."""
+    return "not sought" if one is None else f"{span(one.low, one.high, one.unit)} ({one.scale})"
+
+
+def unusable(record: Measured, case: Case) -> list[str]:
+    """Why a record cannot be compared with its case."""
+    end = float(record.time[-1])
+    if end < SHORTEST * case.time.end:
+        ends = f"{record.path}: ends at {1e3 * end:.3g} ms, the simulation at {1e3 * case.time.end:.3g} ms"
+        return [f"{ends}; shorten time.end, or use the whole record"]
+    try:
+        read_record(record, replace(Expected.of_case(case, case.time.end), of=f"case {case.name}"))
+    except MeasuredError as error:
+        return list(error.errors)
+    return []
 
 
 def runs_of(campaign: Path) -> Path:
@@ -224,7 +261,7 @@ def clean_shots(
     named = matched([own for own, _ in readable], [record for _, record in readable]) if readable else []
     found = []
     for one in named:
-        if reason := unfit(one.record, one.case, first, channels_of(shots)):
+        if reason := unfit(one.record, one.case, first, channels_of(shots)) or "; ".join(apart(one.case, first)):
             warnings.append(left_out(f"baseline {one.name}", reason))
         else:
             found.append(one)
@@ -246,9 +283,12 @@ def channels_of(shots: Sequence[NamedRecord]) -> tuple[str, ...]:
 def all_setups(
     shots: Sequence[NamedRecord], clean: Sequence[NamedRecord], simulations: Simulations, choice: DiagnosisOptions
 ) -> dict[str, Setup]:
-    """Setups by the case's hash, one for each different case, with the measured channels."""
+    """Setups by the case's hash, one for each different case, with the measured channels.
+
+    Magnitudes are counted in the plausible sizes of the first shot's case in all of them.
+    """
     cases = {case_hash(one.case): one.case for one in (*shots, *clean)}
-    plans = {key: make_plan(case, choice.runs, choice.seed) for key, case in cases.items()}
+    plans = {key: make_plan(case, choice.runs, choice.seed, shots[0].case) for key, case in cases.items()}
     runs = {key: simulate_plan(plan, simulations) for key, plan in plans.items()}
     measured = channels_of(shots)
     moved = unpredictable([(plans[key], runs[key]) for key in plans], measured)

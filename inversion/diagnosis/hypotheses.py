@@ -8,12 +8,14 @@ maximum-entropy choice for who knows only the taxonomy (Jaynes, Probability Theo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
+from types import MappingProxyType
 
 from birdstrike.inversion.diagnosis.instrument import WIDEST, InstrumentEffect, instrument_effects
 from birdstrike.inversion.diagnosis.responses import Response
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, responses_of
+from birdstrike.solver.case.case import Case
 from birdstrike.solver.effects.registry import effect_named, effects, kind_of
 
 NONE, SOMETHING_ELSE = "none", "something_else"
@@ -110,27 +112,41 @@ def suspects(shots: Sequence[Shot]) -> tuple[Suspect, ...]:
     likely beside `none` as the prior has it.
     """
     measured = [shot for shot in shots if not shot.baseline]
-    first, names = measured[0], tuple(shot.name for shot in measured)
     found: list[Suspect] = []
-    for name, response in first.setup.responses.items():
-        found += _by_shot(Suspect(name, name, family_of(name), names, response))
-    case, left_out = first.setup.plan.case, first.setup.left_out
-    measured_by = instrument_effects(case, (*first.channels, *left_out))
+    for name in responses_of(measured):
+        able = {shot.name: shot.setup.responses[name] for shot in measured if name in shot.setup.responses}
+        one = Suspect(name, name, family_of(name), tuple(able), next(iter(able.values())))
+        found += _by_shot(one, len(measured), able)
+    case = _with_all_sensors(measured)
+    channels = dict.fromkeys(channel for shot in measured for channel in shot.channels)
+    left_out = dict.fromkeys(channel for shot in measured for channel in shot.setup.left_out)
+    measured_by = instrument_effects(case, (*channels, *left_out))
     unseen = [one for one in measured_by if len(one.sensors) == 1 and one.sensors[0] in left_out]
-    for fault in (*instrument_effects(case, first.channels), *unseen):
+    for fault in (*instrument_effects(case, tuple(channels)), *unseen):
+        names = tuple(s.name for s in measured if any(sensor in s.setup.plan.case.sensors for sensor in fault.sensors))
         one = Suspect(fault.label, fault.effect.name, "instrument", names, fault=fault, seen=fault not in unseen)
-        found += _by_shot(one) if fault.label == "time_offset" else [one]
+        found += _by_shot(one, len(measured)) if fault.label == "time_offset" else [one]
     return tuple(found)
 
 
-def _by_shot(one: Suspect) -> list[Suspect]:
-    """The effect in all shots and, where it may belong to a single one, in each."""
-    if len(one.shots) == 1 or one.name not in (*OF_SHOT, "time_offset"):
+def _with_all_sensors(shots: Sequence[Shot]) -> Case:
+    """The first shot's case with the sensors that only other shots have."""
+    sensors = {name: sensor for shot in shots[::-1] for name, sensor in shot.setup.plan.case.sensors.items()}
+    case = shots[0].setup.plan.case
+    return case.model_copy(update={"sensors": {**case.sensors, **sensors}})
+
+
+def _by_shot(one: Suspect, count: int, responses: Mapping[str, Response] = MappingProxyType({})) -> list[Suspect]:
+    """The effect in all of `count` shots that can carry it and, where it may belong to a single one, in each.
+
+    responses: by shot; that in one shot alone is the response of its own case.
+    """
+    if count == 1 or one.name not in (*OF_SHOT, "time_offset"):
         return [one]
     each = [
-        Suspect(f"{one.label}@{shot}", one.name, one.family, (shot,), one.response, one.fault) for shot in one.shots
+        replace(one, label=f"{one.label}@{shot}", shots=(shot,), response=responses.get(shot)) for shot in one.shots
     ]
-    return [one, *each]
+    return [one, *each] if len(each) > 1 else each
 
 
 def family_of(name: str) -> str:

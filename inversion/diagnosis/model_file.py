@@ -13,6 +13,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.inversion.conditions import conditions
+from birdstrike.inversion.diagnosis.before_and_after import estimate
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Hypothesis, Suspect
 from birdstrike.inversion.diagnosis.ranking import Fit, Ranking
 from birdstrike.inversion.diagnosis.responses import Response
@@ -65,9 +66,9 @@ def model_table(ranking: Ranking, shots: Sequence[Shot], fits: Mapping[str, str]
 
 def _point(ranking: Ranking, fit: Fit, label: str, shot: Shot) -> Table:
     """Parameters (k,) SI of the shots' group, and magnitudes SI by the effect's label."""
-    values = shot.setup.plan.values(fit.places.z[shot.group])
-    sizes = {one.label: one.magnitude(fit.places.h.get(one.label, 0.0)) for one in ranking.models[label].members}
-    return {"model": label, "theta": list(values.values()), "effects": sizes}
+    z, h = estimate(shot, ranking.models[label], fit)
+    sizes = {one.label: one.magnitude(h[one.label]) for one in ranking.models[label].members}
+    return {"model": label, "theta": list(shot.setup.plan.values(z).values()), "effects": sizes}
 
 
 def _posterior(ranking: Ranking, shots: Sequence[Shot]) -> list[Table]:

@@ -21,7 +21,7 @@ from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING
 from birdstrike.inversion.diagnosis.plan import PREFIX
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.setup import stack
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, responses_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD, Places
 from birdstrike.inversion.formatting import label_parts
 from birdstrike.solver.sensors.sensor import Sensor
@@ -88,12 +88,16 @@ def propose(ranking: Ranking, shot: Shot, other_bird: bool = False) -> Proposal 
     now, found = told(gram, columns), list[tuple[float, str, str]]()
     if not any(one.baseline for one in ranking.problem.shots):
         found.append((told(*_beside_clean_shot(ranking, compared)), BASELINE, CLEAN_SHOT))
+    measured = [one for one in ranking.problem.shots if not one.baseline]
+    there = {name for one in measured for name in (*one.channels, *one.setup.unpredictable)}
     for name, sensor in shot.setup.plan.coarse.sensors.items():
-        if name in (*shot.channels, *shot.setup.unpredictable) or sensor.kind == "contact_force":
+        if name in there or sensor.kind == "contact_force":
             continue
-        more = sensor_information(ranking, shot, name, compared)
-        if more is not None:
-            found.append((told(gram + more, columns), name, f"a sensor more, {described(name, sensor)}"))
+        own = [one for one in measured if name in one.setup.plan.coarse.sensors]
+        more = [one for one in (sensor_information(ranking, s, name, compared) for s in own) if one is not None]
+        if more:
+            where = "a sensor more in every shot" if len(measured) > 1 else "a sensor more"
+            found.append((told(gram + sum(more), columns), name, f"{where}, {described(name, sensor)}"))
     found.sort(reverse=True)
     needed = ""
     if other_bird:
@@ -182,21 +186,22 @@ def sensor_information(ranking: Ranking, shot: Shot, name: str, compared: list[s
     J[:, at : at + k] = PRIOR_SD * coefficients[1 : 1 + k].T
     signatures, node = slopes(shot, name, t), _likeliest(ranking, compared)
     J = J @ fit.tester.rotation.T * fit.tester.sizes(np.array([node]))[0, : J.shape[1]]
-    J = np.hstack([J, _unnamed(ranking, shot, signatures, node)])
+    J = np.hstack([J, _unnamed(ranking, signatures, node)])
     G = [_response(ranking, shot, label, signatures, t, coefficients[0]) for label in compared]
     X = np.column_stack([J, *G])
     covariance = _error(shot, name, t, coefficients[0], peak)
     return X.T @ np.linalg.solve(covariance, X)
 
 
-def _unnamed(ranking: Ranking, shot: Shot, signatures: Mapping[str, Array], node: int) -> Array:
+def _unnamed(ranking: Ranking, signatures: Mapping[str, Array], node: int) -> Array:
     """(t, q) unnamed errors and nuisances at a candidate, in the order of the system's columns.
 
     0 for other sensors' errors; the nuisances, whose size is stated, are taken as known there.
     """
     tester = ranking.fits[NONE].tester
     first, last = tester.system.at["unnamed"].start, tester.system.at["nuisance"].stop
-    own = np.array([signatures[name] for name in shot.setup.responses]).reshape(len(shot.setup.responses), POINTS).T
+    names = responses_of(ranking.problem.shots)
+    own = np.array([signatures.get(name, np.zeros(POINTS)) for name in names]).reshape(len(names), POINTS).T
     return tester.unnamed[node] * np.hstack([own, np.zeros((POINTS, last - first - own.shape[1]))])
 
 

@@ -48,6 +48,7 @@ from birdstrike.inversion.diagnosis.before_and_after import (
     other_record,
     predicts_better,
     run_at,
+    told_parts,
 )
 from birdstrike.inversion.diagnosis.discrepancy import STATED, Amplitudes, beside_baselines, unknown_or_stated
 from birdstrike.inversion.diagnosis.evidence import AUTO, BIRDS, CONTRADICTED, birds_apart
@@ -62,6 +63,7 @@ from birdstrike.inversion.diagnosis.solver_update import update
 from birdstrike.inversion.diagnosis.system import Options as SystemOptions
 from birdstrike.inversion.estimation.mesh_correction import shells_of_a_file, unrefined_file
 from birdstrike.inversion.estimation.refinement import AUTO as REFINE_AUTO
+from birdstrike.inversion.formatting import label_parts
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
@@ -203,10 +205,13 @@ class Pipeline:
             verdict, close = AMBIGUOUS, [*close, *against]
         if chosen and heldout is not None:
             close = [*close, *_worse_held_out(chosen, held)]
+        if chosen:
+            held = {**held, chosen: told_parts(ranking.models[chosen].members[0], held[chosen])}
         shot, detectable = self.shots[0], minimum_detectable(ranking)
-        figures = effect_figures(ranking, required, chosen if f"{shot.name} after" in runs else None)
+        alone = label_parts(chosen or "")[2]
+        best = runs.get(f"{alone or shot.name} after")
+        figures = effect_figures(ranking, required, chosen if best else None)
         proposal = propose(ranking, shot, verdict != NO_RESIDUAL and of_another_bird(bird))
-        best = runs.get(f"{shot.name} after")
         found = Diagnosis(
             alpha=self.options.alpha,
             alarm=p,
@@ -217,12 +222,12 @@ class Pipeline:
             required_discrepancy=required,
             effects=figures,
             before=state(ranking, NONE, shot, held[NONE], runs.get(f"{shot.name} before")),
-            after=state(ranking, chosen, shot, held[chosen], best) if chosen else None,
+            after=state(ranking, chosen, shot, held[chosen], runs.get(f"{shot.name} after")) if chosen else None,
             minimum_detectable=detectable,
             next_measurement=None if proposal is None else {**vars(proposal), "sentence": proposal.sentence},
             pairs=pair_figures(ranking),
             remainder=remainder_figures(ranking),
-            noise=noise_figures(shot, ranking),
+            noise=noise_figures(self.shots, ranking),
             discrepancy=discrepancy_figures(ranking, chosen),
             nuisance={},
             baseline=self._baseline_figures(ranking, detectable),

@@ -187,13 +187,13 @@ def level(known: Known) -> float:
     return top if known.one_sided else min(top, 0.5 * abs(known.least))
 
 
-def make_plan(case: Case, runs: int = RUNS, seed: int = 0) -> Plan:
-    """The plan of a case."""
+def make_plan(case: Case, runs: int = RUNS, seed: int = 0, first: Case | None = None) -> Plan:
+    """The plan of a case; first: by whose effects' plausible sizes magnitudes are counted, of several cases."""
     probed = with_probes(case)
     coarse, fine = meshes(probed)
     space = ParameterSpace.of(case.parameters())
     unit = make_design("uniform", space, runs, seed).unit
-    known, refused = library(case)
+    known, refused = library(case, first or case)
     return Plan(case, coarse, fine, space, unit, spread(unit), blocks(case, coarse, known), refused)
 
 
@@ -221,8 +221,11 @@ def meshes(case: Case) -> tuple[Case, Case]:
     return coarse, fine_mesh(coarse, case)
 
 
-def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
-    """Effects that take a simulation and that the case can carry, and why it cannot carry the others."""
+def library(case: Case, first: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
+    """Effects that take a simulation and that the case can carry, and why it cannot carry the others.
+
+    Their sizes are those of the first case of several: one magnitude is then as many sizes in every shot.
+    """
     known, refused = [], dict[str, str]()
     for name, effect in effects_of(case).items():
         if name in INSTRUMENT:
@@ -230,7 +233,7 @@ def library(case: Case) -> tuple[tuple[Known, ...], dict[str, str]]:
         if reason := effect.refuses(case) or _declared(case, name) or unsupported_by_deck(case, name):
             refused[name] = reason
             continue
-        size = effect.size(case)
+        size = effect.size(first)
         known.append(Known(effect, size, max(effect.least(case) / size, -WIDEST) + 0.0))
     return tuple(known), refused
 
@@ -265,6 +268,8 @@ def labelled(cases: Sequence[Mapping[str, Case]]) -> dict[str, Case]:
 PREFIX = "probe_"
 PLACES = {"centre": (0.0, 0.0), "fore": (0.25, 0.0), "aft": (-0.25, 0.0), "side": (0.0, 0.25), "corner": (0.25, 0.25)}
 """Place's name -> shares of length and width from the plate's centre."""
+STRAINS = ("centre", "fore", "side")
+TOO_NEAR = 0.02  # of length and width: a sensor that near to one of its kind shows nothing new
 
 
 def with_probes(case: Case) -> Case:
@@ -277,20 +282,22 @@ def with_probes(case: Case) -> Case:
     return case.with_sensors(candidates(case))
 
 
+def _has(case: Case, kind: str, place: tuple[float, float]) -> bool:
+    """Whether the case has a sensor of that kind at a place, or so near that another one would be the same again."""
+    near = (TOO_NEAR * case.plate.length, TOO_NEAR * case.plate.width)
+    own = [sensor.place[:2] for sensor in case.sensors.values() if sensor.kind == kind and sensor.place is not None]
+    return any(all(abs(a - b) <= far for a, b, far in zip(one, place, near, strict=True)) for one in own)
+
+
 def candidates(case: Case) -> dict[str, Any]:
     """Tables of the candidate sensors."""
     found: dict[str, Any] = {}
-    taken = {(sensor.kind, tuple(round(x, 4) for x in sensor.place or ())) for sensor in case.sensors.values()}
-    for name, (along, across) in PLACES.items():
-        place = (along * case.plate.length, across * case.plate.width)
-        at = [f"{1e3 * x:.6g} mm" for x in place]
-        if ("displacement", (round(place[0], 4), round(place[1], 4))) not in taken and not case.plate.rigid:
-            found[f"{PREFIX}displacement_{name}"] = {"kind": "displacement", "at": at}
-    for name in ("centre", "fore", "side") if not case.plate.rigid else ():
-        place = (PLACES[name][0] * case.plate.length, PLACES[name][1] * case.plate.width)
-        at = [f"{1e3 * x:.6g} mm" for x in place]
-        if ("strain", (round(place[0], 4), round(place[1], 4))) not in taken:
-            found[f"{PREFIX}strain_{name}"] = {"kind": "strain", "at": at}
+    for kind, names in (("displacement", PLACES), ("strain", STRAINS)) if not case.plate.rigid else ():
+        for name in names:
+            place = (PLACES[name][0] * case.plate.length, PLACES[name][1] * case.plate.width)
+            if not _has(case, kind, place):
+                at = [f"{1e3 * x:.6g} mm" for x in place]
+                found[f"{PREFIX}{kind}_{name}"] = {"kind": kind, "at": at}
     kinds = {sensor.kind for sensor in case.sensors.values()}
     if "reaction_force" not in kinds:
         found[f"{PREFIX}reaction_force"] = {"kind": "reaction_force"}

@@ -260,6 +260,11 @@ def setups_of(shots: Sequence[Shot]) -> list[Setup]:
     return list({id(shot.setup): shot.setup for shot in shots}.values())
 
 
+def responses_of(shots: Sequence[Shot]) -> tuple[str, ...]:
+    """Effects of the solver that the case of any of the shots can carry, those of the first before the others'."""
+    return tuple(dict.fromkeys(name for shot in shots for name in shot.setup.responses))
+
+
 def unpredicted(setup: Setup, channels: Iterable[str]) -> str:
     """Why channels are left out, and what to do."""
     shares, fine, declared = setup.unpredictable, setup.plan.fine.bird.particles, setup.plan.case.bird.particles

@@ -18,12 +18,12 @@ from scipy.spatial.distance import cdist
 from birdstrike.data.histories import Array
 from birdstrike.doe.campaign.simulations import Simulations
 from birdstrike.inversion.diagnosis.before_and_after import expected_residual, predicted
-from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, suspects
-from birdstrike.inversion.diagnosis.plan import Block, level
+from birdstrike.inversion.diagnosis.hypotheses import NONE, NOTHING, Suspect, suspects
+from birdstrike.inversion.diagnosis.plan import level
 from birdstrike.inversion.diagnosis.ranking import Fit, Problem, Ranking, within
 from birdstrike.inversion.diagnosis.responses import Change, Response
 from birdstrike.inversion.diagnosis.setup import Setup, make_setup, stack
-from birdstrike.inversion.diagnosis.shots import Shot
+from birdstrike.inversion.diagnosis.shots import Shot, setups_of
 from birdstrike.inversion.diagnosis.system import PRIOR_SD
 from birdstrike.solver.case.case import Case
 
@@ -46,8 +46,11 @@ NEAR = 0.3  # of a magnitude: within it of one that was simulated the response i
 
 @dataclass(frozen=True)
 class Wanted:
-    """One effect to be simulated: its response so far, magnitude b in plausible sizes, parameters z (k,)."""
+    """One effect to be simulated: in a shot's case, its response there so far, magnitude b in plausible sizes,
+    parameters z (k,).
+    """
 
+    shot: Shot
     response: Response
     b: float
     z: Array
@@ -132,23 +135,27 @@ def _nearby(setup: Setup, fit: Fit, group: str, points: Array, rng: np.random.Ge
 def update(ranking: Ranking, simulations: Simulations) -> Problem:
     """The problem with new signatures; the same one where nothing was to be simulated."""
     problem = ranking.problem
-    first = next(shot for shot in problem.shots if not shot.baseline)
-    wanted = [_wanted(ranking, label, first) for label in wanted_effects(ranking)]
+    wanted = [_wanted(ranking, label) for label in wanted_effects(ranking)]
     wanted = [one for one in wanted if not _known(one)][:MOST]
     if not wanted:
         return problem
-    setup = first.setup
-    runs = simulations.run({label: case for one in wanted for label, case in _cases(one, setup).items()})
-    stacks = {label: stack(run, setup.time, setup.channels) for label, run in runs.items()}
-    changes = list(setup.changes)
-    for one in wanted:
-        block = setup.plan.block_of(one.name)
-        pairs = [(f"{one.name} there {i}", _without(one, block, i)) for i in range(REPLICATES)]
-        found = [stacks[there] - stacks[without] for there, without in pairs if {there, without} <= stacks.keys()]
-        if found:
-            changes.append(Change(one.name, one.b, one.z, np.array(found)))
-    begun = replace(problem, begin=ranking.fits[NONE].places)
-    return _on(begun, setup, replace(setup, changes=tuple(changes)))
+    runs = simulations.run({label: case for one in wanted for label, case in _cases(one).items()})
+    problem = replace(problem, begin=ranking.fits[NONE].places)
+    for setup in setups_of([one.shot for one in wanted]):
+        changes = list(setup.changes)
+        for one in wanted:
+            if one.shot.setup is not setup:
+                continue
+            pairs = [(_there(one, i), _without(one, i)) for i in range(REPLICATES)]
+            found = [
+                np.subtract(*(stack(runs[label], setup.time, setup.channels) for label in pair))
+                for pair in pairs
+                if set(pair) <= runs.keys()
+            ]
+            if found:
+                changes.append(Change(one.name, one.b, one.z, np.array(found)))
+        problem = _on(problem, setup, replace(setup, changes=tuple(changes)))
+    return problem
 
 
 def _farther(response: Response, h: float) -> float:
@@ -186,7 +193,7 @@ def _on(problem: Problem, old: Setup, new: Setup) -> Problem:
 def wanted_effects(ranking: Ranking) -> list[str]:
     """Effects of the solver within reach of the best, members of the likeliest pairs before, the others by how likely
     they are at best: an effect whose learnt signature is a little wrong looks less likely than it is until it has been
-    simulated, and one that has been would win by that alone.
+    simulated, and one that has been would win by that alone. An effect counts once in each case.
     """
     if ranking.shares[NONE] > SURE:
         return []
@@ -197,24 +204,30 @@ def wanted_effects(ranking: Ranking) -> list[str]:
     named = [one.label for n in pairs if ranking.shares[n] > 0.05 for one in ranking.models[n].members]
     near = max(WITHIN, within(top, ranking.evidence[NONE].log_evidence))
     order = [label for label in sorted(score, key=lambda n: -score[n]) if score[label] > top - near]
-    found: list[str] = []
+    found: dict[tuple[str, int], str] = {}
     for label in [*named, *order]:
-        if singles[label].response and all(singles[label].name != singles[other].name for other in found):
-            found.append(label)
-    return found
+        if singles[label].response:
+            found.setdefault((singles[label].name, id(_shot_of(ranking, singles[label]).setup)), label)
+    return list(found.values())
 
 
-def _wanted(ranking: Ranking, label: str, shot: Shot) -> Wanted:
+def _shot_of(ranking: Ranking, one: Suspect) -> Shot:
+    """The first shot in which an effect acts, in whose case it is simulated."""
+    return next(shot for shot in ranking.problem.shots if shot.name in one.shots)
+
+
+def _wanted(ranking: Ranking, label: str) -> Wanted:
     """Magnitude and parameters at the fit of one effect."""
     one, evidence = ranking.models[label].members[0], ranking.evidence[label]
     assert one.response is not None
+    shot = _shot_of(ranking, one)
     fit = ranking.fits.get(label, ranking.fits[NONE])
     h = float(np.clip(evidence.h[0], *one.limits))
     b = _farther(one.response, h) or one.response.b(h)
     b = float(np.sign(b or 1.0) * max(abs(b), min(LEAST_SIZE, level(one.response.known))))
     if not one.one_sided:
         b = max(b, 0.5 * one.response.known.least)
-    return Wanted(one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.group], shot.setup))
+    return Wanted(shot, one.response, float(f"{b:.{DIGITS}g}"), _near(fit.places.z[shot.group], shot.setup))
 
 
 def _near(z: Array, setup: Setup) -> Array:
@@ -222,17 +235,24 @@ def _near(z: Array, setup: Setup) -> Array:
     return np.round(np.clip(PLACE * np.round(z / PLACE), setup.lows, setup.highs), DIGITS)
 
 
-def _without(one: Wanted, block: Block, replicate: int) -> str:
-    """Label of a simulation without effects, which those of one place and one mesh share."""
-    return f"{one.place} of {block.base.bird.particles} particles without {replicate}"
+def _there(one: Wanted, replicate: int) -> str:
+    """Label of a simulation with the effect."""
+    return f"{one.shot.name}: {one.name} there {replicate}"
 
 
-def _cases(one: Wanted, setup: Setup) -> dict[str, Case]:
+def _without(one: Wanted, replicate: int) -> str:
+    """Label of a simulation without effects, which those of one shot's case, one place and one mesh share."""
+    particles = one.shot.setup.plan.block_of(one.name).base.bird.particles
+    return f"{one.shot.name}: {one.place} of {particles} particles without {replicate}"
+
+
+def _cases(one: Wanted) -> dict[str, Case]:
     """Replicates with the effect and without it, by label."""
+    setup = one.shot.setup
     plan, cases, block = setup.plan, dict[str, Case](), setup.plan.block_of(one.name)
     for i in range(REPLICATES):
         z = np.clip(one.z + APART * (i - 0.5 * (REPLICATES - 1)), setup.lows, setup.highs)
         base = plan.on_lattice(block.base.with_values(plan.values(np.round(z, DIGITS))), len(block.signs) + i)
-        cases[_without(one, block, i)] = base
-        cases[f"{one.name} there {i}"] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
+        cases[_without(one, i)] = base
+        cases[_there(one, i)] = base.with_effects({**base.effects, one.name: one.b * one.response.known.size})
     return cases

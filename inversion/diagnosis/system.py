@@ -21,7 +21,7 @@ from birdstrike.data.histories import Array
 from birdstrike.inversion.diagnosis.discrepancy import OWN_SHARE, PARAMETER_LENGTH, Amplitudes, Shape, alike, started
 from birdstrike.inversion.diagnosis.hypotheses import Suspect
 from birdstrike.inversion.diagnosis.instrument import instrument_effects
-from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot
+from birdstrike.inversion.diagnosis.shots import TIME_OFFSET, Shot, responses_of
 
 CHANGED = 8  # directions a channel of the discrepancy that an effect may change
 TRENDS = 3  # Legendre polynomials in time by which a signature may be off: as fast as the first bending mode
@@ -126,9 +126,9 @@ def build(
     z = [places.z[shot.group] for shot in shots]
     jacobians = [shot.sample(shot.setup.jacobian(own).T) for shot, own in zip(shots, z, strict=True)]
     weights = roughness(shots, jacobians)
-    library = [_unnamed(shot, own, grid) for shot, own, grid in zip(shots, z, grids, strict=True)]
+    library = _unnamed(shots, z, grids)
     bent = any(one.bends and places.h.get(one.label) for one in found)
-    unnamed = [_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)] if bent else library
+    unnamed = _unnamed(shots, z, grids, places.h) if bent else library
     J = _stacked_jacobian(shots, jacobians, groups) * PRIOR_SD
     nuisances = _nuisances(shots, places, grids)
     parts: dict[str, Array] = {"y": y[:, None], "J": J, "unnamed": np.vstack(unnamed), "nuisance": nuisances}
@@ -227,7 +227,7 @@ def with_fault(system: System, one: Suspect, shots: Sequence[Shot], places: Plac
     white, old = Whitener(system.noise), system.at
     parts = {name: system.columns[:, old[name]] for name in ("y", "J", "unnamed", "nuisance")}
     parts["y"] = parts["y"] - white(_change(one, shots, grids, places.h[one.label])[:, None])
-    parts["unnamed"] = white(np.vstack([_unnamed(*at, places.h) for at in zip(shots, z, grids, strict=True)]))
+    parts["unnamed"] = white(np.vstack(_unnamed(shots, z, grids, places.h)))
     parts[one.label] = white(_signature(one, shots, grids, places)[:, None])
     parts |= {name: system.columns[:, old[name]] for name in ("changed", "lattice")}
     return replace(system, columns=np.hstack(list(parts.values())), at=_places_of(parts))
@@ -277,22 +277,33 @@ def _stacked_jacobian(shots: Sequence[Shot], jacobians: Sequence[Array], groups:
     return np.vstack(rows)
 
 
-def _unnamed(shot: Shot, z: Array, grid: Array, h: Mapping[str, float] | None = None) -> Array:
-    """(n, q) small errors of model and instruments in a shot, of the solver's effects, then of every sensor.
+def _unnamed(
+    shots: Sequence[Shot], z: Sequence[Array], grids: Sequence[Array], h: Mapping[str, float] | None = None
+) -> list[Array]:
+    """(n, q) of each shot: small errors of model and instruments, of the solver's effects, then of every sensor.
 
-    Each of a plausible size, at parameters z (k,) with curves (grid,); baselines have them too. h: sizes of the effects
-    that a measured shot has, beside which its instruments err.
+    Each of a plausible size, at the shots' parameters z (k,) with curves (grid,); baselines have them too. h: sizes of
+    the effects that a measured shot has, beside which its instruments err. 0 in a shot that cannot have an error,
+    because its case states that effect or has not the sensor.
 
     Model and test differ by a little of everything that the library lists and more; without these directions every such
     error would be named as the effect that it imitates (Brynjarsdottir & O'Hagan, Inverse Problems 30 (2014) 114007).
     They belong to rig and model, and all shots share them. So does the clock of all sensors: what counts as contact.
     """
-    rows = [shot.sample(one.at(z)[None])[0] for one in shot.setup.responses.values()]
-    known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
-    faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
-    sizes = {} if shot.baseline or h is None else h
-    rows += [shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults]
-    return np.array(rows).reshape(len(rows), -1).T
+    found: list[dict[str, Array]] = []
+    for shot, own, grid in zip(shots, z, grids, strict=True):
+        responses, sizes = shot.setup.responses, {} if shot.baseline or h is None else h
+        known = instrument_effects(shot.setup.plan.case, shot.setup.channels)
+        faults = [one for one in known if len(one.sensors) == 1 or one.label == TIME_OFFSET]
+        rows = {name: shot.sample(one.at(own)[None])[0] for name, one in responses.items()}
+        rows |= {one.label: shot.instrument_signature(one, grid, sizes.get(one.label, 0.0)) for one in faults}
+        found.append(rows)
+    labels = [*(effects := responses_of(shots)), *dict.fromkeys(n for own in found for n in own if n not in effects)]
+    counts = [len(shot.record.values) for shot in shots]
+    return [
+        np.array([own.get(label, np.zeros(n)) for label in labels]).reshape(len(labels), n).T
+        for own, n in zip(found, counts, strict=True)
+    ]
 
 
 def _nuisances(shots: Sequence[Shot], places: Places, grids: Sequence[Array]) -> Array:

@@ -12,8 +12,7 @@ from typing import Any
 import pandas as pd
 
 from birdstrike.data.errors import UserError
-from birdstrike.data.units import from_si
-from birdstrike.inversion.diagnosis.answer import beyond, headline
+from birdstrike.inversion.diagnosis.answer import beyond, headline, shot_with, sized
 from birdstrike.inversion.diagnosis.diagnose import curve_files
 from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
@@ -77,8 +76,9 @@ def verdict_section(results: DiagnosisResults) -> Section:
         f"leaves of the record{', less what it leaves of the baseline' if content['baseline'] else ''}. A residual "
         "inside the blue band is what noise, mesh and the usual error of a simulation make."
     )
-    first = next(iter(results.curves.values()))
-    blocks.append(drawing("residuals", residual_figure(first, results.units), left))
+    shot = shot_with(content["shots"], (content["after"] or {}).get("model", ""))["name"]
+    left += f" Shot {shot}." if len(content["shots"]) > 1 else ""
+    blocks.append(drawing("residuals", residual_figure(results.curves[shot], results.units), left))
     if content["next_measurement"]:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
     if content["warnings"]:
@@ -115,7 +115,7 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     runs = [one and one["solver"] for one in states]
     for key, words in (("rmse", ""), ("rmse_less_baseline", ", less the baseline's")):
         for name in shot["before"].get(key) or {}:
-            cells = (with_unit(one[key][name], units[name]) if one else "–" for one in (*states, *runs))
+            cells = (with_unit(one[key][name], units[name]) if one and one[key] else "–" for one in (*states, *runs))
             rows.append((f"{name.replace('_', ' ')}{words}", *cells))
     for key, words in (("raw", "all, over the noise"), ("weighted", "all, over all errors")):
         solver = [two(s["solver"][key]) if s and s["solver"] else "–" for s in states]
@@ -125,7 +125,7 @@ def _errors(shot: Mapping[str, Any], units: Mapping[str, str]) -> Table:
         f"RMS error in shot {shot['name']}. Emulator: at the fit, on the fine mesh (of shells from a file: with the "
         "fine bird alone). Solver: one simulation of the declared case at the fit; what it has more is the error of "
         "the declared mesh. Less the baseline's: without what the baselines' residuals tell of this shot's, which is "
-        "the model's error on this rig, no missing effect."
+        "the model's error on this rig, no missing effect; the baseline was calibrated on the emulator's mesh."
     )
     return Table(head, tuple(rows), words, frozenset({1, 2, 3, 4}))
 
@@ -294,7 +294,7 @@ def _row(one: Mapping[str, Any], least: float | None) -> tuple[str, ...]:
         probability,
         magnitude(one),
         "–" if share is None else f"{100 * share:.2g} %",
-        "–" if least is None else _sized(least, one["unit"]).lstrip("+"),
+        "–" if least is None else sized(least, one["unit"]).lstrip("+"),
         alike or "–",
     )
 
@@ -304,12 +304,7 @@ def magnitude(one: Mapping[str, Any]) -> str:
     if one["magnitude"] is None:
         return "–"
     if one["at_bound"]:
-        return beyond(one["magnitude"], one["interval_95"], partial(_sized, unit=one["unit"]))
-    low, high = (_sized(x, one["unit"]) for x in one["interval_95"])
+        return beyond(one["magnitude"], one["interval_95"], partial(sized, unit=one["unit"]))
+    low, high = (sized(x, one["unit"]) for x in one["interval_95"])
     shown = SHOWN.get(one["unit"], one["unit"]) or ""
-    return f"{_sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"
-
-
-def _sized(value: float, unit: str) -> str:
-    shown = SHOWN.get(unit, unit)
-    return f"{from_si(value, shown) if shown else value:+.3g} {shown}".strip()
+    return f"{sized(one['magnitude'], one['unit'])} ({low.removesuffix(shown).strip()} to {high})"

@@ -79,8 +79,16 @@ def test_the_loop_ends_with_effect_probability_magnitude_and_errors() -> None:
         "confidence_set": ["impact_speed"],
         "sentence": "The model lacks speed",
         "effects": [one],
-        "before": {"rmse": {"displacement_centre": 9e-4}, "solver": {"rmse": {"displacement_centre": 8e-4}}},
-        "after": {"rmse": {"displacement_centre": 2e-4}, "solver": None},
+        "before": {},
+        "after": {"model": "impact_speed@fast"},
+        "shots": [
+            {"name": "slow", "before": {}, "after": {}},
+            {
+                "name": "fast",
+                "before": {"rmse": {"displacement_centre": 9e-4}, "solver": {"rmse": {"displacement_centre": 8e-4}}},
+                "after": {"rmse": {"displacement_centre": 2e-4}, "solver": None},
+            },
+        ],
         "noise": {"sensors": {"displacement_centre": {"unit": "m"}}},
     }
     lines = list(diagnosis_lines(answer_of(diagnosed)))
@@ -88,4 +96,4 @@ def test_the_loop_ends_with_effect_probability_magnitude_and_errors() -> None:
     assert "impact_speed" in lines[1]
     assert "probability 0.97" in lines[1]
     assert "+5 m/s (95 %: +4.5 .. +5.5 m/s)" in lines[1]
-    assert "displacement centre 0.8 mm -> 0.2 mm" in lines[2]
+    assert "displacement centre 0.9 mm -> 0.2 mm" in lines[2]

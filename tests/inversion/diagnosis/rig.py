@@ -83,7 +83,8 @@ def few_simulations(particles: int = PARTICLES, sought: Sequence[str] = SOUGHT) 
         patch.setattr("birdstrike.inversion.diagnosis.solver_update.MOST", 1)
         patch.setattr("birdstrike.inversion.diagnosis.solver_update.REPLICATES", 2)
         patch.setattr(
-            "birdstrike.inversion.diagnosis.diagnose.make_plan", lambda case, _, seed: make_plan(case, 9, seed)
+            "birdstrike.inversion.diagnosis.diagnose.make_plan",
+            lambda case, _, seed, first: make_plan(case, 9, seed, first),
         )
         yield patch
 

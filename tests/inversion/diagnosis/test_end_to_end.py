@@ -282,6 +282,41 @@ def test_records_that_cannot_be_used_are_refused_before_anything_is_simulated(tm
     assert not (tmp_path / "out").exists()
 
 
+def test_what_is_wrong_with_any_record_is_told_at_once_the_held_out_one_s_unit_too(tmp_path: Path) -> None:
+    """A held-out displacement in kN was found after all simulations; of two faulty shots the first was named alone."""
+    forces = replace(record(), units=dict.fromkeys(record().units, "N"), path="held.csv")
+    short = replace(record(end=1e-4), path="short.csv")
+    with pytest.raises(MeasuredError) as caught:
+        diagnose(tiny(), [record(sensors=("displacement_centre", "other")), short], tmp_path / "out", heldout=forces)
+    assert [re.sub(r".*(shot|short|held)\.csv.*", r"\1", line) for line in caught.value.errors] == [
+        "shot", "short", "held", "held",
+    ]  # fmt: skip
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"plate": {"thickness": "5 mm"}}, "another plate or target"),
+        (
+            {"inversion": {"parameters": {"bird.material.viscosity": {"range": ["100 Pa s", "2000 Pa s"]}}}},
+            r'viscosity" is 100 \.\. 2000 Pa s \(linear\) in case tiny and 100 \.\. 1000 Pa s',
+        ),
+    ],
+)
+def test_shots_of_two_rigs_or_of_two_ranges_are_refused_and_such_a_baseline_is_left_out(
+    tmp_path: Path, table: dict[str, dict[str, object]], said: str
+) -> None:
+    """Shots share a parameter as a share of its range: in another range it would be another viscosity."""
+    other = tiny().overlaid(table)
+    records = [record(), replace(record(), path="second.csv")]
+    with pytest.raises(CaseError, match=said):
+        diagnose([tiny(), other], records, tmp_path / "out")
+    found, warnings = clean_shots(named_records(tiny(), records[:1]), records[1:], [other])
+    assert not found
+    assert "is left out" in warnings[0]
+
+
 @pytest.mark.parametrize(("after", "verdict"), [(0.9, "attributed"), (1.1, "ambiguous")])
 def test_an_effect_that_predicts_what_was_held_out_no_better_is_not_attributed(
     laboratory: Laboratory, monkeypatch: pytest.MonkeyPatch, after: float, verdict: str

@@ -63,6 +63,7 @@ class Stub:
 
     def __init__(self, label: str, one_sided: bool = False) -> None:
         self.label, self.name, self.one_sided, self.limits = label, label, one_sided, (-5.0, 5.0)
+        self.shots = ("shot",)
 
 
 def system(seed: int, y: np.ndarray | None = None, size: float = 6.0) -> System:
@@ -389,6 +390,7 @@ def test_simulations_go_to_the_effects_that_could_be_likeliest() -> None:
         shares={NONE: 0.01} | dict.fromkeys(best, 0.1),
         standings={label: SimpleNamespace(at_best=value) for label, value in best.items()},
         evidence={NONE: SimpleNamespace(log_evidence=-130.0)},
+        problem=SimpleNamespace(shots=[SimpleNamespace(name="shot", setup=None)]),
     )
     assert wanted_effects(ranking) == ["e1", "e4", "e0", "e2"]
 

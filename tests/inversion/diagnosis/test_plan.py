@@ -13,7 +13,7 @@ from birdstrike.data.errors import MeasuredError
 from birdstrike.inversion.diagnosis.diagnose import NamedRecord, predicted_shots
 from birdstrike.inversion.diagnosis.hypotheses import NONE, Suspect, family_of, hypotheses
 from birdstrike.inversion.diagnosis.instrument import change, instrument_effects, signature
-from birdstrike.inversion.diagnosis.plan import Block, Known, library, make_plan, two_level
+from birdstrike.inversion.diagnosis.plan import Block, Known, candidates, library, make_plan, two_level
 from birdstrike.inversion.diagnosis.responses import learn_responses
 from birdstrike.inversion.diagnosis.setup import unpredictable
 from birdstrike.inversion.estimation.mesh_correction import spread
@@ -232,7 +232,8 @@ def test_an_effect_shares_its_prior_among_the_sets_of_nodes_that_it_may_have_alo
 
 
 def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> None:
-    known, refused = library(load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"}))
+    case = load_case("flat_plate_002", {"effects.edge_slip.cell_2": "0.1 mm^2/kN"})
+    known, refused = library(case, case)
     names = [one.name for one in known]
     assert {"clamp_rotation.cell_8", "edge_slip.cell_1", "edge_slip"} <= set(names)
     assert "states it already" in refused["edge_slip.cell_2"]
@@ -241,3 +242,13 @@ def test_the_library_of_a_target_on_several_sets_holds_the_effects_of_each() -> 
 
 def test_the_library_has_the_new_effects() -> None:
     assert {"plate_modulus", "plate_density", "impact_offset_across", "bird_yaw"} <= set(effects())
+
+
+def test_a_candidate_sensor_beside_one_of_its_kind_is_none() -> None:
+    """131 mm from the centre was proposed beside a sensor at 130 mm."""
+    case = load_case("audit_strike")
+    assert "displacement_quarter" in case.sensors
+    found = candidates(case)
+    assert "probe_displacement_fore" not in found
+    assert {"probe_displacement_aft", "probe_displacement_side", "probe_strain_fore"} <= set(found)
+    assert "probe_strain_centre" not in found

@@ -1,0 +1,94 @@
+"""A formula in the solver's place: two shots at two speeds, one of them faster than stated and with a sensor more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from birdstrike.data.curves import Measured
+from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
+from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.formatting import quantity
+from birdstrike.reports.page.diagnosis import write_diagnosis_page
+from birdstrike.solver.case.case import load_case
+from tests.inversion.diagnosis.rig import few_simulations, tiny
+from tests.inversion.diagnosis.test_late_and_slow import CENTRE, NOISE, SIDE, TIME, deflections, strike
+
+FASTER = 6.0  # m/s, than stated
+FAST = tiny().overlaid({"impact": {"speed": "110 m/s"}})
+
+
+def shot(name: str, speed: float, seed: int, *channels: str) -> Measured:
+    """What the sensors record."""
+    rng, time = np.random.default_rng(seed), TIME[::2]
+    curves = deflections(430.0, speed, 6e-3)
+    seen = {channel: curves[channel][::2] + NOISE * rng.standard_normal(len(time)) for channel in channels}
+    sigma = {channel: np.full(len(time), NOISE) for channel in seen}
+    return Measured(time, seen, sigma, dict.fromkeys(seen, "m"), ("SIMULATED by a formula",), f"{name}.csv")
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the diagnosis."""
+    return tmp_path_factory.mktemp("several") / "out"
+
+
+@pytest.fixture(scope="module")
+def found(out: Path) -> Diagnosis:
+    """Of `slow`, as its case states it but without one sensor, and `fast`."""
+    records = [shot("slow", 80.0, 1, SIDE), shot("fast", 110.0 + FASTER, 2, CENTRE, SIDE)]
+    with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
+        patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        return diagnose([tiny(), FAST], records, out)
+
+
+def test_the_magnitude_of_an_effect_of_one_shot_is_that_of_its_own_case(found: Diagnosis) -> None:
+    """2 % of 80 m/s is the plausible size in one case, 2 % of 110 m/s in the other: it came out a quarter too small."""
+    first = found.effects[0]
+    assert first.name == "impact_speed@fast"
+    assert first.magnitude == pytest.approx(FASTER, rel=0.05)
+    assert first.interval_95 is not None
+    assert first.interval_95[0] < FASTER < first.interval_95[1]
+    after = found.shots[1]["after"]
+    assert all(after["solver"]["rmse"][name] < 2.0 * NOISE for name in (CENTRE, SIDE))
+
+
+def test_a_sensor_that_the_first_record_lacks_has_faults_and_a_place_on_the_page(found: Diagnosis, out: Path) -> None:
+    assert f"sensor_gain.{CENTRE}" in {one.name for one in found.effects}
+    assert list(found.noise["sensors"]) == [SIDE, CENTRE]
+    page = write_diagnosis_page(out).read_text(encoding="utf-8")
+    assert "displacement centre" in page
+
+
+def test_the_case_and_the_sentence_are_of_the_shot_that_has_the_effect(found: Diagnosis, out: Path) -> None:
+    """Both were of the first shot: a case without the effect, and an error that the effect does not change."""
+    repaired = load_case(out / (found.case_after or ""))
+    assert found.effects[0].magnitude is not None
+    assert repaired.impact.speed == pytest.approx(110.0 + found.effects[0].magnitude, rel=1e-9)
+    assert found.after is not None
+    viscosity = found.after.parameters["bird.material.viscosity"]["value"]
+    assert repaired.bird.material.viscosity == pytest.approx(viscosity, rel=1e-9)
+    fast = found.shots[1]
+    assert fast["name"] == "fast"
+    channel = next(iter(fast["before"]["rmse"]))
+    old, new = (quantity(one["solver"]["rmse"][channel], "m") for one in (fast["before"], fast["after"]))
+    assert f"in shot fast falls from {old.removesuffix(' mm')} to {new}" in _errors(found)
+
+
+def test_a_shot_without_which_its_effect_is_not_known_has_no_error_after(found: Diagnosis) -> None:
+    """Held out was what the effect is known from; the model without it was judged by the errors of the one with it."""
+    assert found.held_out["shot fast"]["before"] is not None
+    assert found.held_out["shot fast"]["after"] is None
+    assert found.held_out["shot slow"]["after"] is not None
+    assert found.shots[1]["after"]["heldout"]["shot"] is None
+
+
+def test_errors_before_and_after_are_of_one_mesh() -> None:
+    """A run that failed leaves both to the fits; what a baseline shows was seen on the emulator's mesh alone."""
+    fitted = {"rmse": {SIDE: 2.0}, "rmse_less_baseline": {SIDE: 1.0}, "solver": None}
+    ran = {**fitted, "solver": {"rmse": {SIDE: 5.0}, "rmse_less_baseline": {SIDE: 4.0}}}
+    both = errors(ran, ran)
+    assert all(one and (one["rmse"][SIDE], one["rmse_less_baseline"][SIDE]) == (5.0, 1.0) for one in both)
+    assert all(one and one["rmse"][SIDE] == 2.0 for one in errors(ran, fitted))
