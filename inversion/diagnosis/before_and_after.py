@@ -32,19 +32,29 @@ FEWEST = 5  # points left in a channel
 class Held:
     """One part held out: name (time_block, `channel <name>`, `shot <name>`), whitened RMS of its prediction.
 
-    shot: of which it is a part; a further record (`--heldout`) counts to the first shot, whose case it has.
+    score: mean logarithm of a point's predictive density, but for a constant; error: 1 where the model errs as much as
+    it says. shot: of which it is a part; a further record (`--heldout`) counts to the first shot, whose case it has.
     """
 
     name: str
     error: float
+    score: float
     shot: str = ""
+
+    @classmethod
+    def of(cls, name: str, residual: Array, sd: Array, shot: str) -> Held:
+        """From residuals (n,) and the standard deviations (n,) that the model gives them."""
+        squared = (residual / sd) ** 2
+        return cls(name, float(np.sqrt(squared.mean())), -float(np.mean(0.5 * squared + np.log(sd))), shot)
 
 
 def hold_out(problem: Problem, hypothesis: Hypothesis, fit: Fit) -> list[Held]:
     """Every part of the measured shots, predicted by the model refitted (linearly, about its fit) to the rest."""
 
     def predicted_part(part: tuple[str, tuple[Shot, ...], tuple[Shot, np.ndarray]]) -> Held:
-        return Held(part[0], _predicted(problem, hypothesis, fit, *part[1:]), part[2][0].name)
+        name, kept, (shot, points) = part
+        residual, sd = _predicted(problem, hypothesis, fit, kept, shot)
+        return Held.of(name, residual[points], sd[points], shot.name)
 
     return each(predicted_part, parts(problem.shots))
 
@@ -86,9 +96,11 @@ def masked(shot: Shot, keep: np.ndarray) -> Shot:
 
 
 def _predicted(
-    problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], held: tuple[Shot, np.ndarray]
-) -> float:
-    """RMS of the held-out residual over noise, numerical error and discrepancy."""
+    problem: Problem, hypothesis: Hypothesis, fit: Fit, kept: tuple[Shot, ...], shot: Shot
+) -> tuple[Array, Array]:
+    """(n,) residual of a shot by the fit to what is kept, and its standard deviation by noise, numerical error and
+    discrepancy.
+    """
     kinds = {kind for shot in kept for kind in shot.kinds}
     known = problem.known.only(kinds)
     found = problem.found
@@ -98,7 +110,6 @@ def _predicted(
     tester = ModelTester(system, known, places.h, problem.scale, apart=problem.apart)
     model = replace(hypothesis, members=members)
     evidence = tester.model(model, [places.h[one.label] for one in members] if members else None)
-    shot, points = held
     k = len(shot.setup.lows)
     at = system.groups.index(shot.group) * k if shot.group in system.groups else None
     z = fit.places.z[shot.group] if at is None else 0.5 + PRIOR_SD * evidence.z[at : at + k]
@@ -106,7 +117,7 @@ def _predicted(
     sizes = {one.label: float(h) for one, h in zip(members, evidence.h, strict=True)}
     residual = shot.record.values - predicted(shot, hypothesis, z, sizes)
     mean, sd = expected_residual(shot, problem, hypothesis, fit)
-    return float(np.sqrt(np.mean(((residual - mean)[points] / sd[points]) ** 2)))
+    return residual - mean, sd
 
 
 def blind(effect: Suspect) -> set[str]:
@@ -125,13 +136,15 @@ def told_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
 
 
 def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:
-    """Whether an effect lowers the error of what was held out, root mean square over the parts that can tell.
+    """Whether an effect makes what was held out likelier, over the parts that can tell.
 
     Evidence is of the data that were fitted, and hangs on the model error about each fit; a real effect predicts what
-    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111).
+    it has not seen (cross-validation: Stone, J. R. Statist. Soc. B 36 (1974) 111). By the logarithmic score, which is
+    proper (Gneiting & Raftery, J. Am. Stat. Assoc. 102 (2007) 359): a model that overstates its errors has small ones
+    by its own measure.
     """
     pairs = list(zip(told_parts(effect, before), told_parts(effect, after), strict=True))
-    return sum(a.error**2 for _, a in pairs) < sum(b.error**2 for b, _ in pairs) or not pairs
+    return sum(a.score for _, a in pairs) > sum(b.score for b, _ in pairs) or not pairs
 
 
 def estimate(shot: Shot, hypothesis: Hypothesis, fit: Fit) -> tuple[Array, dict[str, float]]:
@@ -257,5 +270,4 @@ def other_record(problem: Problem, model: Hypothesis, fit: Fit, heldout: Shot, f
         of = first.record.channel == first.channels.index(trace.name)
         for found, values in zip((mean, sd), expected, strict=True):
             found[heldout.record.channel == i] = np.interp(trace.middle, first.record.middle[of], values[of])
-    error = float(np.sqrt(np.mean(((heldout.record.values - curve - mean) / sd) ** 2)))
-    return Held("shot", error, first.name)
+    return Held.of("shot", heldout.record.values - curve - mean, sd, first.name)

@@ -414,12 +414,14 @@ def _unpredicted(ranking: Ranking, effect: str, held: Mapping[str, Sequence[Held
 
 def _worse_held_out(effect: str, held: Mapping[str, Sequence[Held]]) -> list[str]:
     """A warning where the effect predicts the record that the user held out worse; it is the last part."""
-    before, after = held[NONE][-1].error, held[effect][-1].error
-    if after <= before:
+    before, after = held[NONE][-1], held[effect][-1]
+    if after.score >= before.score:
         return []
     return [
-        f"with {effect} the held-out record is predicted worse than without it ({after:.2f} and {before:.2f} times "
-        "noise and errors): that shot has not the effect, or the effect is not what it is taken for"
+        f"with {effect} the held-out record is predicted worse than without it (its residual is {after.error:.2f} and "
+        f"{before.error:.2f} times the errors that each model expects, its log density lower by "
+        f"{before.score - after.score:.2g} a point): that shot has not the effect, or the effect is not what it is "
+        "taken for"
     ]
 
 
@@ -434,6 +436,14 @@ def _of_shot(runs: Mapping[str, SolverRun], shot: str) -> dict[str, SolverRun]:
 
 
 def _side_by_side(held: Mapping[str, list[Held]], chosen: str | None) -> dict[str, dict[str, float | None]]:
-    """Part held out -> whitened RMS before and after."""
-    after = {one.name: one.error for one in held.get(chosen or "", [])}
-    return {one.name: {"before": one.error, "after": after.get(one.name)} for one in held[NONE]}
+    """Part held out -> whitened RMS before and after, and the gain in log density a point."""
+    after = {one.name: one for one in held.get(chosen or "", [])}
+    found = {one.name: (one, after.get(one.name)) for one in held[NONE]}
+    return {
+        name: {
+            "before": old.error,
+            "after": new.error if new else None,
+            "gain": new.score - old.score if new else None,
+        }
+        for name, (old, new) in found.items()
+    }

@@ -96,14 +96,16 @@ def errors_section(results: DiagnosisResults) -> Section:
         blocks.append(drawing(f"curves-{shot['name']}", curves_figure(results.curves[shot["name"]], units), words))
         blocks.append(_errors(shot, units))
     held = tuple(
-        (name.replace("_", " "), two(one["before"]), two(one["after"])) for name, one in content["held_out"].items()
+        (name.replace("_", " "), two(one["before"]), two(one["after"]), gained(one.get("gain")))
+        for name, one in content["held_out"].items()
     )
     if held:
         words = (
             "Predicted by models fitted to the rest of the data: RMS of the residual over noise, numerical and model "
-            "error together; 1 is as good as can be expected."
+            "error together, as each model states them; 1 is as good as can be expected, less overstates them. Gain: "
+            "in log density a point, in which both count; above 0 the effect predicts better."
         )
-        blocks.append(Table(("held out", "before", "after"), held, words, frozenset({1, 2})))
+        blocks.append(Table(("held out", "before", "after", "gain"), held, words, frozenset({1, 2, 3})))
     blocks.append(_parameters(content))
     return Section("errors", "Diagnosis: error and parameters before and after", tuple(blocks))
 
@@ -276,6 +278,11 @@ def _late(content: Mapping[str, Any], name: str) -> str:
 def two(value: float | None) -> str:
     """A whitened RMS."""
     return "–" if value is None else f"{value:.2f}"
+
+
+def gained(value: float | None) -> str:
+    """A gain in log density, with its sign."""
+    return "–" if value is None else f"{value:+.2g}".replace("-", "−")
 
 
 def _interval(entry: Mapping[str, Any]) -> str:
