@@ -142,7 +142,7 @@ def find_feet(followed, x, nodes, sheet, facet, foot, border, distance):
 
 @njit(cache=True, inline="always")
 def keeper_of_border(others, sheets, first, alive, borders, a):
-    """FREE: no other facet is left at this edge; OWN: particle a, beyond it, touches it here; else the sheet in its way.
+    """FREE: no other facet is left at this edge; OWN: particle a, beyond it, touches it here; else the sheet before it.
 
     others: facets of other sheets at that edge; sheets: theirs; first: whether the edge is theirs before it is this
     sheet's; alive (f,); borders (s, n) of all sheets.

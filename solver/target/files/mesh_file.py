@@ -8,6 +8,7 @@ Gmsh the named groups of points and curves.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -274,6 +275,12 @@ class MeshFile:
         corners = self._mesh.nodes[self._mesh.quads]
         areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
         self.element_size = float(np.sqrt(areas.mean()))
+
+    def unread(self, name: str) -> str:
+        """What is said of a set that the file has and that is not read; empty where it has none of that name."""
+        word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
+        said = (found.text for found in self.findings if " is not read" in found.text)
+        return next((text for text in said if word.search(text)), "")
 
     def mesh(self) -> PartMesh:
         """The mesh itself."""
