@@ -142,7 +142,8 @@ def held_set(parts: PartMesh, border: Border, name: str, stiffness: EdgeStiffnes
     nodes = parts.sets[name]
     length = np.zeros(len(nodes))
     if name in share:
-        length = np.bincount(border.sides.ravel(), share[name].ravel(), minlength=len(parts.nodes))[nodes]
+        every = np.bincount(border.sides.ravel(), share[name].ravel(), minlength=len(parts.nodes))
+        length = every[nodes].astype(np.float64)
     if stiffness not in NAMED.values() and not length.all():
         lone = int(np.count_nonzero(length == 0.0))
         raise UserError(
