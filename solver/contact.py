@@ -30,28 +30,29 @@ STILL = np.zeros(3)
 class SheetContact:
     """Feet of the bird's particles on one sheet of the target's surface.
 
-    gap, most (e,): distance from a facet's mid-surface at which contact begins, and the overlap beyond which a particle
-    has passed through it [m]. On a sheet that is touched from one side, `past_rim` (n,) marks the particles that came
-    in from beside; on one that is touched from both, what was over a facet when it tore; neither touches anything until
-    it is clear. met (n,): the facet at whose thickness a particle is touched, the one over which it was last clear, so
-    that no spring jumps where it slides on to a thicker one; -1 before it is known. side (n,): that of the particle, 1
-    where the sheet's normals point; borders (s, n): the border of each sheet that it is beyond, `number` being this
-    one's; barred (n,): see `kernels.sheet_contact`.
+    gap (e,): distance from a facet's mid-surface at which contact begins [m]; touch (n,): that at which a particle is
+    touched, of the facet over which it was last clear, so that no spring jumps where it slides on to a thicker one; 0
+    before it is known; room: how much larger than that the overlap is with which it has passed through [m]. On a sheet
+    that is touched from one side, `past_rim` (n,) marks the particles that came in from beside; on one that is touched
+    from both, what was over a facet when it tore; neither touches anything until it is clear. side (n,): that of the
+    particle, 1 where the sheet's normals point; borders, touches (s, n): of each sheet the border that it is beyond and
+    its `touch`, `number` being this one's; barred (n,): see `kernels.sheet_contact`.
     """
 
-    def __init__(self, sheet: Sheet, target: Target, bird: BirdBody, borders: NDArray[np.int64], number: int) -> None:
+    def __init__(
+        self, sheet: Sheet, target: Target, bird: BirdBody, borders: NDArray[np.int64], touches: Array, number: int
+    ) -> None:
         self.sheet, self.quads, self.across = sheet, sheet.quads, sheet.across
-        self.borders, self.number = borders, number
-        thickness = 2.0 * target.skin[sheet.facets]
-        self.gap = 0.5 * thickness + bird.skin
-        self.most = 0.5 * (thickness + bird.spacing)
+        self.borders, self.touches, self.number, self.touch = borders, touches, number, touches[number]
+        self.gap = target.skin[sheet.facets] + bird.skin
+        self.room = 0.5 * bird.spacing - bird.skin
         self.reach = float(self.gap.max()) + BAND * bird.spacing
         self.nodes = np.unique(sheet.quads)
         self.alive = target.alive[sheet.facets]
         self.facet, self.foot = np.zeros(bird.n, np.int64), np.zeros((bird.n, 6))
         self.watched, self.past_rim = np.zeros(bird.n, np.bool_), np.zeros(bird.n, np.bool_)
         self.side, self.distance = np.zeros(bird.n, np.int64), np.full(bird.n, np.inf)
-        self.barred, self.met = np.zeros(bird.n, np.bool_), np.full(bird.n, -1)
+        self.barred = np.zeros(bird.n, np.bool_)
         self.overlap, self.overlap_before = np.zeros(bird.n), np.zeros(bird.n)
         self.followed = np.empty(0, np.int64)
 
@@ -87,7 +88,7 @@ class SheetContact:
         near[moved[facet < 0]] = False
         self.begin(moved[facet >= 0], facet[facet >= 0])
         self.side[~near], self.past_rim[~near], self.barred[~near], self.distance[~near] = 0, False, False, np.inf
-        self.met[~near] = -1
+        self.touch[~near] = self.gap.min()
 
     def tear(self, alive: NDArray[np.bool_], bird: BirdBody, target: Target) -> None:
         """Facets have torn, alive (f,) of the target: what was over one begins at the nearest that is left.
@@ -128,7 +129,7 @@ class SheetContact:
         if not self.sheet.two_sided:
             surface = (target.x, self.quads, self.across, self.alive, self.gap)
             follow_facets(followed, bird.x, *surface, self.facet, self.foot, self.past_rim)
-            self.met[followed] = self.facet[followed]
+            self.touch[followed] = self.gap[self.facet[followed]]
             return
         sheet, state = (self.quads, self.across, self.alive), (self.facet, self.foot, self.borders[self.number])
         find_feet(followed, bird.x, target.x, sheet, *state, self.distance)
@@ -138,8 +139,9 @@ class SheetContact:
         if not self.sheet.two_sided:
             return
         meeting = (self.sheet.start, self.sheet.others, self.sheet.beside, self.sheet.first)
-        state = (self.facet, self.met, self.foot, self.past_rim, self.barred, self.side, self.distance)
-        settle_feet(followed, meeting, alive, self.borders, self.number, self.gap, *state)
+        of_all = (self.borders, self.touches, self.number)
+        state = (self.facet, self.foot, self.past_rim, self.barred, self.side, self.distance)
+        settle_feet(followed, meeting, alive, of_all, self.gap, *state)
 
 
 class Contact:
@@ -162,8 +164,8 @@ class Contact:
         self.stiffness = bird.bulk_modulus * self.spacing
         self.side, quads, across = seen_from(bird, plate)
         cut = [whole_sheet(quads, across)] if plate.one_sided else sheets_of(plate.x, plate.quads)
-        borders = np.full((len(cut), bird.n), NOTHING)
-        self.sheets = [SheetContact(sheet, plate, bird, borders, number) for number, sheet in enumerate(cut)]
+        of_all = (np.full((len(cut), bird.n), NOTHING), np.zeros((len(cut), bird.n)))
+        self.sheets = [SheetContact(sheet, plate, bird, *of_all, number) for number, sheet in enumerate(cut)]
         self.gap = float(max(sheet.gap.max() for sheet in self.sheets))
         self.on_bird, self.on_plate = np.zeros((bird.n, 3)), np.zeros((len(plate.x), 3))
         self.on_bird_before, self.on_plate_before = self.on_bird.copy(), self.on_plate.copy()
@@ -183,6 +185,7 @@ class Contact:
         for sheet in self.sheets:
             sheet.gap += by
             sheet.reach += by
+            sheet.room -= by
 
     def refuse_overlap(self, bird: BirdBody, plate: Target) -> None:
         """Raise UserError when the bird starts inside the plate."""
@@ -258,9 +261,9 @@ class Contact:
             if not len(sheet.followed):
                 sheet.overlap[:] = 0.0
                 continue
-            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.met, sheet.foot, sheet.overlap)
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.touch, sheet.foot, sheet.overlap)
             touching, deepest, stored, passed = contact_forces(
-                bird.n, (sheet.gap, sheet.most), self.stiffness, *where, self.on_bird, self.on_plate
+                bird.n, sheet.room, self.stiffness, *where, self.on_bird, self.on_plate
             )
             self.touching += touching
             self.deepest = max(self.deepest, deepest)
@@ -274,7 +277,7 @@ class Contact:
         pushed a step ago came from behind a folded petal, and was not squeezed.
         """
         for sheet in self.sheets:
-            deep = sheet.overlap > sheet.most[sheet.met]
+            deep = sheet.overlap > sheet.touch + sheet.room
             self.squeezed += int(np.count_nonzero(deep & (sheet.overlap_before > 0.0)))
             self.release(deep, sheet.overlap_before)
             sheet.past_rim |= deep
@@ -357,8 +360,8 @@ class Friction:
         law = (self.coefficient, self.stiffness, self.resistance)
         moving = (bird.v, plate.x, plate.v)
         for sheet in contact.sheets:
-            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.met, sheet.foot)
-            friction_forces(bird.n, law, sheet.gap, *moving, *where, self.room, self.on_bird, self.on_plate)
+            where = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.touch, sheet.foot)
+            friction_forces(bird.n, law, *moving, *where, self.room, self.on_bird, self.on_plate)
         contact.on_bird += self.on_bird
         contact.on_plate += self.on_plate
 

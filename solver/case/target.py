@@ -171,16 +171,15 @@ class Target(TargetMesh):
                 yield f'has parts.{name}.material = "{part.material}", unknown; materials: {names}'
         for name in self.supports:
             if name not in source.sets:
-                sets = ", ".join(source.sets)
-                yield f"has supports.{name}, a set of nodes that does not exist; sets: {sets}"
+                yield f"has supports.{name}, a set of nodes that {_no_set(name, source)}"
             yield from self._empty(f"supports.{name}, a set", name, source)
 
     def _wrong_links(self, source: Generator | MeshFile) -> Iterator[str]:
         """Ties and rivets name sets and parts that the mesh has, and every row of the generator has its strengths."""
-        parts, sets = ", ".join(source.parts), ", ".join(source.sets)
+        parts = ", ".join(source.parts)
         for name, tie in self.ties.items():
             if tie.nodes not in source.sets:
-                yield f'has ties.{name}.nodes = "{tie.nodes}", a set that does not exist; sets: {sets}'
+                yield f'has ties.{name}.nodes = "{tie.nodes}", a set that {_no_set(tie.nodes, source)}'
             yield from self._empty(f'ties.{name}.nodes = "{tie.nodes}", a set', tie.nodes, source)
             if tie.onto not in source.parts:
                 yield f'has ties.{name}.onto = "{tie.onto}", a part that the mesh has not; parts: {parts}'
@@ -297,6 +296,12 @@ def unknown_part(target: Any, name: str) -> str:
         if known is None or name in known
         else f"target has parts.{name}, which the mesh has not; {_nearest(name, known)}"
     )
+
+
+def _no_set(name: str, source: Generator | MeshFile) -> str:
+    """Why there is no such set of nodes, and which there are."""
+    why = source.unread(name) if isinstance(source, MeshFile) else ""
+    return f"{f'is left out: {why}' if why else 'does not exist'}; sets: {', '.join(source.sets)}"
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:

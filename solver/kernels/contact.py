@@ -182,24 +182,22 @@ def follow_facets(followed, x, nodes, quads, across, alive, gap, facet, foot, pa
 
 
 @njit(cache=True)
-def contact_forces(n, limits, stiffness, quads, watched, active, facet, met, foot, overlaps, on_bird, on_plate):
+def contact_forces(n, room, stiffness, quads, watched, active, facet, touch, foot, overlaps, on_bird, on_plate):
     """Add contact forces [N] to those on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
-    limits: gap (e,) [m], the distance from each facet's mid-surface at which contact begins, and the overlap (e,) [m]
-    beyond which a particle has passed through, both those of the facet met (n,); stiffness [N/m]; out: overlaps (n,)
-    [m].
+    touch (n,): the distance from the mid-surface at which contact begins [m]; room: how much more than that is the
+    overlap beyond which a particle has passed through [m]; stiffness [N/m]; out: overlaps (n,) [m].
     Returns the number of touching particles, the deepest overlap [m], the energy in the springs [J], and how many have
     passed.
     """
-    gap, most = limits
     touching = passed = 0
     deepest = 0.0
     stored = 0.0
     for a in range(n):
         overlaps[a] = 0.0
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap[met[a]]:
+        if not (watched[a] and active[a]) or foot[a, 2] >= touch[a]:
             continue
-        overlap = gap[met[a]] - foot[a, 2]
+        overlap = touch[a] - foot[a, 2]
         overlaps[a] = overlap
         shape = bilinear(foot[a, 0], foot[a, 1])
         for c in range(3):
@@ -210,5 +208,5 @@ def contact_forces(n, limits, stiffness, quads, watched, active, facet, met, foo
         touching += 1
         deepest = max(deepest, overlap)
         stored += 0.5 * stiffness * overlap * overlap
-        passed += overlap > most[met[a]]
+        passed += overlap > touch[a] + room
     return touching, deepest, stored, passed

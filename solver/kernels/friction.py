@@ -74,17 +74,17 @@ def slip_on_facet(v, nodes, node_v, quad, foot, base, corner, slip):
 
 
 @njit(cache=True)
-def friction_forces(n, law, gap, v, nodes, node_v, quads, watched, active, facet, met, foot, room, rub_bird, rub_plate):
+def friction_forces(n, law, v, nodes, node_v, quads, watched, active, facet, touch, foot, room, rub_bird, rub_plate):
     """Add friction [N] to that on particles (n, 3) and on nodes (m, 3), summed in particle order.
 
     law: coefficient mu, contact stiffness [N/m], sticking resistance c [N s/m]: |F| = min(mu N, c |slip|), N the
-    normal force; gap (e,): that of the facet met (n,) [m]. v (N, 3), node_v (m, 3) [m/s]: half a step behind; room:
+    normal force; touch (n,): where contact begins [m]. v (N, 3), node_v (m, 3) [m/s]: half a step behind; room:
     (7, 2 or 3) scratch, tangents, corners, slip.
     """
     mu, stiffness, resistance = law
     base, corner, slip = room[0:2], room[2:6, :2], room[6, :2]
     for a in range(n):
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap[met[a]]:
+        if not (watched[a] and active[a]) or foot[a, 2] >= touch[a]:
             continue
         quad = quads[facet[a]]
         tangents(foot[a], base)
@@ -92,7 +92,7 @@ def friction_forces(n, law, gap, v, nodes, node_v, quads, watched, active, facet
         speed = math.sqrt(slip[0] ** 2 + slip[1] ** 2)
         if i11 == 0.0 or speed == 0.0:
             continue
-        size = min(mu * stiffness * (gap[met[a]] - foot[a, 2]) / speed, resistance)
+        size = min(mu * stiffness * (touch[a] - foot[a, 2]) / speed, resistance)
         f1, f2 = -size * slip[0], -size * slip[1]
         g1, g2 = foot[a, 2] * (i11 * f1 + i12 * f2), foot[a, 2] * (i12 * f1 + i22 * f2)
         shape = bilinear(foot[a, 0], foot[a, 1])

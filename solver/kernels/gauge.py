@@ -10,15 +10,15 @@ from birdstrike.solver.kernels.contact import bilinear
 
 
 @njit(cache=True)
-def force_on_disc(n, stiffness, gap, nodes, quads, watched, active, facet, met, foot, centre, radius, width):
+def force_on_disc(n, stiffness, nodes, quads, watched, active, facet, touch, foot, centre, radius, width):
     """Normal force [N] on a disc of the undeformed shell's surface, summed in particle order.
 
-    gap (e,): that of the facet met (n,) [m]; nodes: (m, 3) undeformed; centre: (3,) [m]; a particle's force is
+    touch (n,): where contact begins [m]; nodes: (m, 3) undeformed; centre: (3,) [m]; a particle's force is
     spread over its width [m]: from radius - width/2 to radius + width/2 its share falls from 1 to 0.
     """
     force = 0.0
     for a in range(n):
-        if not (watched[a] and active[a]) or foot[a, 2] >= gap[met[a]]:
+        if not (watched[a] and active[a]) or foot[a, 2] >= touch[a]:
             continue
         shape = bilinear(foot[a, 0], foot[a, 1])
         squared = 0.0
@@ -28,5 +28,5 @@ def force_on_disc(n, stiffness, gap, nodes, quads, watched, active, facet, met, 
                 offset += shape[corner] * nodes[quads[facet[a], corner], c]
             squared += offset * offset
         share = min(max((radius - math.sqrt(squared)) / width + 0.5, 0.0), 1.0)
-        force += share * stiffness * (gap[met[a]] - foot[a, 2])
+        force += share * stiffness * (touch[a] - foot[a, 2])
     return force

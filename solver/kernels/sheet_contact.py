@@ -20,7 +20,7 @@ from birdstrike.solver.kernels.triangle_contact import share_along
 INSIDE, NOTHING = -1, -2
 HOLE = 32
 """Torn facets of a hole that are looked around, the nearest by sides first."""
-FREE, OWN, BARRED = 0, 1, 2
+FREE, OWN = -1, -2
 NEARER = 1.0 - 1e-9
 """Of a distance, by which another facet must be nearer: on a ridge both are as far, and the particle stays."""
 
@@ -171,8 +171,8 @@ def find_feet(followed, x, nodes, sheet, facet, foot, border, distance):
 
 
 @njit(cache=True, inline="always")
-def border_state(others, sheets, first, alive, borders, a):
-    """FREE: no other facet is left at this edge; OWN: particle a, beyond it, touches it here; BARRED: it does not.
+def keeper_of_border(others, sheets, first, alive, borders, a):
+    """FREE: no other facet is left at this edge; OWN: particle a, beyond it, touches it here; else the sheet before it.
 
     others: facets of other sheets at that edge; sheets: theirs; first: whether the edge is theirs before it is this
     sheet's; alive (f,); borders (s, n) of all sheets.
@@ -182,48 +182,51 @@ def border_state(others, sheets, first, alive, borders, a):
         if not alive[others[k]]:
             continue
         if first[k] or borders[sheets[k], a] == INSIDE:
-            return BARRED
+            return sheets[k]
         state = OWN
     return state
 
 
 @njit(cache=True, parallel=True)
-def settle_feet(followed, meeting, alive, borders, number, gap, facet, met, foot, hidden, barred, side, distance):
+def settle_feet(followed, meeting, alive, of_all, gap, facet, foot, hidden, barred, side, distance):
     """Which of the found feet are touched, and from which side.
 
     followed: (k,) particle numbers; meeting: start (4 e + 1,), others, their sheets, and whether they come first, by
-    side of a facet; alive (f,) of all facets; borders (s, n) of all sheets; number: of this one; gap (e,) [m]. In and
-    out: met (n,): the facet at whose gap each is touched, the one that it was last clear of, or -1; foot (n, 6);
-    hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a border within the
-    gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in the foot is then
-    counted on the particle's side, infinite of what touches nothing, and so is its normal.
+    side of a facet; alive (f,) of all facets; of_all: borders (s, n) of all sheets, touches (s, n), and the number of
+    this one; gap (e,) [m]. In and out: this one's touch (n,) [m], the gap of the facet that each was last clear of, or
+    0; foot (n, 6); hidden (n,): what touches nothing until it is clear; barred (n,): what another sheet kept off a
+    border within the gap; side (n,): 1 where the facets' normals point, -1, or 0 before it is known. The distance in
+    the foot is then counted on the particle's side, infinite of what touches nothing, and so is its normal.
 
+    What another sheet keeps off a border is touched as there, so that no spring jumps where it comes round the edge.
     A border that is laid bare by a tear is not touched by what was within the gap: a spring that starts stretched would
     make energy from nothing.
     """
     start, others, sheets, first = meeting
+    borders, touches, number = of_all
+    touch = touches[number]
     for i in prange(followed.shape[0]):
         a = followed[i]
         f, border = facet[a], borders[number, a]
         if border == NOTHING:
             foot[a, 2] = math.inf
             continue
-        if met[a] < 0 or distance[a] >= max(gap[met[a]], gap[f]):
-            met[a] = f
-        touch = gap[met[a]]
-        if border != INSIDE or side[a] == 0 or distance[a] >= touch:
+        if touch[a] == 0.0 or distance[a] >= max(touch[a], gap[f]):
+            touch[a] = gap[f]
+        if border != INSIDE or side[a] == 0 or distance[a] >= touch[a]:
             side[a] = 1 if foot[a, 2] >= 0.0 else -1
         if border != INSIDE:
             there = slice(start[4 * f + border], start[4 * f + border + 1])
-            state = border_state(others[there], sheets[there], first[there], alive, borders, a)
-            if state == BARRED:
-                barred[a] = distance[a] < touch
+            keeper = keeper_of_border(others[there], sheets[there], first[there], alive, borders, a)
+            if keeper >= 0:
+                touch[a] = touches[keeper, a]
+                barred[a] = distance[a] < touch[a]
                 foot[a, 2] = math.inf
                 continue
-            hidden[a] = hidden[a] or (barred[a] and state == FREE)
+            hidden[a] = hidden[a] or (barred[a] and keeper == FREE)
         barred[a] = False
         for c in range(2, 6):
             foot[a, c] *= side[a]
-        hidden[a] = hidden[a] and foot[a, 2] < touch
+        hidden[a] = hidden[a] and foot[a, 2] < touch[a]
         if hidden[a]:
             foot[a, 2] = math.inf

@@ -65,8 +65,8 @@ class Disc:
 
         disc, force = (self.centre, self.radius, self.width), 0.0
         for sheet in contact.sheets:
-            touching = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.met, sheet.foot)
-            force += force_on_disc(bird.n, contact.stiffness, sheet.gap, self.nodes, *touching, *disc)
+            touching = (sheet.quads, sheet.watched, bird.active, sheet.facet, sheet.touch, sheet.foot)
+            force += force_on_disc(bird.n, contact.stiffness, self.nodes, *touching, *disc)
         return force / (math.pi * (self.radius**2 + self.width**2 / 12.0))
 
 

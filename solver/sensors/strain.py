@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,8 @@ class Strain(Placed):
     along: the direction in space instead, laid on the shell, for gauges on webs and flanges. Absent, the length is that
     of a point. The elements' co-rotational increments of membrane strain and curvature sum up in the shells
     (`Target.watch`), on the surface as e = membrane + z curvature with z = t/2 on the impact side, -t/2 on the
-    back. They are brought from the elements' centres to the gauge (`places.blend`), and averaged over its length where
-    it has one. The sum is the logarithmic strain, ln(L/L0).
+    back. They are brought from the elements' centres to the gauge (`places.blend`), those that have torn left out, and
+    averaged over its length where it has one. The sum is the logarithmic strain, ln(L/L0).
     measure: of a rosette at the place instead of one gauge, the largest "principal" strain of the surface, or the
     "effective" one, 2/sqrt(3) sqrt(e1^2 + e1 e2 + e2^2), as if no volume were lost.
     """
@@ -115,7 +115,7 @@ class Strain(Placed):
 
     def elements(self, run: Run, /) -> NDArray[np.int64]:
         """Those that it feels; raises UserError for a plate that does not strain."""
-        return np.unique(np.concatenate([gauge_weights(gauge, run)[0] for gauge in self.rosette(run)]))
+        return np.unique(np.concatenate([shells_of(gauge_points(gauge, run)) for gauge in self.rosette(run)]))
 
     def rosette(self, run: Run) -> tuple[Strain, ...]:
         """The gauge itself, or where a measure is asked for three of them: at 0, 45 and 90 degrees."""
@@ -135,9 +135,19 @@ class Strain(Placed):
             principal = self.measure == "principal"
             return lambda now: of_rosette(first(now), between(now), second(now), principal)
         target = deformable(run)
-        near, share = gauge_weights(self, run)
-        rows = np.searchsorted(target.watched, near)
-        return lambda _: math.expm1(float((share * target.felt[rows]).sum()))
+        points = gauge_points(self, run)
+        near = shells_of(points)
+        rows, whole = np.searchsorted(target.watched, near), np.ones(len(near), np.bool_)
+        shares = {whole.tobytes(): gauge_shares(points, near, whole)}
+
+        def strain(_: Run) -> float:
+            alive = target.alive[near]
+            key = alive.tobytes()
+            if key not in shares:
+                shares[key] = gauge_shares(points, near, alive)
+            return math.expm1(float((shares[key] * target.felt[rows]).sum()))
+
+        return strain
 
     def remarks(self, name: str, run: Run, /) -> Iterator[str]:
         """Its strain stands still once the shell has torn."""
@@ -182,31 +192,66 @@ def of_rosette(first: float, between: float, second: float, principal: bool) -> 
     return one if principal else math.sqrt(4.0 / 3.0 * (one * one + one * two + two * two))
 
 
-def gauge_weights(sensor: Strain, run: Run) -> tuple[NDArray[np.int64], Array]:
-    """Elements (k,) and the shares (k, 8) of their strains that a gauge feels."""
+class GaugePoint(NamedTuple):
+    """One point of a gauge, and its share of the gauge.
+
+    near (k,): the shells about it; offsets (k, 2) [m] of their centres; felt (k, 3): what the gauge feels of each
+    strain there; heights (k, 1) [m] of its side above their mid-surfaces, along their own normals.
+    """
+
+    share: float
+    near: NDArray[np.int64]
+    offsets: Array
+    felt: Array
+    heights: Array
+
+
+def gauge_points(sensor: Strain, run: Run) -> list[GaugePoint]:
+    """The points at which a gauge feels the strain, one where it has no length."""
     from birdstrike.solver.sensors.places import normal_of  # late: loading a case needs no compiled kernels
 
     plate, toward = run.plate, sensor.laid(run.plate.mesh)
     steps, shares = POINTS if sensor.length else (np.zeros(1), np.full(1, 2.0))
     outward = sensor.face(plate.mesh) * normal_of(plate.mesh, sensor.located(run)[0])
-    total = np.zeros((len(plate.quads), 8))
+    points = []
     for step, share in zip(steps, 0.5 * shares, strict=True):
         moved = sensor.shifted(0.5 * (sensor.length or 0.0) * step, plate.mesh) if step else sensor
-        add_point(total, share, plate, moved.located(run), toward, outward)
-    near = np.flatnonzero(np.abs(total).sum(axis=1)).astype(np.int64)
-    return near, total[near]
+        points.append(point_of_gauge(share, plate, moved.located(run), toward, outward))
+    return points
 
 
-def add_point(
-    total: Array, share: float, plate: Target, where: tuple[int, float, float], toward: Array, outward: Array
-) -> None:
-    """Add the shares of one point of a gauge to total (e, 8).
+def shells_of(points: list[GaugePoint]) -> NDArray[np.int64]:
+    """Those that a gauge feels, rising."""
+    return np.unique(np.concatenate([point.near for point in points]))
+
+
+def gauge_shares(points: list[GaugePoint], near: NDArray[np.int64], alive: NDArray[np.bool_]) -> Array:
+    """The shares (k, 8) of the strains of the shells near (k,) that a gauge feels.
+
+    alive (k,): those that have torn have none, unless no other is left about a point.
+    """
+    from birdstrike.solver.sensors.places import blend  # late: loading a case needs no compiled kernels
+
+    total = np.zeros((len(near), 8))
+    for share, shells, offsets, felt, heights in points:
+        rows = np.searchsorted(near, shells)
+        left = alive[rows] if alive[rows].any() else np.ones(len(rows), np.bool_)
+        weight = share * blend(offsets[left])[:, None]
+        total[rows[left], :3] += weight * felt[left]
+        total[rows[left], 3:6] += weight * heights[left] * felt[left]
+    return total
+
+
+def point_of_gauge(
+    share: float, plate: Target, where: tuple[int, float, float], toward: Array, outward: Array
+) -> GaugePoint:
+    """One point of a gauge.
 
     where: facet, xi and eta; toward: direction in space (3,), laid on each element; outward (3,): the normal on the
     gauge's side.
     """
     # late: loading a case needs no compiled kernels
-    from birdstrike.solver.sensors.places import blend, facets_around, point_at
+    from birdstrike.solver.sensors.places import facets_around, point_at
     from birdstrike.solver.target.mesh import centres_of
 
     element, xi, eta = where
@@ -222,6 +267,4 @@ def add_point(
     along = frame[:, :2] @ toward
     c, s = (along / np.linalg.norm(along, axis=1)[:, None]).T
     felt = np.stack([c * c, s * s, c * s], axis=1)
-    weight = share * blend(centres @ own[:2].T)[:, None]
-    total[near, :3] += weight * felt
-    total[near, 3:6] += weight * plate.skin[element] * turned * felt
+    return GaugePoint(share, near, centres @ own[:2].T, felt, plate.skin[element] * turned)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.laws.interface import TargetMaterial
 from birdstrike.solver.target.links.rivets import RivetData, Rivets, rivets_of
 from birdstrike.solver.target.links.ties import TieData, Ties, ties_of
-from birdstrike.solver.target.mesh import ShellMesh, border_sides, shell_mesh, sides_of
+from birdstrike.solver.target.mesh import LEVEL, ShellMesh, border_sides, shell_mesh, sides_by_edge, sides_of
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
 from birdstrike.solver.target.section import Section
@@ -54,8 +56,10 @@ def assembled(
     each = [data[name] for name in parts.parts]
     sections = [Section(one.thickness, one.material.density, one.material.row()) for one in each]
     blocks = shell_blocks(parts.nodes, parts.quads, sections, parts.part, scaled_inertia=True)
-    share = held_lengths(parts, [name for name, stiffness in supports.items() if stiffness != NAMED["free"]])
-    held = Supports(mesh, {name: held_set(parts, name, stiffness, share) for name, stiffness in supports.items()})
+    border = Border.of(parts)
+    share = held_lengths(parts, border, [name for name, held in supports.items() if held != NAMED["free"]])
+    sets = {name: held_set(parts, border, name, stiffness, share) for name, stiffness in supports.items()}
+    held = Supports(mesh, sets)
     rigid = np.array([not one.material.moves for one in each])[parts.part]
     if rigid.any():
         held.hold_globally(np.unique(parts.quads[rigid]), EVERYTHING)
@@ -98,12 +102,27 @@ def shells_of(parts: PartMesh) -> ShellMesh:
     return replace(shell_mesh(parts.nodes, parts.quads), parts=facets)
 
 
-def held_lengths(parts: PartMesh, names: list[str]) -> dict[str, Array]:
-    """Length of free border that belongs to each node by each of the named sets, which hold, (m,) [m].
+class Border(NamedTuple):
+    """Sides of the free border, (k, 2) nodes, and the unit normals (k, 3) of the shells that they are of."""
+
+    sides: NDArray[np.int64]
+    normal: Array
+
+    @classmethod
+    def of(cls, parts: PartMesh) -> Border:
+        """All of a mesh."""
+        order, start, count = sides_by_edge(parts.quads)
+        corners = parts.nodes[parts.quads[order[start[count == 1]] // 4]]
+        normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        return cls(border_sides(parts.quads), normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def held_lengths(parts: PartMesh, border: Border, names: list[str]) -> dict[str, Array]:
+    """Length of free border that belongs to the ends of each side by each of the named sets, which hold, (k, 2) [m].
 
     Half of either side whose two ends lie in the set, and half of those between two sets that no set holds whole.
     """
-    sides = border_sides(parts.quads)
+    sides = border.sides
     half = 0.5 * np.linalg.norm(parts.nodes[sides[:, 0]] - parts.nodes[sides[:, 1]], axis=1)[:, None]
     within = {name: np.isin(sides, parts.sets[name]) for name in names}
     held, whole = np.zeros(sides.shape, np.bool_), np.zeros(len(sides), np.bool_)
@@ -113,20 +132,43 @@ def held_lengths(parts: PartMesh, names: list[str]) -> dict[str, Array]:
     between = held.all(axis=1) & ~whole
 
     def of(ends: NDArray[np.bool_]) -> Array:
-        counted = half * ends * (ends.all(axis=1) | between)[:, None]
-        return np.bincount(sides.ravel(), counted.ravel(), minlength=len(parts.nodes)).astype(np.float64)
+        return half * ends * (ends.all(axis=1) | between)[:, None]
 
     return {name: of(ends) for name, ends in within.items()}
 
 
-def held_set(parts: PartMesh, name: str, stiffness: EdgeStiffness, share: Mapping[str, Array]) -> Held:
+def held_set(parts: PartMesh, border: Border, name: str, stiffness: EdgeStiffness, share: Mapping[str, Array]) -> Held:
     """A set of nodes held alike, with its lengths of border. Raises UserError for springs on nodes that have none."""
     nodes = parts.sets[name]
-    length = share[name][nodes] if name in share else np.zeros(len(nodes))
+    length = np.zeros(len(nodes))
+    if name in share:
+        every = np.bincount(border.sides.ravel(), share[name].ravel(), minlength=len(parts.nodes))
+        length = every[nodes].astype(np.float64)
     if stiffness not in NAMED.values() and not length.all():
         lone = int(np.count_nonzero(length == 0.0))
         raise UserError(
             f"target.supports.{name}: springs are given per length of edge, and {lone} of its {len(nodes)} nodes lie "
             'on no free edge that is held; hold it rigidly ("clamped" or "pinned") or choose a set of edge nodes'
         )
-    return Held(nodes, stiffness, length)
+    if stiffness in NAMED.values() or stiffness.in_plane == stiffness.transverse:
+        return Held(nodes, stiffness, length)
+    return held_surfaces(border, stiffness, share[name])
+
+
+def held_surfaces(border: Border, stiffness: EdgeStiffness, share: Array) -> Held:
+    """As `held_set`, of springs that differ along and across: where several surfaces meet, each has its own."""
+    found: dict[int, list[tuple[float, Array]]] = {}
+    for place in np.flatnonzero(share.ravel() > 0.0):
+        size, normal = float(share.ravel()[place]), border.normal[place // 2]
+        there = found.setdefault(int(border.sides.ravel()[place]), [])
+        for i, (length, summed) in enumerate(there):
+            cosine = float(summed @ normal) / np.linalg.norm(summed)
+            if abs(cosine) > LEVEL:
+                there[i] = (length + size, summed + math.copysign(size, cosine) * normal)
+                break
+        else:
+            there.append((size, size * normal))
+    nodes = np.array([node for node in sorted(found) for _ in found[node]], np.int64)
+    length, summed = zip(*(one for node in sorted(found) for one in found[node]), strict=True)
+    normal = np.array(summed) / np.linalg.norm(summed, axis=1, keepdims=True)
+    return Held(nodes, stiffness, np.array(length), normal)

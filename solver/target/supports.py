@@ -45,11 +45,15 @@ NAMED = {
 
 @dataclass(frozen=True)
 class Held:
-    """A set of nodes (r,) that is held alike; length (r,): of border that belongs to each [m], for the springs."""
+    """A set of nodes (r,) that is held alike; length (r,): of border that belongs to each [m], for the springs.
+
+    normal (r, 3): of the surface there, where several meet: a node is then there once for each; else the mesh's.
+    """
 
     nodes: NDArray[np.int64]
     stiffness: EdgeStiffness
     length: Array
+    normal: Array | None = None
 
 
 class Supports:
@@ -65,7 +69,9 @@ class Supports:
         ends = np.cumsum([0, *(len(group.nodes) for group in sets.values())])
         self.sets = {name: slice(ends[i], ends[i + 1]) for i, name in enumerate(sets)}
         self.nodes = np.concatenate([group.nodes for group in sets.values()]) if sets else np.empty(0, np.int64)
-        self.normal = mesh.normals()[self.nodes]
+        of_mesh = mesh.normals()
+        normals = [of_mesh[group.nodes] if group.normal is None else group.normal for group in sets.values()]
+        self.normal = np.concatenate(normals) if sets else np.empty((0, 3))
         self.springs = np.zeros((len(self.nodes), 3))
         self.held = np.zeros(len(mesh.nodes), np.int64)
         for name, group in sets.items():
@@ -77,7 +83,24 @@ class Supports:
         self.pull = np.zeros((len(self.nodes), 3))
         self.axes = np.tile(np.eye(3), (len(mesh.nodes), 1, 1))
         self.axes[self.nodes] = tangent_frames(self.normal)
+        for name, group in sets.items():
+            self._hold_joints(self.sets[name], group.stiffness)
         self.relax()
+
+    def _hold_joints(self, rows: slice, stiffness: EdgeStiffness) -> None:
+        """What is rigid along or across one of the surfaces that meet in a node is rigid there for all of them."""
+        along, across = np.isinf(stiffness.in_plane), np.isinf(stiffness.transverse)
+        if not along and not across:
+            return
+        for node in repeated(self.nodes[rows]):
+            normals = self.normal[rows][self.nodes[rows] == node]
+            if along or len(normals) > 2:
+                self.held[node] |= DISPLACEMENTS
+                continue
+            first = normals[1] - (normals[1] @ normals[0]) * normals[0]
+            first /= np.linalg.norm(first)
+            self.axes[node] = [first, np.cross(normals[0], first), normals[0]]
+            self.held[node] |= 1 + 4
 
     @property
     def free(self) -> bool:
@@ -134,7 +157,7 @@ class Supports:
     def reaction_of(self, name: str, nodes: Nodes, applied: Array) -> Array:
         """Force with which one set pulls the frame, (3,) [N]; a node that two sets hold counts in both."""
         rows = self.sets[name]
-        own = self.nodes[rows]
+        own = np.unique(self.nodes[rows])
         force = nodes.nodal[own, :3] + applied[own]
         axes, bits = nodes.axes[own], nodes.held[own]
         held = ((bits[:, None] >> np.arange(3)) & 1) * np.einsum("rij,rj->ri", axes, force)
@@ -151,6 +174,12 @@ class Supports:
 def rim_supports(mesh: ShellMesh, stiffness: EdgeStiffness) -> Supports:
     """The whole free border held alike."""
     return Supports(mesh, {"edges": Held(mesh.rim, stiffness, mesh.edge_lengths())})
+
+
+def repeated(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those that are there more than once."""
+    found, count = np.unique(nodes, return_counts=True)
+    return found[count > 1]
 
 
 def tangent_frames(normal: Array) -> Array:

@@ -192,7 +192,10 @@ def _elements(sections: list[Section], mesh: TextMesh, elsets: Sets) -> None:
         if kind.startswith(LOOSE):
             mesh.held.append(f"*ELEMENT, TYPE={kind}")
         elif kind not in abaqus_to_meshio_type:
-            raise UserError(f"Element type not available: {kind or 'none given'}")
+            raise UserError(
+                f"Element type not available: {kind or 'none given'}; a target is of shells of first order: mesh it "
+                "with S4 and S3, or leave these elements out"
+            )
         else:
             form = abaqus_to_meshio_type[kind]
             rows = _rows(section, num_nodes_per_cell.get(form, 4))

@@ -8,6 +8,7 @@ Gmsh the named groups of points and curves.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -108,6 +109,9 @@ def _read(path: str, unit: str, origin: tuple[float, float, float]) -> Kept:
     used, quads = np.unique(quads, return_inverse=True)
     points = np.zeros((len(file.points), 3))
     points[:, : file.points.shape[1]] = file.points
+    if not np.isfinite(points[used]).all():
+        lost = int((~np.isfinite(points[used]).all(axis=1)).sum())
+        raise UserError(f"target.mesh = {path}: {lost} nodes of its shells have no finite coordinates; write it anew")
     nodes = points[used] * METRES[unit] - np.array(origin)
     quads = quads.reshape(-1, 4).astype(np.int64)
     renumbered = {int(node): at for at, node in enumerate(used)}
@@ -197,8 +201,15 @@ def _groups(file: Any) -> dict[str, NDArray[np.int64]]:
 
 
 def _four(corners: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Facets (e, 4) of quadrilaterals (e, 4) or triangles (e, 3), the last node of a triangle twice."""
-    return np.column_stack([corners, corners[:, 2]]) if corners.shape[1] == 3 else corners
+    """Facets (e, 4) of quadrilaterals (e, 4) or triangles (e, 3), the last node of a triangle twice.
+
+    Whichever neighbouring nodes of a quadrilateral are one, its corners then begin so that they are the last.
+    """
+    if corners.shape[1] == 3:
+        return np.column_stack([corners, corners[:, 2]])
+    again = corners == np.roll(corners, -1, axis=1)  # a quadrilateral with one side that is a point is a triangle
+    shift = np.where(again.sum(axis=1) == 1, again.argmax(axis=1) - 2, 0)
+    return np.take_along_axis(corners, (np.arange(4) + shift[:, None]) % 4, axis=1)
 
 
 def _lost_nodes(given: Any, kept: dict[str, NDArray[np.int64]]) -> Iterator[str]:
@@ -274,6 +285,12 @@ class MeshFile:
         corners = self._mesh.nodes[self._mesh.quads]
         areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
         self.element_size = float(np.sqrt(areas.mean()))
+
+    def unread(self, name: str) -> str:
+        """What is said of a set that the file has and that is not read; empty where it has none of that name."""
+        word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
+        said = (found.text for found in self.findings if " is not read" in found.text)
+        return next((text for text in said if word.search(text)), "")
 
     def mesh(self) -> PartMesh:
         """The mesh itself."""

@@ -120,6 +120,33 @@ def test_a_gauge_beside_a_step_of_thickness_reads_its_own_part(x):
     assert reading(run) == pytest.approx(2e-6 if x < 0.0 else 1e-6, rel=1e-3)
 
 
+@pytest.mark.parametrize("length", [{}, {"length": "15 mm"}])
+def test_a_gauge_beside_a_shell_that_has_torn_reads_those_that_are_left(length):
+    """Stretched twice by 1e-6, a shell beside the gauge torn in between: what that had felt stands still."""
+    target = plain_strip()
+    run: Any = SimpleNamespace(plate=target)
+    gauge = {"kind": "strain", "point": ["1 mm", "1 mm", "0 mm"], "along": [1.0, 0.0, 0.0], **length}
+    reading = readings({"gauge": SENSORS.validate(gauge)}, run)["gauge"]
+    target.v[:, 0] = 1e-6 * target.mesh.nodes[:, 0]
+    target.update_forces(1.0)
+    assert reading(run) == pytest.approx(1e-6, rel=1e-4)
+    middles = target.mesh.nodes[target.quads].mean(axis=1)
+    target.alive[np.argmin(np.linalg.norm(middles - [0.015, 0.0, 0.0], axis=1))] = False
+    target.update_forces(1.0)
+    assert reading(run) == pytest.approx(2e-6, rel=1e-4)
+
+
+def plain_strip() -> Target:
+    """A strip of 200 x 60 mm, of one part."""
+    places = np.meshgrid(np.linspace(-0.1, 0.1, 21), np.linspace(-0.03, 0.03, 7), indexing="ij")
+    nodes, quads, _ = merged([Patch("", np.stack([*places, np.zeros((21, 7))], axis=-1))])
+    metal = TARGET_LAWS.validate(
+        {"law": "bilinear", "young": "70 GPa", "poisson": 0.3, "density": "2700 kg/m^3", "yield_stress": "1000 MPa"}
+    )
+    parts = {"strip": PartData(1e-3, metal)}
+    return assembled(PartMesh(nodes, quads, np.zeros(len(quads), np.int64), tuple(parts), {}), parts, {})
+
+
 def test_a_place_on_a_large_shell_beside_small_ones_is_found():
     """However many small shells have their centres nearer."""
     small = np.column_stack([rectangle(0.05, 0.05, (10, 10))[0] + [0.05, 0.0], np.zeros(121)])

@@ -17,6 +17,7 @@ from birdstrike.solver.case.write import copy_case
 from birdstrike.solver.setup_warnings import doubtful_shells
 from birdstrike.solver.target.files.mesh_file import read_mesh
 from birdstrike.solver.target.generators.registry import GENERATORS
+from birdstrike.solver.target.mesh import is_triangle
 from birdstrike.solver.target.part_mesh import PartMesh
 from tests.solver.target.triangles import abaqus_file, cut
 
@@ -283,6 +284,24 @@ def test_triangles_of_every_format_are_read(tmp_path, ending):
 BLOCKS = [("S4", "skin", 1, MESH.quads[MESH.part == 0]), ("S4", "stiffeners", 900, MESH.quads[MESH.part == 1])]
 
 
+@pytest.mark.parametrize("first", range(4))
+def test_a_quadrilateral_whose_neighbouring_nodes_are_one_is_a_triangle(tmp_path, first):
+    """Whichever they are: only the last two were taken, the others refused."""
+    points = np.array([[0, 0, 0], [50, 0, 0], [50, 50, 0], [0, 50, 0], [100, 0, 0]], np.float64)
+    collapsed = np.roll([1, 4, 2, 2], first)
+    meshio.Mesh(points, [("quad", np.array([[0, 1, 2, 3], collapsed]))]).write(tmp_path / "m.vtk")
+    quads = read_mesh(str(tmp_path / "m.vtk"), "mm").quads
+    assert list(is_triangle(quads)) == [False, True]
+    assert list(quads[1]) in ([1, 4, 2, 2], [4, 2, 1, 1], [2, 1, 4, 4]), "wound as the file has it"
+
+
+def test_nodes_without_coordinates_are_told(tmp_path):
+    points = np.array([[0, 0, 0], [50, 0, 0], [50, 50, np.nan], [0, 50, 0]], np.float64)
+    meshio.Mesh(points, [("quad", np.array([[0, 1, 2, 3]]))]).write(tmp_path / "m.vtu")
+    with pytest.raises(UserError, match="1 nodes of its shells have no finite coordinates"):
+        read_mesh(str(tmp_path / "m.vtu"), "mm")
+
+
 def test_a_quadrilateral_with_its_last_node_twice_is_a_triangle_wherever_it_stands(tmp_path):
     halves = cut(MESH.quads[:1])
     skin = np.concatenate([halves, MESH.quads[MESH.part == 0][1:]])
@@ -367,7 +386,7 @@ def test_an_instance_that_stays_in_place_is_nothing_to_tell(tmp_path):
 def test_the_reason_why_a_file_is_not_read_is_told_and_nothing_is_printed(tmp_path, capfd):
     path = abaqus_file(tmp_path / "panel.inp", MESH.nodes, BLOCKS, MESH.sets)
     path.write_text(path.read_text().replace("TYPE=S4", "TYPE=S99"))
-    with pytest.raises(UserError, match="Element type not available: S99"):
+    with pytest.raises(UserError, match=r"Element type not available: S99; .* S4 and S3"):
         read_mesh(str(path), "m")
     path.write_text(path.read_text().replace("TYPE=S99", "TYPE=S4") + "*NSET, NSET=lost\n99999\n")
     with pytest.raises(UserError, match="refers to 99999, which is not there"):

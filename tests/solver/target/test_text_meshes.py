@@ -287,6 +287,15 @@ def test_holds_of_nastran_that_no_support_is_are_told(tmp_path, cards, said):
     assert found.startswith(said)
 
 
+def test_a_support_that_names_a_set_which_is_not_read_says_why(tmp_path):
+    """It was "does not exist" alone, beside a file that has it."""
+    (tmp_path / "m.bdf").write_text(bulk(CARDS, "SPC1,5,246,1,2"))
+    parts = {"part_1": PART, "part_2": PART}
+    given = table_with(tmp_path / "m.bdf", mesh_unit="mm", parts=parts, supports={"spc_5_246": "pinned"})
+    with pytest.raises(UserError, match=r"spc_5_246, a set of nodes that is left out: .* the freedoms 246 of 2 nodes"):
+        load_case(given)
+
+
 @pytest.mark.parametrize(
     ("card", "said"),
     [
