@@ -64,7 +64,7 @@ COMMANDS: dict[str, Arguments] = {
     ],
     "compare-methods": lambda data: [
         *("compare-methods", str(data / "doe"), "--case", "reference_strike"),
-        *("--no-table", "--truths", "0", "--solver-truths", "0"),
+        *("--no-table", "--truths", "2", "--solver-truths", "0"),
     ],
     "diagnose": lambda data: [
         *("diagnose", "reference_strike", "--measured", str(data / "record.csv"), "--workers", "1"),

@@ -18,6 +18,7 @@ ANSWER = {
     "verdict": "attributed",
     "sentence": "The model lacks a faster bird",
     "record": {"shots": ["shot"]},
+    "shots": [{"name": "shot"}],
     "noise": {"sensors": {}},
     "after": None,
     "baseline": None,
