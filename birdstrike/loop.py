@@ -57,6 +57,7 @@ class LoopPlan:
     baseline_cases: tuple[Case, ...] = ()
     adopted: Path | None = None
     baseline_bird: str = "auto"
+    heldout: Path | None = None
 
     @property
     def doe(self) -> Path:
@@ -101,6 +102,7 @@ def close_the_loop(
     baseline_case: Sequence[str | Path | Case] = (),
     baseline_bird: str | None = None,
     doe: str | Path | None = None,
+    heldout: str | Path | None = None,
     display: Display = quiet,
     say: Callable[[str], None] = warnings.warn,
 ) -> dict[str, Any]:
@@ -110,13 +112,15 @@ def close_the_loop(
     with a failure on record are tried again, and stages that hold some are done again; baseline: records of the same
     rig in which nothing is suspected, each with its baseline_case where they are not of `case`; baseline_bird: auto,
     same, recipe or other, as `diagnose` takes it, by default the case's; doe: a finished campaign of run_doe, taken in
-    place of the loop's own and left as it is. The diagnosis simulates on meshes of its
-    own and with more sensors, so that it seldom finds a run of a campaign to use. The campaign's workers are started
+    place of the loop's own and left as it is; heldout: another record of the case, which nothing in the diagnosis is
+    fitted to. The diagnosis simulates on meshes of its own and with more sensors, so that it seldom finds a run of a
+    campaign to use. The campaign's workers are started
     afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
     after either, and after Ctrl-C, the same call resumes.
     """
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
+    from birdstrike.inversion.diagnosis.diagnose import read_records
     from birdstrike.inversion.diagnosis.evidence import birds_apart
     from birdstrike.solver.case.case import load_case
 
@@ -127,6 +131,12 @@ def close_the_loop(
         birds_apart(bird)
         clean = baseline_files(loaded, baseline)
         clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
+        apart = None if heldout is None else resolve_measured(heldout)
+        if diagnosis:
+            for warning in read_records(loaded, record, apart, clean, clean_cases, channels).warnings:
+                say(warning)
+        elif apart is not None:
+            raise UserError("a held-out record is for the diagnosis; leave out --heldout or --no-diagnosis")
         adopted = None if doe is None else Path(doe)
         planned = (
             planned_runs(loaded, design, runs, seed, progress) if adopted is None else adopted_design(loaded, adopted)
@@ -147,6 +157,7 @@ def close_the_loop(
         clean_cases,
         adopted,
         bird,
+        apart,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
@@ -328,13 +339,15 @@ def _inversion(plan: LoopPlan, progress: Progress) -> None:
 
 
 def _diagnosis_inputs(plan: LoopPlan) -> Mapping[str, Any]:
+    others = [] if plan.heldout is None else [plan.heldout]
     return inputs_of_diagnosis(
         [plan.case, *plan.baseline_cases],
-        [plan.measured, *plan.baselines, *(plan.doe / name for name in ("case.toml", "design.csv", "curves.csv"))],
+        [plan.measured, *plan.baselines, *others, *(plan.doe / n for n in ("case.toml", "design.csv", "curves.csv"))],
         seed=plan.seed,
         channels=plan.channels,
         baseline_bird=plan.baseline_bird,
         baselines=len(plan.baselines),
+        heldout=len(others),
     )
 
 
@@ -351,6 +364,7 @@ def _diagnosis(plan: LoopPlan, progress: Progress) -> None:
         plan.measured,
         plan.diagnosis,
         plan.doe,
+        plan.heldout,
         options=options,
         baseline=plan.baselines,
         baseline_case=plan.baseline_cases,

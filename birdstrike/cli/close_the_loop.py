@@ -61,6 +61,9 @@ def command(
         Path | None,
         typer.Option(help="Finished campaign of run-doe of the same case, taken in place of the loop's own."),
     ] = None,
+    heldout: Annotated[
+        str | None, typer.Option(help="Another record of the same case, kept out of every fit of the diagnosis.")
+    ] = None,
     retry_failed: RetryFailed = False,
     settings: Settings = [],  # noqa: B006 (typer copies it)
     json: Json = False,  # noqa: ARG001 (read by the frame)
@@ -92,6 +95,7 @@ def command(
         baseline_case=[load_case(one, overrides(settings)) for one in baseline_case],
         baseline_bird=baseline_bird,
         doe=doe,
+        heldout=heldout,
         display=stage_display,
         say=lambda line: say(f"  {line}"),
     )

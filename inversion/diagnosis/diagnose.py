@@ -97,19 +97,9 @@ def diagnose(
     refuse_budget(choice.refine)
     if not 0.0 < choice.alpha < 0.5:
         raise UserError(f"--alpha = {choice.alpha} is outside 0 .. 0.5; 0.05 is usual")
-    shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
+    records = read_records(case, measured, heldout, baseline, baseline_case, channels)
+    shots, clean, other = records.shots, records.clean, records.heldout
     choice = replace(choice, baseline_bird=stated_bird(choice, shots[0].case, baseline_bird))
-    other = None if heldout is None else read(heldout)
-    refuse(shots, other)
-    other = None if other is None else other.only(tuple(shots[0].record.channels))
-    clean, warnings = clean_shots(shots, baseline, baseline_case)
-    refuse_twice(
-        [
-            *(("--measured", one.record) for one in shots),
-            *(("--baseline", one.record) for one in clean),
-            *([] if other is None else [("--heldout", other)]),
-        ]
-    )
     further = () if doe is None else (runs_of(Path(doe)),)
     folder.mkdir(parents=True, exist_ok=True)
     with (
@@ -121,9 +111,9 @@ def diagnose(
 
         def prepared(setups: Mapping[str, Setup]) -> Pipeline:
             own = tuple(read_shot(one.name, setups[case_hash(one.case)], one.record, "shots") for one in shots)
-            records = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
+            beside = {f"baseline {one.name}": (one.record, setups[case_hash(one.case)]) for one in clean}
             used = tuple(dict.fromkeys(channel for shot in own for channel in shot.channels))
-            return Pipeline(own, read_baselines(records, used), choice, simulations, (*lost, *warnings))
+            return Pipeline(own, read_baselines(beside, used), choice, simulations, (*lost, *records.warnings))
 
         with choice.display("Runs near the fits") as progress:
             pipeline, refinement = refined(setups, prepared, simulations, choice, progress)
@@ -133,6 +123,40 @@ def diagnose(
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
+
+
+@dataclass(frozen=True)
+class Records:
+    """What a diagnosis is made of; warnings: a sentence for each baseline that cannot serve."""
+
+    shots: list[NamedRecord]
+    clean: list[NamedRecord]
+    heldout: Measured | None
+    warnings: tuple[str, ...]
+
+
+def read_records(
+    case: CaseLike | Sequence[CaseLike],
+    measured: RecordLike | Sequence[RecordLike],
+    heldout: RecordLike | None = None,
+    baseline: Sequence[RecordLike] = (),
+    baseline_case: Sequence[CaseLike] = (),
+    channels: Sequence[str] = (),
+) -> Records:
+    """All records of a diagnosis, see `diagnose`; raises UserError for what does not fit, before any simulation."""
+    shots = [replace(one, record=one.record.only(channels)) for one in named_records(case, measured)]
+    other = None if heldout is None else read(heldout)
+    refuse(shots, other)
+    other = None if other is None else other.only(tuple(shots[0].record.channels))
+    clean, warnings = clean_shots(shots, baseline, baseline_case)
+    refuse_twice(
+        [
+            *(("--measured", one.record) for one in shots),
+            *(("--baseline", one.record) for one in clean),
+            *([] if other is None else [("--heldout", other)]),
+        ]
+    )
+    return Records(shots, clean, other, warnings)
 
 
 def named_records(

@@ -222,6 +222,9 @@ def test_mistakes_are_named_before_any_strike_is_paid_for(solver: Solver, record
         (invoke(out, "table7_group9"), "table7_group5"),
         (invoke(out, record, design=table6), "rank 1 of 4"),
         (invoke(out, record, "--set", "bird.speeed=3 m/s"), "bird.speeed"),
+        (invoke(out, record, "--heldout", str(record)), "leave out --heldout or --no-diagnosis"),
+        (invoke(out, record, "--diagnosis", "--heldout", str(forces)), "forces.csv has unit N, the sensor m"),
+        (invoke(out, record, "--diagnosis", "--heldout", str(record)), "hold the same"),
     ):
         assert result.exit_code == 1, result.output
         assert words in result.stderr
@@ -230,6 +233,32 @@ def test_mistakes_are_named_before_any_strike_is_paid_for(solver: Solver, record
         close(out, record, case="no_such_case")
     assert solver.strikes == 0
     assert not out.exists()
+
+
+@pytest.mark.usefixtures("campaign_only")
+def test_the_diagnosis_gets_the_held_out_record_and_a_baseline_that_cannot_serve_is_told_at_once(
+    solver: Solver, record: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other, strange = write_record(tmp_path / "shot8.csv", peak=5.4e-3), tmp_path / "strange.csv"
+    strange.write_text(record.read_text().replace("displacement_centre", "displacement_rim"))
+    asked, told = list[Any](), list[str]()
+
+    def diagnose(*given: Any, **_: Any) -> None:
+        _, _, out, _, heldout = given
+        asked.append(heldout)
+        assert solver.strikes == RUNS
+        out.mkdir(parents=True, exist_ok=True)
+        for name in ("diagnosis.json", "diagnosis.csv"):
+            (out / name).write_text("{}")
+
+    def say(line: str) -> None:
+        told.append(line)
+        assert "strange" not in line or not solver.strikes
+
+    monkeypatch.setattr("birdstrike.inversion.diagnosis.diagnose.diagnose", diagnose)
+    close(tmp_path / "loop", record, heldout=other, baseline=[strange], say=say)
+    assert asked == [other]
+    assert any("strange" in line for line in told)
 
 
 def test_help_has_an_example() -> None:
