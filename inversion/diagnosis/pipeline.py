@@ -67,7 +67,6 @@ from birdstrike.inversion.formatting import label_parts
 
 SETTLED = 0.05  # posterior probability from which on an effect is likely enough for its case to be written
 UPDATES = 3  # rounds of simulations at the fits: an edge that lets go bends the response more than one round can tell
-MOST_WARNINGS = 5
 MOST_SHARES = 30  # models whose probabilities are listed
 
 Display = Callable[[str], AbstractContextManager[Callable[[float], None]]]
@@ -319,7 +318,7 @@ class Pipeline:
         failed: Mapping[str, str],
         close: Sequence[str],
     ) -> tuple[str, ...]:
-        """At most five, the gravest first; close: why the likeliest effect is not attributed."""
+        """The gravest first; close: why the likeliest effect is not attributed."""
         setups = [one for one in setups_of(self.shots) if one.left_out]
         left_out = [f"{one.plan.case.name}: {unpredicted(one, one.left_out)}" for one in setups]
         found = [*self.warnings, *left_out, *self.baselines.warnings]
@@ -370,7 +369,7 @@ class Pipeline:
             found.append(f"the simulation at the fit of {label} failed: {reason}; the error stated is the emulator's")
         for shot in self.shots:
             found += [f"{shot.name}: {line}" for line in shot.record.warnings]
-        return tuple(found[:MOST_WARNINGS])
+        return tuple(found)
 
 
 def _lattices_lacking(shots: Sequence[Shot]) -> list[str]:

@@ -83,6 +83,8 @@ def verdict_section(results: DiagnosisResults) -> Section:
         blocks.append(Paragraph(f"Next measurement: {content['next_measurement']['sentence']}."))
     if content["warnings"]:
         blocks.append(Warnings(tuple(content["warnings"][:MOST_WARNINGS])))
+        if (more := len(content["warnings"]) - MOST_WARNINGS) > 0:
+            blocks.append(Paragraph(f"Further warnings: {more}, under `warnings` in diagnosis.json."))
     return Section("diagnosis", "Diagnosis: what the model lacks", tuple(blocks))
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
 
-from birdstrike.reports.blocks import Paragraph, Picture
+from birdstrike.reports.blocks import Paragraph, Picture, Warnings
 from birdstrike.reports.page.page import SECTIONS
 from birdstrike.reports.results.results import Results
 from birdstrike.reports.sections import diagnosis, summary
 
-ANSWER = {
+ANSWER: dict[str, Any] = {
     "verdict": "attributed",
     "sentence": "The model lacks a faster bird",
     "record": {"shots": ["shot"]},
@@ -23,7 +24,7 @@ ANSWER = {
     "after": None,
     "baseline": None,
     "next_measurement": None,
-    "warnings": [],
+    "warnings": [f"warning {number}" for number in range(7)],
 }
 
 
@@ -34,9 +35,11 @@ def test_what_the_model_lacks_comes_first(results: Results, tmp_path: Path, monk
         monkeypatch.setattr(diagnosis, name, lambda *_: Figure())
     begins = SECTIONS[0](replace(results, diagnosis=tmp_path))
     assert begins is not None
-    said, likely, residuals = begins.blocks
+    said, likely, residuals, warned, further = begins.blocks
     assert said == Paragraph("Attributed. The model lacks a faster bird.")
     assert isinstance(likely, Picture)
     assert isinstance(residuals, Picture)
+    assert warned == Warnings(tuple(ANSWER["warnings"][:5]))
+    assert further == Paragraph("Further warnings: 2, under `warnings` in diagnosis.json.")
     assert SECTIONS[0](replace(results, diagnosis=None)) is None
     assert SECTIONS[1] is summary.section
