@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from birdstrike.data.errors import UserError
+from birdstrike.data.out_folder import maker_of
 from birdstrike.inversion.estimation.verification import error_words
 from birdstrike.inversion.formatting import flight, quantity, span
 from birdstrike.inversion.results.estimates import Answer, Estimate
@@ -61,7 +62,9 @@ def read_export(
     if path is None and (folder / "diagnosis.json").is_file():
         return _of_diagnosis(folder / "diagnosis.json", case)
     if path is None:
-        raise UserError(f"{folder} holds no inversion.json; make it with train-and-invert or close-the-loop")
+        maker = maker_of(folder)
+        made = f"was made by birdstrike {maker} and " if maker else ""
+        raise UserError(f"{folder} {made}holds no inversion.json; make it with train-and-invert or close-the-loop")
     try:
         inversion = Inversion.load(path)
     except ValidationError as error:
