@@ -114,9 +114,8 @@ def close_the_loop(
     same, recipe or other, as `diagnose` takes it, by default the case's; doe: a finished campaign of run_doe, taken in
     place of the loop's own and left as it is; heldout: another record of the case, which nothing in the diagnosis is
     fitted to. The diagnosis simulates on meshes of its own and with more sensors, so that it seldom finds a run of a
-    campaign to use. The campaign's workers are started
-    afresh: a script that calls this needs `if __name__ == "__main__":`. Raises UserError and RunFailed;
-    after either, and after Ctrl-C, the same call resumes.
+    campaign to use. The campaign's workers are started afresh: a script that calls this needs
+    `if __name__ == "__main__":`. Raises UserError and RunFailed; after either, and after Ctrl-C, the same call resumes.
     """
     from birdstrike.doe.campaign.adoption import adopted_design
     from birdstrike.doe.campaign.run import retry_before
@@ -131,11 +130,11 @@ def close_the_loop(
         birds_apart(bird)
         clean = baseline_files(loaded, baseline)
         clean_cases = tuple(load_case(one) if isinstance(one, str | Path) else one for one in baseline_case)
-        apart = None if heldout is None else resolve_measured(heldout)
+        held_out = None if heldout is None else resolve_measured(heldout)
         if diagnosis:
-            for warning in read_records(loaded, record, apart, clean, clean_cases, channels).warnings:
+            for warning in read_records(loaded, record, held_out, clean, clean_cases, channels).warnings:
                 say(warning)
-        elif apart is not None:
+        elif held_out is not None:
             raise UserError("a held-out record is for the diagnosis; leave out --heldout or --no-diagnosis")
         adopted = None if doe is None else Path(doe)
         planned = (
@@ -157,7 +156,7 @@ def close_the_loop(
         clean_cases,
         adopted,
         bird,
-        apart,
+        held_out,
     )
     plan.ledger.write(case=plan.case.name, measured=str(plan.measured), seed=plan.seed)
     run_stages(stages(plan), plan.ledger, display)
