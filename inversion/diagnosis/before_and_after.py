@@ -132,7 +132,8 @@ def blind(effect: Suspect) -> set[str]:
 
 def told_parts(effect: Suspect, held: Sequence[Held]) -> list[Held]:
     """The parts held out of which an effect's model tells something."""
-    return [one for one in held if one.name.split(" of ")[0] not in blind(effect)]
+    untold = blind(effect)
+    return [one for one in held if one.name.split(" of ")[0] not in untold]
 
 
 def predicts_better(effect: Suspect, before: Sequence[Held], after: Sequence[Held]) -> bool:

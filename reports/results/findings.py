@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from birdstrike.reports.figures.quantities import parameter_label, quantity, significant, symbol, words
-from birdstrike.reports.results.measurement import origin, peak, record_position, residual, short_name
+from birdstrike.reports.results.measurement import RecordPosition, origin, peak, record_position, residual, short_name
 from birdstrike.reports.results.results import CampaignResults, InversionResults, Results, RunSummary
 
 
@@ -148,10 +148,7 @@ def _prior_texts(results: Results) -> str:
         if not (count := int(seen.outside.sum())):
             within.append(words(channel))
             continue
-        at, value = peak(seen.time, seen.excess)
-        side = "above" if value > 0 else "below"
-        far = f"up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
-        outside.append(f"{words(channel)} ({count} of {seen.points} points, {far})")
+        outside.append(f"{words(channel)} ({count} of {seen.points} points, {_farthest(seen, unit)})")
     runs = _runs(results)
     if not outside:
         return f"within noise the record lies within the range of the campaign's {runs} in {listing(within)}"
@@ -196,12 +193,16 @@ def prior_text(results: Results, channel: str) -> str:
     if not count:
         points = f"within noise, at all {seen.points} points"
         return f"the record's {words(channel)} lies within the range of the campaign's {runs}, {points}"
-    at, value = peak(seen.time, seen.excess)
-    side = "above" if value > 0 else "below"
     return (
         f"the record's {words(channel)} lies outside the campaign's {runs} by more than noise at {count} of "
-        f"{seen.points} points, up to {quantity(abs(value), unit)} {side} them at {quantity(at, 's')}"
+        f"{seen.points} points, {_farthest(seen, unit)}"
     )
+
+
+def _farthest(seen: RecordPosition, unit: str) -> str:
+    """How far the record lies outside the simulations: `up to 0.41 mm above them at 1.34 ms`."""
+    at, value = peak(seen.time, seen.excess)
+    return f"up to {quantity(abs(value), unit)} {'above' if value > 0 else 'below'} them at {quantity(at, 's')}"
 
 
 def _runs(results: CampaignResults) -> str:

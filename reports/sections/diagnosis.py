@@ -18,6 +18,7 @@ from birdstrike.inversion.formatting import in_words, plain, runs_near_the_fits
 from birdstrike.inversion.formatting import quantity as with_unit
 from birdstrike.reports.blocks import Block, Paragraph, Section, Table, Warnings, drawing
 from birdstrike.reports.figures.diagnosis import curves_figure, probability_figure, residual_figure
+from birdstrike.reports.sections.summary import signed
 from birdstrike.solver.case.effects import SHOWN
 
 MOST_ROWS, MOST_WARNINGS, MOST_PAIRS = 12, 5, 5
@@ -284,7 +285,7 @@ def two(value: float | None) -> str:
 
 def gained(value: float | None) -> str:
     """A gain in log density, with its sign."""
-    return "–" if value is None else f"{value:+.2g}".replace("-", "−")
+    return "–" if value is None else signed(value, "").strip()
 
 
 def _interval(entry: Mapping[str, Any]) -> str:
