@@ -330,10 +330,7 @@ def sentence_of(found: Diagnosis) -> str:
     needs = found.required_discrepancy.get(NONE)
     if found.verdict == NO_RESIDUAL:
         error = "" if needs is None else f" with {_model_error(needs)}"
-        return (
-            f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; "
-            "no effect is missing that this record could show"
-        )
+        return f"The calibrated model explains the record (p = {found.alarm:.2f}){error}; {_unless(found)}"
     if found.verdict == ATTRIBUTED:
         one = found.effects[0]
         return (
@@ -355,6 +352,15 @@ def sentence_of(found: Diagnosis) -> str:
 
 
 OPPOSITES = re.compile(r"(\w+) or (\w+)")
+
+
+def _unless(found: Diagnosis) -> str:
+    """Of a record that raises no alarm: what is likelier than no missing effect all the same, and what would tell."""
+    likeliest = found.confidence_set[0]
+    if likeliest == NONE:
+        return "no effect is missing that this record could show"
+    told = "a baseline shot would tell" if found.baseline is None else "the record does not tell"
+    return f"if its error is smaller, {_named(found, likeliest)} is likelier than no missing effect: {told}"
 
 
 def in_its_sense(one: EffectFigures) -> str:

@@ -1,13 +1,22 @@
-"""The sentence of the answer says which of two opposites a magnitude means."""
+"""The sentence of the answer: which of two opposites a magnitude means, and what no alarm leaves open."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from birdstrike.inversion.diagnosis.answer import OPPOSITES, EffectFigures, _meaning, in_its_sense, magnitude_words
+from birdstrike.inversion.diagnosis.answer import (
+    OPPOSITES,
+    EffectFigures,
+    _meaning,
+    in_its_sense,
+    magnitude_words,
+    sentence_of,
+)
 from birdstrike.reports.sections.diagnosis import magnitude
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.effects.registry import effects
@@ -93,3 +102,39 @@ def test_a_magnitude_has_its_digits_and_none_is_plainly_0() -> None:
 )
 def test_a_fault_of_a_force_cell_is_not_one_of_a_displacement_transducer(label: str, words: str) -> None:
     assert _meaning(label, "sensor_gain").startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("shares", "baseline", "end"),
+    [
+        ({"none": 0.6, "plate_thickness": 0.4}, None, "no effect is missing that this record could show"),
+        (
+            {"plate_thickness": 0.7, "none": 0.3},
+            None,
+            "if its error is smaller, plate_thickness +0.2 mm (95 %: +0.1 .. +0.3 mm) (0.70) is likelier than no "
+            "missing effect: a baseline shot would tell",
+        ),
+        (
+            {"bird_mass+bird_length": 0.7, "none": 0.3},
+            {},
+            "if its error is smaller, bird_mass with bird_length (0.70) is likelier than no missing effect: "
+            "the record does not tell",
+        ),
+    ],
+)
+def test_a_record_without_alarm_names_what_is_likelier_than_none(
+    shares: dict[str, float], baseline: dict[str, Any] | None, end: str
+) -> None:
+    """An unknown model error keeps the alarm silent; the page's bars show the effect, and the sentence does too."""
+    effect = replace(figures("plate_thickness", (1e-4, 3e-4)), unit="m")
+    found: Any = SimpleNamespace(
+        verdict="no_significant_residual",
+        alarm=0.41,
+        required_discrepancy={"none": 0.02},
+        confidence_set=tuple(shares),
+        probabilities=shares,
+        baseline=baseline,
+        named=lambda _: effect,
+    )
+    start = "The calibrated model explains the record (p = 0.41) with a model error of 2 % of the peak; "
+    assert sentence_of(found) == start + end
