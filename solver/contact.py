@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import RunFailed, UserError
 from birdstrike.data.histories import Array
 from birdstrike.solver.bird.body import BirdBody
-from birdstrike.solver.kernels.contact import contact_forces, follow_facets
-from birdstrike.solver.kernels.friction import friction_forces
+from birdstrike.solver.kernels.bird.neighbours import largest_displacement_squared
+from birdstrike.solver.kernels.contact.contact import contact_forces, follow_facets
+from birdstrike.solver.kernels.contact.friction import friction_forces
+from birdstrike.solver.kernels.contact.sheet_contact import NOTHING, find_feet, settle_feet
 from birdstrike.solver.kernels.motion import predict_push, push_particles
-from birdstrike.solver.kernels.neighbours import largest_displacement_squared
-from birdstrike.solver.kernels.sheet_contact import NOTHING, find_feet, settle_feet
 from birdstrike.solver.kernels.sums import work_of_forces
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import reach_of
@@ -36,7 +36,7 @@ class SheetContact:
     that is touched from one side, `past_rim` (n,) marks the particles that came in from beside; on one that is touched
     from both, what was over a facet when it tore; neither touches anything until it is clear. side (n,): that of the
     particle, 1 where the sheet's normals point; borders, touches (s, n): of each sheet the border that it is beyond and
-    its `touch`, `number` being this one's; barred (n,): see `kernels.sheet_contact`.
+    its `touch`, `number` being this one's; barred (n,): see `kernels.contact.sheet_contact`.
     """
 
     def __init__(
@@ -342,7 +342,7 @@ class Friction:
     c = sqrt(k m')/2, of the contact spring k and the mass m' of a particle against its share of a node: a quarter of
     the spring's critical damping. It is the largest resistance that cannot turn the slip round within a stable step,
     2/omega of the same spring; particles that Coulomb would halt within about two steps creep instead. The friction
-    acts at the particle, and the shell gets the couple about its mid-surface (`kernels.friction`).
+    acts at the particle, and the shell gets the couple about its mid-surface (`kernels.contact.friction`).
     """
 
     def __init__(self, coefficient: float, stiffness: float, reduced_mass: float, particles: int, nodes: int) -> None:

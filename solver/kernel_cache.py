@@ -20,13 +20,13 @@ def forget_stale_kernels(root: Path = HERE) -> None:
 
     Where nothing may be written, nothing is: there numba keeps its cache elsewhere, by the path and date of each file.
     """
-    sources = digest_files(root, (path for folder in FOLDERS for path in (root / folder).glob("*.py")))
+    sources = digest_files(root, (path for folder in FOLDERS for path in (root / folder).rglob("*.py")))
     mark = root / MARK
     try:
         if mark.is_file() and mark.read_text(encoding="utf-8") == sources:
             return
         for folder in FOLDERS:
-            for compiled in (root / folder / "__pycache__").glob("*.nb[ic]"):
+            for compiled in (root / folder).rglob("*.nb[ic]"):
                 compiled.unlink(missing_ok=True)
         mark.parent.mkdir(exist_ok=True)
         mark.write_text(sources, encoding="utf-8")

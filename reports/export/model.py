@@ -17,7 +17,7 @@ from birdstrike.solver.bird.body import BirdBody
 from birdstrike.solver.build import build_bird, build_plate, direction_of
 from birdstrike.solver.case.case import Case
 from birdstrike.solver.case.plate import PlateMaterial
-from birdstrike.solver.kernels.contact import bilinear
+from birdstrike.solver.kernels.contact.contact import bilinear
 from birdstrike.solver.sensors.sensor import Placed, Sensor
 from birdstrike.solver.sensors.strain import Strain
 from birdstrike.solver.target.assembly import Target

@@ -13,9 +13,9 @@ from birdstrike.solver.arrays import node_rows
 from birdstrike.solver.bird.eos.compiled import with_law
 from birdstrike.solver.bird.hex_mesh import HexMesh
 from birdstrike.solver.bird.materials.interface import Material
-from birdstrike.solver.kernels.hexahedra import gather_accelerations, hex_forces, hex_geometry, hex_rates
-from birdstrike.solver.kernels.hexahedra_hourglass import elastic_hourglass, viscous_hourglass
-from birdstrike.solver.kernels.hexahedra_stress import (
+from birdstrike.solver.kernels.bird.hexahedra import gather_accelerations, hex_forces, hex_geometry, hex_rates
+from birdstrike.solver.kernels.bird.hexahedra_hourglass import elastic_hourglass, viscous_hourglass
+from birdstrike.solver.kernels.bird.hexahedra_stress import (
     find_eroded,
     stable_steps,
     total_stress,

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from birdstrike.data.errors import RunFailed
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import aligned_zeros
-from birdstrike.solver.kernels.columns import ROW, WIDTH
-from birdstrike.solver.kernels.neighbours import (
+from birdstrike.solver.kernels.bird.columns import ROW, WIDTH
+from birdstrike.solver.kernels.bird.neighbours import (
     REACH,
     bring_near_forward,
     count_neighbours,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.smoothing import slope, slope_constant
+from birdstrike.solver.kernels.bird.smoothing import slope, slope_constant
 
 SHAPES = ("hemispherical_cylinder", "cylinder", "ellipsoid", "sphere")
 Size = tuple[float, float]

@@ -12,13 +12,13 @@ from birdstrike.solver.arrays import aligned_zeros
 from birdstrike.solver.bird.eos.compiled import with_law
 from birdstrike.solver.bird.materials.interface import Material
 from birdstrike.solver.bird.neighbour_list import VerletList
-from birdstrike.solver.kernels.columns import ROW
+from birdstrike.solver.kernels.bird.columns import ROW
+from birdstrike.solver.kernels.bird.null_material import update_null_material
+from birdstrike.solver.kernels.bird.smoothing import slope_constant
+from birdstrike.solver.kernels.bird.sph import RATE, pack_state, pair_forces
+from birdstrike.solver.kernels.bird.velocity_gradient import pack_midpoint, rate_of_deformation
 from birdstrike.solver.kernels.motion import drift_particles, kick_particles
-from birdstrike.solver.kernels.null_material import update_null_material
-from birdstrike.solver.kernels.smoothing import slope_constant
-from birdstrike.solver.kernels.sph import RATE, pack_state, pair_forces
 from birdstrike.solver.kernels.sums import total, weighted_square
-from birdstrike.solver.kernels.velocity_gradient import pack_midpoint, rate_of_deformation
 
 WAVE_COURANT = 0.72  # c dt/h of a weak wave; with it the energy error of the reference strike stays near 0.2 %
 

@@ -11,12 +11,12 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.eos.compiled import with_law
 from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.kernels.columns import ROW
-from birdstrike.solver.kernels.solid_material import update_solid_material
-from birdstrike.solver.kernels.sph import pack_state, pair_forces
-from birdstrike.solver.kernels.sph_strength import add_stress_forces, pack_stress
+from birdstrike.solver.kernels.bird.columns import ROW
+from birdstrike.solver.kernels.bird.solid_material import update_solid_material
+from birdstrike.solver.kernels.bird.sph import pack_state, pair_forces
+from birdstrike.solver.kernels.bird.sph_strength import add_stress_forces, pack_stress
+from birdstrike.solver.kernels.bird.velocity_gradient import pack_midpoint, velocity_gradient
 from birdstrike.solver.kernels.sums import total
-from birdstrike.solver.kernels.velocity_gradient import pack_midpoint, velocity_gradient
 
 REPULSION = (0.3, 0.7)  # stiffness over bulk modulus times spacing, and the distance below which it acts over spacing
 

@@ -11,9 +11,14 @@ from birdstrike.data.histories import Array
 from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.neighbour_list import VerletList
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.kernels.neo_hookean import neo_hookean_stress, unit_shear_power
+from birdstrike.solver.kernels.bird.neo_hookean import neo_hookean_stress, unit_shear_power
+from birdstrike.solver.kernels.bird.total_lagrangian import (
+    ROW,
+    deformation_gradient,
+    elastic_forces,
+    reference_correction,
+)
 from birdstrike.solver.kernels.sums import total, work_of_forces
-from birdstrike.solver.kernels.total_lagrangian import ROW, deformation_gradient, elastic_forces, reference_correction
 
 HOURGLASS = 5.0  # hourglass modulus over Young's
 BULK_SHARE = (0.3, 0.5)  # what the pair viscosity's coefficients amount to in plane compression

@@ -16,7 +16,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.data.units import quantity_text
 from birdstrike.solver.case.plate import EDGE_WORDS, EdgeSprings
 from birdstrike.solver.fields import Between, OneOf, Section, WordOr, complaint
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.registry import errors_of
 from birdstrike.solver.target.files.mesh_file import METRES, MeshFile, digest
 from birdstrike.solver.target.files.mesh_quality import Finding, slow_shells

@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from birdstrike.solver.kernels.contact import bilinear
+from birdstrike.solver.kernels.contact.contact import bilinear
 
 
 @njit(cache=True)

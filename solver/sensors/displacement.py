@@ -27,7 +27,7 @@ class Displacement(Placed):
     along: Along | None = None
 
     def reading(self, run: Run, /) -> Reading:
-        from birdstrike.solver.kernels.contact import bilinear  # late: loading a case needs no compiled kernels
+        from birdstrike.solver.kernels.contact.contact import bilinear  # late: loading a case needs no compiled kernels
 
         element, xi, eta = self.located(run)
         nodes, shape = run.plate.quads[element], np.array(bilinear(xi, eta))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
+from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
 from birdstrike.solver.target.mesh import ShellMesh, centres_of, reach_of
 
 INSIDE = ROUNDED = 1.0 + 1e-9

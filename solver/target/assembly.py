@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.node_motion import force_on_frame
+from birdstrike.solver.kernels.target.node_motion import force_on_frame
 from birdstrike.solver.target.block import Block
 from birdstrike.solver.target.links.rivets import Rivets
 from birdstrike.solver.target.links.ties import Ties
@@ -92,7 +92,7 @@ class Target:
         return any(isinstance(block, ShellBlock) for block in self.blocks)
 
     def frames(self, facets: NDArray[np.int64]) -> Array:
-        """Frames of shells, (k, 9), see `kernels.shell_geometry`."""
+        """Frames of shells, (k, 9), see `kernels.target.shell_geometry`."""
         return np.concatenate([block.frame for block in self.straining])[facets]
 
     def watch(self, facets: NDArray[np.int64]) -> None:

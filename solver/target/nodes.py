@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.node_motion import damped_energy, kick_and_drift_nodes
 from birdstrike.solver.kernels.sums import weighted_square
+from birdstrike.solver.kernels.target.node_motion import damped_energy, kick_and_drift_nodes
 
 
 class Nodes:
     """Nodes with six freedoms; x [m], v [m/s], omega [rad/s]: (m, 3); mass [kg], inertia [kg m^2]: (m,).
 
     nodal (m, 6): forces of blocks and supports [N, N m]; held (m,): bits of held freedoms in each node's own axes
-    (m, 3, 3), see `kernels.node_motion`; damping [1/s]: rate at which a free vibration's amplitude decays.
+    (m, 3, 3), see `kernels.target.node_motion`; damping [1/s]: rate at which a free vibration's amplitude decays.
     """
 
     def __init__(self, rest: Array, damping: float = 0.0) -> None:

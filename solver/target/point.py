@@ -7,8 +7,8 @@ from copy import deepcopy
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.metal import EPS_P, FLOW, HEAT, MEMORY, POISSON, YOUNG, first_flow
-from birdstrike.solver.kernels.plasticity import return_to_yield
+from birdstrike.solver.kernels.target.metal import EPS_P, FLOW, HEAT, MEMORY, POISSON, YOUNG, first_flow
+from birdstrike.solver.kernels.target.plasticity import return_to_yield
 
 
 class Layer:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import elastic_row
 
 LAYERS = 5
@@ -43,7 +43,7 @@ class ShellMaterial:
         return self.yield_stress, self.beta * modulus, (1.0 - self.beta) * modulus
 
     def row(self) -> Array:
-        """Constants as the kernels read them, see `kernels.metal`."""
+        """Constants as the kernels read them, see `kernels.target.metal`."""
         first, isotropic, kinematic = self.hardening
         row = elastic_row(self.young, self.poisson)
         row[metal.KINEMATIC], row[metal.YIELD] = kinematic, first
@@ -57,7 +57,7 @@ class ShellMaterial:
 class Section:
     """A metal shell of one thickness [m]: Gauss layers of one law.
 
-    density: [kg/m^3]; row: of the law, see `kernels.metal`; layers (k, 2): heights and weights [m].
+    density: [kg/m^3]; row: of the law, see `kernels.target.metal`; layers (k, 2): heights and weights [m].
     """
 
     thickness: float
@@ -90,7 +90,7 @@ class Section:
 
 
 def can_fail(row: Array) -> bool:
-    """Whether any strain ends a metal of this row (`kernels.metal`)."""
+    """Whether any strain ends a metal of this row (`kernels.target.metal`)."""
     return bool(np.isfinite(row[metal.FAILURE]) or row[metal.DAMAGE] != metal.STRAIN_LIMIT)
 
 

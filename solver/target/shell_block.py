@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import node_rows
-from birdstrike.solver.kernels.metal import EPS_P, FLOW, MEMORY
-from birdstrike.solver.kernels.shell import gather_nodal_forces, shell_forces, shell_hourglass, shell_strain
-from birdstrike.solver.kernels.shell_erosion import erode_shells
-from birdstrike.solver.kernels.shell_geometry import shell_geometry
-from birdstrike.solver.kernels.shell_stress import update_shell_stress
 from birdstrike.solver.kernels.sums import total
+from birdstrike.solver.kernels.target.metal import EPS_P, FLOW, MEMORY
+from birdstrike.solver.kernels.target.shell import gather_nodal_forces, shell_forces, shell_hourglass, shell_strain
+from birdstrike.solver.kernels.target.shell_erosion import erode_shells
+from birdstrike.solver.kernels.target.shell_geometry import shell_geometry
+from birdstrike.solver.kernels.target.shell_stress import update_shell_stress
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.section import Section, SectionTable
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.plate_edges import edge_spring_forces
+from birdstrike.solver.kernels.target.plate_edges import edge_spring_forces
 from birdstrike.solver.target.mesh import ShellMesh
 from birdstrike.solver.target.nodes import Nodes
 
 RIGID = np.inf
-DISPLACEMENTS, ROTATIONS, EVERYTHING = 7, 56, 63  # bits of held freedoms, see kernels/node_motion
+DISPLACEMENTS, ROTATIONS, EVERYTHING = 7, 56, 63  # bits of held freedoms, see kernels/target/node_motion
 
 
 @dataclass(frozen=True)

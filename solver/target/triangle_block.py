@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.arrays import node_rows
-from birdstrike.solver.kernels.triangle import (
+from birdstrike.solver.kernels.target.triangle import (
     SHEAR_STABILISATION,
     triangle_forces,
     triangle_geometry,
@@ -23,7 +23,7 @@ from birdstrike.solver.target.shell_block import HOURGLASS_COEFFICIENT, ShellBlo
 
 
 class TriangleBlock(ShellBlock):
-    """Triangles of one or several sections, `kernels.triangle`; quads (e, 4): the last node twice."""
+    """Triangles of one or several sections, `kernels.target.triangle`; quads (e, 4): the last node twice."""
 
     shape_size, modes, corners = 12, 4, 3
     square_share = 0.5

@@ -14,8 +14,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.kernels.sph import pair_forces
-from birdstrike.solver.kernels.velocity_gradient import rate_of_deformation
+from birdstrike.solver.kernels.bird.sph import pair_forces
+from birdstrike.solver.kernels.bird.velocity_gradient import rate_of_deformation
 from birdstrike.solver.simulate import simulate
 from tests.benchmarks.parts import (
     COLUMNS,

@@ -9,7 +9,7 @@ from birdstrike.data.errors import UserError
 from birdstrike.reports.verification.columns import SEED
 from birdstrike.solver.bird.sph import Bird
 from birdstrike.solver.contact import Contact
-from birdstrike.solver.kernels.contact import foot_on_facet
+from birdstrike.solver.kernels.contact.contact import foot_on_facet
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.mesh import plate_mesh, shell_mesh
 from birdstrike.solver.target.rectangle import plate_of

@@ -13,7 +13,7 @@ from birdstrike.data.paths import REFERENCE
 from birdstrike.reports.verification.draw import Curve, Panel, draw
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, shown
 from birdstrike.reports.verification.runs import RunSpec, momentum_given
-from birdstrike.solver.kernels.metal import WEAR
+from birdstrike.solver.kernels.target.metal import WEAR
 from birdstrike.solver.target.assembled import LinkData, PartData, assembled
 from birdstrike.solver.target.assembly import Target
 from birdstrike.solver.target.generators.registry import GENERATORS

@@ -14,7 +14,7 @@ from birdstrike.reports.verification.draw import Curve, Panel, draw, slope_line
 from birdstrike.reports.verification.problem import Computed, Picture, Problem, Row, Solution, below, matches, near
 from birdstrike.solver.bird.shape import lattice, slope_gain
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.kernels.smoothing import slope, slope_constant, wendland
+from birdstrike.solver.kernels.bird.smoothing import slope, slope_constant, wendland
 
 DEFINITION = "definition of a smoothing kernel"
 SPACING = 5e-3

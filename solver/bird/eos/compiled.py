@@ -16,7 +16,7 @@ from birdstrike.solver.bird.eos.interface import Terms
 
 @cache
 def with_law(kernel: Callable[..., None], terms: Terms) -> Callable[..., None]:
-    """The parallel loop `kernel`, written about the stand-in `kernels.eos.law`, with `terms` in its place.
+    """The parallel loop `kernel`, written about the stand-in `kernels.bird.eos.law`, with `terms` in its place.
 
     Compiled code is kept on disk for the laws of this package. One from outside is compiled at its first use in each
     process, because numba would not notice that its source has changed.

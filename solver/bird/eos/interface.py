@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Section
-from birdstrike.solver.kernels.eos import eos_close
+from birdstrike.solver.kernels.bird.eos import eos_close
 
 Modulus = Annotated[float, Between("-1000000 MPa", "1000000 MPa")]
 Speed = Annotated[float, Between("10 m/s", "10000 m/s")]
@@ -16,7 +16,7 @@ Number = Annotated[float, Between(-10.0, 10.0)]
 PerVolume = Annotated[float, Between("0 MPa", "1000 MPa")]  # J/m^3 is Pa
 
 Terms = Callable[[float, Array], tuple[float, float, float, float]]
-"""Compiled (numba.njit): (mu, constants) -> A [Pa], dA/dmu [Pa], B, dB/dmu; see `kernels.eos`."""
+"""Compiled (numba.njit): (mu, constants) -> A [Pa], dA/dmu [Pa], B, dB/dmu; see `kernels.bird.eos`."""
 
 
 class Sought(NamedTuple):
@@ -65,7 +65,7 @@ class EquationOfState:
         return float(cold + factor * energy)
 
     def update(self, rho: float, rho_before: float, p_before: float, energy: float) -> tuple[float, float, float]:
-        """Pressure [Pa], energy [J/m^3] and sound speed [m/s] after a change of density, as `kernels.eos.eos_close`."""
+        """Pressure [Pa], energy [J/m^3], sound speed [m/s] after a change of density: see `kernels.bird.eos.eos_close`."""
         terms = self.terms(rho / self.rho0 - 1.0, self.constants)
         p, energy_after, c = eos_close(rho, rho_before, p_before, energy, self.rho0, *terms)
         return float(p), float(energy_after), float(c)

@@ -53,7 +53,7 @@ class Material:
 
     @property
     def strength(self) -> Array | None:
-        """(6,) as `kernels.strength.update_deviator` reads it; None of a fluid."""
+        """(6,) as `kernels.bird.strength.update_deviator` reads it; None of a fluid."""
         return None
 
     def fastest_wave(self, u: float) -> float:

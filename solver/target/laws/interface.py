@@ -9,7 +9,7 @@ import numpy as np
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, Section
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 
 Stress = Annotated[float, Between("1 MPa", "10000 MPa")]
 Modulus = Annotated[float, Between("0 MPa", "100000 MPa")]

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import Exponent, Metal, Stress, si_in
 
 Temperature = Annotated[float, Between("1 K", "5000 K")]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import Exponent, RatedMetal, Stress
 
 

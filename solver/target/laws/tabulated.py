@@ -11,7 +11,7 @@ from pydantic import field_validator
 
 from birdstrike.data.histories import Array
 from birdstrike.solver.fields import Between, complaint
-from birdstrike.solver.kernels import metal
+from birdstrike.solver.kernels.target import metal
 from birdstrike.solver.target.laws.interface import RatedMetal, Stress
 
 

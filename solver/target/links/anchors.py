@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.contact import bilinear, clamp_to_facet, foot_on_facet
+from birdstrike.solver.kernels.contact.contact import bilinear, clamp_to_facet, foot_on_facet
 from birdstrike.solver.target.mesh import reach_of
 
 ROUNDED = 1.0 + 1e-9
@@ -77,7 +77,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Anchors:
-    """Rows of nodes and weights as the kernels read them, see `kernels.links`."""
+    """Rows of nodes and weights as the kernels read them, see `kernels.target.links`."""
 
     start: NDArray[np.int64]
     member: NDArray[np.int64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.links import EITHER_WAY, NO_LIMIT, ONE_WAY, rivet_forces
+from birdstrike.solver.kernels.target.links import EITHER_WAY, NO_LIMIT, ONE_WAY, rivet_forces
 from birdstrike.solver.target.links.anchors import Anchors, Surface
 from birdstrike.solver.target.nodes import Nodes
 from birdstrike.solver.target.part_mesh import PartMesh, Row
@@ -36,7 +36,7 @@ class RivetData:
     exponents: tuple[float, float] = (2.0, 2.0)
 
     def row(self, limit: float = ONE_WAY) -> Array:
-        """As the kernel reads it, see `kernels.links.rivet_forces`; limit: NO_LIMIT, ONE_WAY or EITHER_WAY."""
+        """As the kernel reads it, see `kernels.target.links.rivet_forces`; limit: NO_LIMIT, ONE_WAY or EITHER_WAY."""
         springs = (self.along, self.across, self.rotational)
         return np.array([*springs, self.tension, self.shear, *self.exponents, limit])
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from birdstrike.data.errors import UserError
 from birdstrike.data.histories import Array
-from birdstrike.solver.kernels.links import follow_nodes, share_follower_forces
+from birdstrike.solver.kernels.target.links import follow_nodes, share_follower_forces
 from birdstrike.solver.target.links.anchors import Anchors, Surface, weights_of_line
 from birdstrike.solver.target.mesh import border_sides
 from birdstrike.solver.target.nodes import Nodes

@@ -11,7 +11,7 @@ from birdstrike.solver.bird.shape import ALONG, SHAPES, inside, outline, second_
 from birdstrike.solver.build import bird_lattice, build_particles
 from birdstrike.solver.case.case import Case, load_case
 from birdstrike.solver.coupling import Coupling
-from birdstrike.solver.kernels.smoothing import slope, slope_constant
+from birdstrike.solver.kernels.bird.smoothing import slope, slope_constant
 from birdstrike.solver.simulate import simulate
 
 DIAMETER, LENGTH = 0.106, 0.262

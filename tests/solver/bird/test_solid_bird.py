@@ -13,7 +13,7 @@ from birdstrike.solver.bird.materials.solid import Solid
 from birdstrike.solver.bird.shape import slope_gain
 from birdstrike.solver.bird.sph_strength import SolidBird
 from birdstrike.solver.case.case import load_case
-from birdstrike.solver.kernels.strength import contraction
+from birdstrike.solver.kernels.bird.strength import contraction
 from birdstrike.solver.simulate import simulate
 from tests.solver.bird.bars import SPACING, cuboid, free_body, steps
 

@@ -9,7 +9,7 @@ import pytest
 
 from birdstrike.reports.verification.columns import SEED, SMOOTHING, advance, block, periodic_bird
 from birdstrike.solver.bird.sph import Bird
-from birdstrike.solver.kernels.sph import shock_share
+from birdstrike.solver.kernels.bird.sph import shock_share
 
 
 def ball(velocity_gradient: np.ndarray, viscosity: float = 0.0, jitter: float = 0.0) -> Bird:

@@ -22,7 +22,7 @@ def imported(path: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.py")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sorted(KERNELS.rglob("*.py")), ids=lambda path: path.relative_to(KERNELS).as_posix())
 def test_a_kernel_imports_arrays_numba_and_kernels_only(path: Path) -> None:
     foreign = {name for name in imported(path) if not any(name == a or name.startswith(f"{a}.") for a in ALLOWED)}
     assert foreign == set()

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from birdstrike.solver.bird.neighbour_list import NEAR, SKIN, VerletList
-from birdstrike.solver.kernels.neighbours import WIDTH
+from birdstrike.solver.kernels.bird.neighbours import WIDTH
 
 
 def rows(verlet: VerletList) -> list[list[int]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from birdstrike.reports.verification.problems.plasticity import jones_plate, nurick_plate, shear_stress_at_rate
-from birdstrike.solver.kernels.metal import EPS_P, FLOW, hardened
+from birdstrike.solver.kernels.target.metal import EPS_P, FLOW, hardened
 from birdstrike.solver.target.point import Layer
 from birdstrike.solver.target.section import ShellMaterial
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from birdstrike.solver.kernels.sheet_contact import may_be_nearer, nearest_on_facet
+from birdstrike.solver.kernels.contact.sheet_contact import may_be_nearer, nearest_on_facet
 
 NODES = 6
 

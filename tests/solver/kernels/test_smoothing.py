@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from birdstrike.solver.bird.shape import lattice
-from birdstrike.solver.kernels.smoothing import slope, slope_constant, wendland
+from birdstrike.solver.kernels.bird.smoothing import slope, slope_constant, wendland
 
 
 def test_kernel_integrates_to_one():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from birdstrike.solver.kernels.strength import contraction, rate_factor, rotate, update_deviator
+from birdstrike.solver.kernels.bird.strength import contraction, rate_factor, rotate, update_deviator
 
 E, NU, SIGMA_Y, ET = 200e9, 0.3, 250e6, 20e9
 G, K, EP = E / (2.0 * (1.0 + NU)), E / (3.0 * (1.0 - 2.0 * NU)), E * ET / (E - ET)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.optimize import bisect
 
-from birdstrike.solver.kernels.metal import FLOW, WEAR
+from birdstrike.solver.kernels.target.metal import FLOW, WEAR
 from birdstrike.solver.target.laws.interface import Metal
 from birdstrike.solver.target.laws.registry import TARGET_LAWS
 from birdstrike.solver.target.point import Layer

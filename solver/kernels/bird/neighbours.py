@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 from numba.np.ufunc import get_thread_id
 
-from birdstrike.solver.kernels.columns import WIDTH
+from birdstrike.solver.kernels.bird.columns import WIDTH
 
 REACH = 1  # cells to either side that the cut-off may touch; 2 was tried and is no faster
 COLUMNS = (2 * REACH + 1) ** 2

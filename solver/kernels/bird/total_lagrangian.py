@@ -12,8 +12,8 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.smoothing import slope, wendland
-from birdstrike.solver.kernels.velocity_gradient import inverse_symmetric
+from birdstrike.solver.kernels.bird.smoothing import slope, wendland
+from birdstrike.solver.kernels.bird.velocity_gradient import inverse_symmetric
 
 ROW = 24
 """0-2 position [m], 3-5 reference position [m], 6-14 F, 15-23 P B [Pa]."""

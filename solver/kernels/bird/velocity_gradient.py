@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit, prange
 from numba.np.ufunc import get_thread_id
 
-from birdstrike.solver.kernels.columns import WIDTH, turn_rows
-from birdstrike.solver.kernels.smoothing import slope
+from birdstrike.solver.kernels.bird.columns import WIDTH, turn_rows
+from birdstrike.solver.kernels.bird.smoothing import slope
 
 PAIR_MATH = {"contract", "reassoc", "arcp", "nsz"}
 SMALLEST_MOMENT = 0.02  # det M (1 inside the bird) below which a particle is too lonely for a gradient
@@ -43,7 +43,7 @@ def inverse_symmetric(xx, yy, zz, xy, yz, zx, smallest):
 def gradient_sums(a, row, mass, inverse_h, constant, start, stop, neighbour, column):
     """drho/dt of particle a by continuity, sum m (v_a - v_b).grad W; the nine of its velocity gradient; the six of B.
 
-    row: see `kernels.sph`; column: (ROW, length) scratch. Order: xx xy xz yx .. zz, and xx yy zz xy yz zx.
+    row: see `kernels.bird.sph`; column: (ROW, length) scratch. Order: xx xy xz yx .. zz, and xx yy zz xy yz zx.
     The slopes go first, into column 6, which nothing else needs here: a root takes as long as a whole pass of the
     second loop, and in a loop of their own the roots of several vectors overlap.
     """

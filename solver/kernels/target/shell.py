@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.shell_geometry import gradient_and_hourglass, local
+from birdstrike.solver.kernels.target.shell_geometry import gradient_and_hourglass, local
 
 SHEAR_FACTOR = 5.0 / 6.0
 

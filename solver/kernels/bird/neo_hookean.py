@@ -1,6 +1,6 @@
 """Neo-Hookean stress of the elastic bird from its deformation gradient, one particle at a time.
 
-The rows are those of `kernels.total_lagrangian`: 6-14 F, 15-23 P B.
+The rows are those of `kernels.bird.total_lagrangian`: 6-14 F, 15-23 P B.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def kick_and_drift_nodes(kick, drift, damping, nodal, applied, mass, inertia, he
     """Nodes under internal (m, 6) and applied (m, 3) forces, then new positions; held freedoms stay where they are.
 
     damping [1/s]: rate of decay of a free vibration's amplitude: the force -2 damping m v, with v the mean of the half
-    steps before and after, so that no rate is unstable. A node without mass follows others (`kernels.links`).
+    steps before and after, so that no rate is unstable. A node without mass follows others (`kernels.target.links`).
     """
     keep, gain = 1.0 - damping * kick, 1.0 / (1.0 + damping * kick)
     for p in prange(v.shape[0]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import prange
 
-from birdstrike.solver.kernels.eos import eos_close, law
+from birdstrike.solver.kernels.bird.eos import eos_close, law
 
 
 def update_null_material(n, dt, eos, limits, drho_dt, heating, rho, p, energy, c, active, eroded_now, work):

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from birdstrike.solver.kernels.metal import (
+from birdstrike.solver.kernels.target.metal import (
     CONSTANTS,
     DAMAGE,
     EPS_P,

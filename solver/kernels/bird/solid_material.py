@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import prange
 
-from birdstrike.solver.kernels.eos import eos_close, law
-from birdstrike.solver.kernels.strength import contraction, update_deviator
+from birdstrike.solver.kernels.bird.eos import eos_close, law
+from birdstrike.solver.kernels.bird.strength import contraction, update_deviator
 
 
 def update_solid_material(

@@ -16,7 +16,7 @@ import math
 
 from numba import njit
 
-from birdstrike.solver.kernels.contact import bilinear
+from birdstrike.solver.kernels.contact.contact import bilinear
 
 EDGE_ON = 1e-6  # of (trace of S)^2: a facet seen so nearly on edge carries no friction
 

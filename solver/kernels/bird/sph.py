@@ -19,9 +19,9 @@ import numpy as np
 from numba import njit, prange
 from numba.np.ufunc import get_thread_id
 
-from birdstrike.solver.kernels.columns import WIDTH, turn_rows
-from birdstrike.solver.kernels.smoothing import slope
-from birdstrike.solver.kernels.velocity_gradient import PAIR_MATH
+from birdstrike.solver.kernels.bird.columns import WIDTH, turn_rows
+from birdstrike.solver.kernels.bird.smoothing import slope
+from birdstrike.solver.kernels.bird.velocity_gradient import PAIR_MATH
 
 TINY = 1e-200  # against 0/0
 RATE = 9  # first of the columns that hold the rate of deformation

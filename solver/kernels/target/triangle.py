@@ -25,8 +25,8 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.shell import SHEAR_FACTOR
-from birdstrike.solver.kernels.shell_geometry import local, unit
+from birdstrike.solver.kernels.target.shell import SHEAR_FACTOR
+from birdstrike.solver.kernels.target.shell_geometry import local, unit
 
 SHEAR_STABILISATION = 0.1
 

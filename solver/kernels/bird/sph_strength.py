@@ -1,6 +1,6 @@
 """Strength of the bird in updated-Lagrangian SPH: divergence of the deviator.
 
-It uses the corrected gradient of `kernels.velocity_gradient`, with its B. The pair force
+It uses the corrected gradient of `kernels.bird.velocity_gradient`, with its B. The pair force
 V_a V_b (s_a B_a + s_b B_b) grad W is then the exact counterpart of the rate: its power is -V s:D to rounding, and its
 moment vanishes with the antisymmetric part of s, so that linear and angular momentum are both conserved.
 
@@ -13,7 +13,7 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.smoothing import slope
+from birdstrike.solver.kernels.bird.smoothing import slope
 
 
 @njit(cache=True, parallel=True)

@@ -11,8 +11,8 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.eos import eos_close, law
-from birdstrike.solver.kernels.strength import update_deviator
+from birdstrike.solver.kernels.bird.eos import eos_close, law
+from birdstrike.solver.kernels.bird.strength import update_deviator
 
 
 @njit(cache=True, inline="always")
@@ -82,7 +82,7 @@ def find_eroded(volume, volume0, eps_p, step, limits, alive, going):
 def update_pressure(alive, going, eos, floor, mass, volume, volume0, heat, rho, p, energy, c, work):
     """Pressure p >= floor [Pa] from the exact volume; in and out: rho, p, energy per reference volume [J/m^3], c.
 
-    eos: constants of the law, see `kernels.eos`;
+    eos: constants of the law, see `kernels.bird.eos`;
     heat: dissipated in the step before, per reference volume [J/m^3]; work: -p dV [J].
     """
     for e in prange(alive.shape[0]):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.metal import CONSTANTS, EPS_P, FAILURE, FLOW, KINEMATIC, POISSON, YIELD, YOUNG
-from birdstrike.solver.kernels.plasticity import (
+from birdstrike.solver.kernels.target.metal import CONSTANTS, EPS_P, FAILURE, FLOW, KINEMATIC, POISSON, YIELD, YOUNG
+from birdstrike.solver.kernels.target.plasticity import (
     GROWTH,
     age,
     enqueue,
@@ -21,7 +21,7 @@ from birdstrike.solver.kernels.plasticity import (
     slopes,
     within_yield,
 )
-from birdstrike.solver.kernels.shell import SHEAR_FACTOR
+from birdstrike.solver.kernels.target.shell import SHEAR_FACTOR
 
 BLOCK = 32  # elements whose yielding layers are returned together
 

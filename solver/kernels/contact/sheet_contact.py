@@ -14,8 +14,8 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from birdstrike.solver.kernels.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet, sides_beyond
-from birdstrike.solver.kernels.triangle_contact import share_along
+from birdstrike.solver.kernels.contact.contact import OUTSIDE, beyond_side, clamp_to_facet, foot_on_facet, sides_beyond
+from birdstrike.solver.kernels.contact.triangle_contact import share_along
 
 INSIDE, NOTHING = -1, -2
 HOLE = 32

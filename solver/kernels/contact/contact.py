@@ -11,7 +11,7 @@ import math
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.triangle_contact import clamp_to_triangle, foot_on_triangle
+from birdstrike.solver.kernels.contact.triangle_contact import clamp_to_triangle, foot_on_triangle
 
 OUTSIDE = 1.0 + 1e-9
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numba import njit, prange
 
-from birdstrike.solver.kernels.hexahedra_stress import squared_size
+from birdstrike.solver.kernels.bird.hexahedra_stress import squared_size
 
 
 @njit(cache=True, parallel=True)
