@@ -65,7 +65,7 @@ class EquationOfState:
         return float(cold + factor * energy)
 
     def update(self, rho: float, rho_before: float, p_before: float, energy: float) -> tuple[float, float, float]:
-        """Pressure [Pa], energy [J/m^3], sound speed [m/s] after a change of density: see `kernels.bird.eos.eos_close`."""
+        """Pressure [Pa], energy [J/m^3], sound speed [m/s] after a change of density (`kernels.bird.eos.eos_close`)."""
         terms = self.terms(rho / self.rho0 - 1.0, self.constants)
         p, energy_after, c = eos_close(rho, rho_before, p_before, energy, self.rho0, *terms)
         return float(p), float(energy_after), float(c)
