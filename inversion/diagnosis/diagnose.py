@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,11 +39,12 @@ RecordLike = str | Path | Measured
 COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
+LONGEST = 60  # letters of a shot's or a case's name: both stand together in the name of a file
 
 
 @dataclass(frozen=True)
 class NamedRecord:
-    """A record, its name (the file's stem), and the case that it is a shot of."""
+    """A record, its name (`shot_names`), and the case that it is a shot of."""
 
     name: str
     case: Case
@@ -176,9 +178,22 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
             f"{len(records)} records and {len(cases)} cases: give one case, or one for each record in order, of which "
             "CASE is the first"
         )
-    names = [Path(one.path).stem or f"shot{i + 1}" for i, one in enumerate(records)]
-    unique = [name if names.count(name) == 1 else f"{name}_{i + 1}" for i, name in enumerate(names)]
-    return [NamedRecord(name, own, record) for name, own, record in zip(unique, cases, records, strict=True)]
+    return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
+
+
+def shot_names(records: Sequence[Measured]) -> list[str]:
+    """A name of its own for each record, from its file's, at most `LONGEST` letters long but for a number.
+
+    Without the signs that part effect, shot and pair in an answer, and names in an option: they become "_".
+    """
+    plain = [re.sub("[@+,]", "_", Path(one.path).stem)[:LONGEST] or f"shot{i + 1}" for i, one in enumerate(records)]
+    found: list[str] = []
+    for i, name in enumerate(plain):
+        own = name if plain.count(name) == 1 else f"{name}_{i + 1}"
+        while own != name and own in plain:
+            own += "_"
+        found.append(own)
+    return found
 
 
 def loaded(case: CaseLike) -> Case:
@@ -390,7 +405,7 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     earlier = _files_of_earlier(folder)
     if found.case is not None and found.after is not None:
         model = found.after.model.replace(".", "_").replace("@", "_of_")
-        path = folder / f"{found.case.name}_with_{model}.toml"
+        path = folder / f"{found.case.name[:LONGEST]}_with_{model}.toml"
         write_atomically(path, case_text(found, found.case))
         found = replace(found, case_after=path.name)
     for name, channels in zip(curve_files(list(found.curves)), found.curves.values(), strict=True):

@@ -9,7 +9,7 @@ import pytest
 
 from birdstrike.data.curves import Measured
 from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
-from birdstrike.inversion.diagnosis.diagnose import diagnose
+from birdstrike.inversion.diagnosis.diagnose import LONGEST, curve_files, diagnose, shot_names
 from birdstrike.inversion.formatting import quantity
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
@@ -92,3 +92,13 @@ def test_errors_before_and_after_are_of_one_mesh() -> None:
     both = errors(ran, ran)
     assert all(one and (one["rmse"][SIDE], one["rmse_less_baseline"][SIDE]) == (5.0, 1.0) for one in both)
     assert all(one and one["rmse"][SIDE] == 2.0 for one in errors(ran, fitted))
+
+
+def test_a_shot_s_name_cannot_be_taken_for_another_part_of_an_answer_and_names_files() -> None:
+    """A record "gel+85@a.csv" became a pair of effects in the answer; one of 235 letters ended in an error of the file
+    system after all simulations; "a_2" beside "a" twice were two shots of one name."""
+    names = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("gel+85@a,b", "x" * 235, "a", "a_2", "a", "Schuß 1.v2")])
+    assert names == ["gel_85_a_b", "x" * LONGEST, "a_3", "a_2", "a_5", "Schuß 1.v2"]
+    twice = shot_names([shot(stem, 80.0, 1, SIDE) for stem in ("a", "a_2", "a_1", "a")])
+    assert len(set(twice)) == 4
+    assert max(len(name) for name in curve_files(names)) < 100
