@@ -122,6 +122,8 @@ def diagnose(
         held = None if other is None else read_shot("held out", pipeline.shots[0].setup, other, "shots")
         found = pipeline.diagnosis(refinement, held)
     copy_case(shots[0].case, folder)
+    for name, one in list(zip(case_files([one.name for one in shots]), shots, strict=True))[1:]:
+        write_atomically(folder / name, case_toml(one.case, portable_table(one.case)))
     simulated = any(one.record.simulated for one in shots)
     record = {"path": str(shots[0].record.path), "simulated": simulated, "shots": [one.name for one in shots]}
     return write(replace(found, record=record), folder)
@@ -413,16 +415,17 @@ def write(found: Diagnosis, folder: Path) -> Diagnosis:
     if found.model:
         save_tree(folder / FILE, found.model)
     found.save(folder / "diagnosis.json")
-    for name in earlier - {found.case_after, *curve_files(list(found.curves))}:
+    for name in earlier - {found.case_after, *curve_files(list(found.curves)), *case_files(list(found.curves))}:
         (folder / name).unlink(missing_ok=True)
     return found
 
 
 def _files_of_earlier(folder: Path) -> set[str]:
-    """Curves and case of the diagnosis that a folder holds; none where it holds none that can be read."""
+    """Curves and cases of the diagnosis that a folder holds; none where it holds none that can be read."""
     try:
         earlier = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-        return {*curve_files([shot["name"] for shot in earlier["shots"]]), earlier["case_after"] or "diagnosis.csv"}
+        shots = [shot["name"] for shot in earlier["shots"]]
+        return {*curve_files(shots), *case_files(shots), earlier["case_after"] or "diagnosis.csv"}
     except (OSError, ValueError, KeyError, TypeError):
         return set()
 
@@ -430,6 +433,11 @@ def _files_of_earlier(folder: Path) -> set[str]:
 def curve_files(shots: Sequence[str]) -> list[str]:
     """Names of the files of curves: of the first shot diagnosis.csv."""
     return [f"diagnosis_{shot}.csv" if i else "diagnosis.csv" for i, shot in enumerate(shots)]
+
+
+def case_files(shots: Sequence[str]) -> list[str]:
+    """Names of the files of the cases as declared: of the first shot case.toml."""
+    return [f"diagnosis_{shot}.toml" if i else "case.toml" for i, shot in enumerate(shots)]
 
 
 def write_curves(path: Path, channels: Mapping[str, Mapping[str, object]]) -> None:
