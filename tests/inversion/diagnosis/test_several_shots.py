@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,10 @@ import pytest
 from birdstrike.data.curves import Measured
 from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
 from birdstrike.inversion.diagnosis.diagnose import LONGEST, curve_files, diagnose, shot_names
+from birdstrike.inversion.diagnosis.model_file import model_table
+from birdstrike.inversion.diagnosis.ranking import Ranking
+from birdstrike.inversion.diagnosis.shots import Record, Shot
+from birdstrike.inversion.diagnosis.system import Places, _numerical
 from birdstrike.inversion.formatting import quantity
 from birdstrike.reports.page.diagnosis import write_diagnosis_page
 from birdstrike.solver.case.case import load_case
@@ -36,11 +42,23 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(out: Path) -> Diagnosis:
+def rankings() -> list[Ranking]:
+    """What the answer is made of."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(out: Path, rankings: list[Ranking]) -> Diagnosis:
     """Of `slow`, as its case states it but without one sensor, and `fast`."""
+
+    def kept(ranking: Ranking, shots: tuple[Shot, ...], fits: dict[str, str]) -> dict[str, Any]:
+        rankings.append(ranking)
+        return model_table(ranking, shots, fits)
+
     records = [shot("slow", 80.0, 1, SIDE), shot("fast", 110.0 + FASTER, 2, CENTRE, SIDE)]
     with few_simulations(sought=("plate_thickness", "impact_speed")) as patch:
         patch.setattr("birdstrike.doe.campaign.simulations.simulate", strike)
+        patch.setattr("birdstrike.inversion.diagnosis.pipeline.model_table", kept)
         return diagnose([tiny(), FAST], records, out)
 
 
@@ -83,6 +101,22 @@ def test_a_shot_without_which_its_effect_is_not_known_has_no_error_after(found: 
     assert found.held_out["shot fast"]["after"] is None
     assert found.held_out["shot slow"]["after"] is not None
     assert found.shots[1]["after"]["heldout"]["shot"] is None
+
+
+@pytest.mark.usefixtures("found")
+@pytest.mark.parametrize("kept", [(1, 0), (1,)], ids=["in another order", "without the first"])
+def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_records_list_it(
+    rankings: list[Ranking], kept: tuple[int, ...]
+) -> None:
+    """What the process of one channel was off by was shared with the other channel of the second record."""
+    first = rankings[0].problem.shots[1]
+    again = replace(first, name="again", record=Record(tuple(first.record.traces[i] for i in kept), ()))
+    place = Places({first.group: rankings[0].fits["none"].places.z[first.group]}, {})
+    directions = _numerical((first, again), place, np.linalg.cholesky(np.ones((2, 2)) + 1e-12 * np.eye(2)), True)
+    n = len(first.record.values)
+    same = np.concatenate([np.flatnonzero(first.record.channel == i) for i in kept])
+    own, shared = directions[:n] @ directions[:n].T, directions[:n] @ directions[n:].T
+    np.testing.assert_allclose(shared, own[:, same], atol=1e-4 * own.max())
 
 
 def test_errors_before_and_after_are_of_one_mesh() -> None:
