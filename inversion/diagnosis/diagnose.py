@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from birdstrike.data.curves import Measured, read_measured, refuse_twice
+from birdstrike.data.curves import LONGEST, Measured, read_measured, refuse_twice, shot_names
 from birdstrike.data.errors import CaseError, MeasuredError, UserError
 from birdstrike.data.files import write_atomically
 from birdstrike.data.paths import resolve_measured
@@ -39,7 +38,6 @@ RecordLike = str | Path | Measured
 COLUMNS = ("measured", "sigma", "error", "baseline", "before", "after", "before_solver", "after_solver")
 REFINED_AT_ONCE = 5  # runs, before the emulator is fitted anew
 SHORTEST = 0.25  # of the simulated time: a record that ends earlier is refused
-LONGEST = 60  # letters of a shot's or a case's name: both stand together in the name of a file
 
 
 @dataclass(frozen=True)
@@ -181,21 +179,6 @@ def matched(cases: Sequence[Case], records: Sequence[Measured]) -> list[NamedRec
             "CASE is the first"
         )
     return [NamedRecord(*one) for one in zip(shot_names(records), cases, records, strict=True)]
-
-
-def shot_names(records: Sequence[Measured]) -> list[str]:
-    """A name of its own for each record, from its file's, at most `LONGEST` letters long but for a number.
-
-    Without the signs that part effect, shot and pair in an answer, and names in an option: they become "_".
-    """
-    plain = [re.sub("[@+,]", "_", Path(one.path).stem)[:LONGEST] or f"shot{i + 1}" for i, one in enumerate(records)]
-    found: list[str] = []
-    for i, name in enumerate(plain):
-        own = name if plain.count(name) == 1 else f"{name}_{i + 1}"
-        while own != name and own in plain:
-            own += "_"
-        found.append(own)
-    return found
 
 
 def loaded(case: CaseLike) -> Case:

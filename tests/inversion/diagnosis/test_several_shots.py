@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from birdstrike.data.curves import Measured
+from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
-from birdstrike.inversion.diagnosis.diagnose import LONGEST, curve_files, diagnose, shot_names
+from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
 from birdstrike.inversion.diagnosis.model_file import model_table
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
