@@ -119,6 +119,17 @@ def test_two_shots_of_one_bird_share_a_channel_s_numerical_error_wherever_their_
     np.testing.assert_allclose(shared, own[:, same], atol=1e-4 * own.max())
 
 
+def test_the_magnitude_of_an_effect_without_a_fit_of_its_own_is_not_the_end_of_its_interval(found: Diagnosis) -> None:
+    """A plate thinner by 0.014 mm stood beside an interval of 0.014 to 0.208 mm, which had been moved there to hold it:
+    a mean that knows an effect's signature as if the effect were absent."""
+    inside = {one.name: one for one in found.effects if one.interval_95 and one.magnitude and not one.at_bound}
+    assert {"plate_thickness", "impact_speed"} < inside.keys()
+    for one in inside.values():
+        assert one.interval_95 is not None
+        assert one.magnitude is not None
+        assert one.interval_95[0] < one.magnitude < one.interval_95[1]
+
+
 def test_errors_before_and_after_are_of_one_mesh() -> None:
     """A run that failed leaves both to the fits; what a baseline shows was seen on the emulator's mesh alone."""
     fitted = {"rmse": {SIDE: 2.0}, "rmse_less_baseline": {SIDE: 1.0}, "solver": None}
