@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from birdstrike.data.curves import LONGEST, Measured, shot_names
 from birdstrike.inversion.diagnosis.answer import Diagnosis, _errors, errors
 from birdstrike.inversion.diagnosis.diagnose import curve_files, diagnose
 from birdstrike.inversion.diagnosis.model_file import model_table
+from birdstrike.inversion.diagnosis.pipeline import _left_out
 from birdstrike.inversion.diagnosis.ranking import Ranking
 from birdstrike.inversion.diagnosis.shots import Record, Shot
 from birdstrike.inversion.diagnosis.system import Places, _numerical
@@ -128,6 +130,19 @@ def test_the_magnitude_of_an_effect_without_a_fit_of_its_own_is_not_the_end_of_i
         assert one.interval_95 is not None
         assert one.magnitude is not None
         assert one.interval_95[0] < one.magnitude < one.interval_95[1]
+
+
+def test_a_sensor_that_no_case_predicts_is_told_once_for_all_shots() -> None:
+    """Three shots at three speeds had three warnings that differed by the case's name alone."""
+
+    def setup(name: str, **left_out: float) -> Any:
+        declared, fine = (SimpleNamespace(name=name, bird=SimpleNamespace(particles=count)) for count in (120, 960))
+        plan = SimpleNamespace(case=declared, fine=fine)
+        return SimpleNamespace(plan=plan, left_out=left_out, unpredictable=left_out)
+
+    told = _left_out([setup("slow", force=0.15), setup("fast", force=0.15), setup("other")])
+    assert len(told) == 1
+    assert told[0].startswith("slow, fast: another lattice of the bird's 960 particles alone moves force by 15 %")
 
 
 def test_errors_before_and_after_are_of_one_mesh() -> None:
